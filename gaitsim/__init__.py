@@ -1,0 +1,1 @@
+"""Evolve gaits in your terminal."""

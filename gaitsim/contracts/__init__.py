@@ -1,0 +1,26 @@
+"""What a plugin is. A plugin package imports this, `gaitsim.errors`, and no other part of gaitsim."""
+
+from gaitsim.contracts.fitness import Fitness
+from gaitsim.contracts.motion import Array, Measure, Motion, Skeleton
+from gaitsim.contracts.operators import Crossover, Mutation, Selection
+from gaitsim.contracts.organism import Organism
+from gaitsim.contracts.plugin import Plugin, option
+from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
+
+__all__ = [
+    "Array",
+    "BitSpace",
+    "Crossover",
+    "Fitness",
+    "GenomeSpace",
+    "Genomes",
+    "Measure",
+    "Motion",
+    "Mutation",
+    "Organism",
+    "Plugin",
+    "RealSpace",
+    "Selection",
+    "Skeleton",
+    "option",
+]

@@ -1,0 +1,25 @@
+"""The contract of a fitness function."""
+
+from abc import abstractmethod
+from typing import ClassVar
+
+from gaitsim.contracts.motion import Array, Motion
+from gaitsim.contracts.plugin import Plugin
+
+
+class Fitness(Plugin):
+    """Scores movement by named terms; the score is their sum, and more is better.
+
+    Attributes:
+        needs: the motion channels that it reads.
+    """
+
+    needs: ClassVar[tuple[str, ...]]
+
+    @abstractmethod
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """The terms of every individual's score by name, each (population,).
+
+        The names are the same for every motion. A term that is not finite makes
+        the individual's score −inf, and the run goes on.
+        """

@@ -1,0 +1,70 @@
+"""The contracts of selection, crossover and mutation."""
+
+from abc import abstractmethod
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts.plugin import Plugin
+from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
+
+
+class Selection(Plugin):
+    """Chooses who breeds."""
+
+    @abstractmethod
+    def parents(
+        self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
+    ) -> NDArray[np.intp]:
+        """Choose parents.
+
+        Args:
+            scores: (population,), more is better; may hold −inf, never NaN.
+            pairs: how many pairs are wanted.
+            rng: the only source of randomness.
+
+        Returns:
+            Indices of mother and father of each pair, (pairs, 2).
+        """
+
+
+class Crossover(Plugin):
+    """Makes children of pairs of parents.
+
+    Attributes:
+        children: how many children a pair has, 1 or 2.
+        spaces: the genome spaces it works on.
+    """
+
+    children: ClassVar[int]
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
+
+    @abstractmethod
+    def cross(
+        self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
+    ) -> Genomes:
+        """Cross (pairs, genes) with (pairs, genes), new arrays.
+
+        Returns:
+            (pairs × children, genes) in the dtype of the space: all first children,
+            then all second ones. Genes may leave the bounds; the breeding step
+            confines them after mutation.
+        """
+
+
+class Mutation(Plugin):
+    """Changes genomes at random.
+
+    Attributes:
+        spaces: the genome spaces it works on.
+    """
+
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
+
+    @abstractmethod
+    def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
+        """Mutate every genome, (population, genes) -> new array of that shape and dtype.
+
+        Genes may leave the bounds; the breeding step confines them.
+        """

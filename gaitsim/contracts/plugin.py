@@ -1,0 +1,65 @@
+"""What every plugin is: a frozen model whose fields are its options."""
+
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+def option(
+    default: Any,
+    help: str,
+    *,
+    unit: str = "",
+    ge: float | None = None,
+    gt: float | None = None,
+    le: float | None = None,
+    lt: float | None = None,
+) -> Any:
+    """Declare one option of a plugin: its default, meaning, unit and bounds.
+
+    The one declaration feeds the check of experiment files, `--set`, the forms
+    and the documentation.
+
+    Args:
+        default: the value where nothing else is said.
+        help: what the option does, one sentence.
+        unit: its SI unit, `''` for a pure number.
+        ge: smallest value allowed; `gt` excludes the bound itself.
+        gt: bound that the value must exceed.
+        le: largest value allowed; `lt` excludes the bound itself.
+        lt: bound that the value must stay below.
+    """
+    return Field(
+        default,
+        description=help,
+        json_schema_extra={"unit": unit},
+        ge=ge,
+        gt=gt,
+        le=le,
+        lt=lt,
+    )
+
+
+class Plugin(BaseModel):
+    """Base of the five kinds of plugin.
+
+    Subclasses are frozen pydantic models: the fields are the options, declared
+    with `option`. Two plugins of one class with equal options are equal.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def prepare(self) -> None:
+        """Do once what the first call would otherwise pay for, such as compiling kernels.
+
+        Called in every process before the first evaluation; a user is told when
+        it takes long.
+        """
+
+    def at(self, generation: int) -> Self:  # noqa: ARG002
+        """This plugin with its options as they are at `generation`, counted from 0.
+
+        For schedules, such as a mutation strength that decays. The default is
+        the plugin itself.
+        """
+        return self

@@ -1,0 +1,155 @@
+"""Genome spaces: which genomes a body understands."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Genomes = NDArray[Any]
+"""(population, genes), in the dtype of the genome space."""
+
+
+class GenomeSpace(ABC):
+    """A set of genomes, all of one length and dtype."""
+
+    name: ClassVar[str]
+    dtype: ClassVar[np.dtype[Any]]
+    labels: tuple[str, ...]
+
+    @property
+    def genes(self) -> int:
+        """Number of genes of a genome."""
+        return len(self.labels)
+
+    @abstractmethod
+    def random(self, count: int, rng: np.random.Generator) -> Genomes:
+        """Draw `count` fresh genomes, (count, genes)."""
+
+    @abstractmethod
+    def confine(self, genomes: Genomes) -> Genomes:
+        """Bring genomes that breeding moved outside back into the space."""
+
+    @abstractmethod
+    def contains(self, genomes: Genomes) -> bool:
+        """Whether shape, dtype and every gene belong to the space."""
+
+    @abstractmethod
+    def diversity(self, genomes: Genomes) -> float:
+        """How different the genomes are: 0 where all are equal, about 0.3 to 0.5 at random."""
+
+    def _has_form(self, genomes: Genomes) -> bool:
+        return genomes.ndim == 2 and genomes.shape[1] == self.genes and genomes.dtype == self.dtype
+
+
+@dataclass(frozen=True, eq=False)
+class RealSpace(GenomeSpace):
+    """Genomes of real numbers between bounds.
+
+    Args:
+        lower: smallest value of each gene, (genes,) float64.
+        upper: largest value of each gene, (genes,) float64; finite, above `lower`.
+        labels: name of each gene.
+        spread: standard deviation of the first population around the middle of
+            the bounds, in the unit of the gene, (genes,); None draws uniformly
+            between the bounds.
+        periodic: genes that are angles of a cycle, (genes,) bool: a value past one
+            bound comes in again at the other. None where no gene is.
+
+    Raises:
+        ValueError: shapes differ, or bounds are not finite and ascending.
+    """
+
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    labels: tuple[str, ...]
+    spread: NDArray[np.float64] | None = None
+    periodic: NDArray[np.bool_] | None = None
+
+    name: ClassVar[str] = "real"
+    dtype: ClassVar[np.dtype[Any]] = np.dtype(np.float64)
+
+    def __post_init__(self) -> None:
+        expected = (len(self.labels),)
+        for field in ("lower", "upper", "spread", "periodic"):
+            value = getattr(self, field)
+            if value is not None and np.shape(value) != expected:
+                raise ValueError(
+                    f"RealSpace.{field} has shape {np.shape(value)}, expected (genes,) = {expected}"
+                )
+        if not (np.isfinite(self.lower).all() and np.isfinite(self.upper).all()):
+            raise ValueError("RealSpace bounds must be finite")
+        if not (self.lower < self.upper).all():
+            gene = self.labels[int(np.argmin(self.lower < self.upper))]
+            raise ValueError(f"RealSpace.lower must be below upper, gene {gene!r} is not")
+
+    @property
+    def width(self) -> NDArray[np.float64]:
+        """Distance between the bounds of each gene, (genes,)."""
+        return self.upper - self.lower
+
+    def random(self, count: int, rng: np.random.Generator) -> Genomes:
+        """Draw `count` fresh genomes, uniform or Gaussian by `spread`, (count, genes)."""
+        if self.spread is None:
+            return rng.uniform(self.lower, self.upper, (count, self.genes))
+        middle = (self.lower + self.upper) / 2
+        return self.confine(rng.normal(middle, self.spread, (count, self.genes)))
+
+    def confine(self, genomes: Genomes) -> Genomes:
+        """Clip to the bounds; wrap periodic genes."""
+        confined = np.clip(genomes, self.lower, self.upper)
+        if self.periodic is None:
+            return confined
+        wrapped = self.lower + np.mod(genomes - self.lower, self.width)
+        outside = (genomes < self.lower) | (genomes > self.upper)
+        # Clipping again guards the last bit: lower + mod(…) may round up past upper.
+        return np.where(self.periodic & outside, np.minimum(wrapped, self.upper), confined)
+
+    def contains(self, genomes: Genomes) -> bool:
+        """Whether shape, dtype and bounds fit."""
+        return self._has_form(genomes) and bool(
+            ((genomes >= self.lower) & (genomes <= self.upper)).all()
+        )
+
+    def diversity(self, genomes: Genomes) -> float:
+        """Mean over genes of the standard deviation, in widths of the gene's bounds."""
+        return float(np.mean(np.std(genomes, axis=0) / self.width))
+
+
+@dataclass(frozen=True, eq=False)
+class BitSpace(GenomeSpace):
+    """Genomes of bits, 0 or 1 as uint8.
+
+    Args:
+        labels: name of each bit.
+        repair: brings bit patterns that mean nothing back to ones that do,
+            (population, genes) -> (population, genes); None where all patterns count.
+    """
+
+    labels: tuple[str, ...]
+    repair: Callable[[Genomes], Genomes] | None = None
+
+    name: ClassVar[str] = "bit"
+    dtype: ClassVar[np.dtype[Any]] = np.dtype(np.uint8)
+
+    def random(self, count: int, rng: np.random.Generator) -> Genomes:
+        """Draw `count` fresh genomes of fair bits, repaired, (count, genes)."""
+        return self.confine(rng.integers(0, 2, (count, self.genes), dtype=np.uint8))
+
+    def confine(self, genomes: Genomes) -> Genomes:
+        """Repair patterns that mean nothing."""
+        return genomes if self.repair is None else self.repair(genomes)
+
+    def contains(self, genomes: Genomes) -> bool:
+        """Whether shape and dtype fit, all genes are bits, and repair would change none."""
+        return (
+            self._has_form(genomes)
+            and bool((genomes <= 1).all())
+            and bool((self.confine(genomes) == genomes).all())
+        )
+
+    def diversity(self, genomes: Genomes) -> float:
+        """Mean over bits of the standard deviation; 0.5 where half of each bit is set."""
+        return float(np.mean(np.std(genomes, axis=0)))

@@ -1,0 +1,87 @@
+"""Errors that a user or a plugin author can cause: what, where, what is allowed, what to do."""
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+
+
+class GaitsimError(Exception):
+    """A mistake that can be mended by whoever reads the message.
+
+    The command line prints it without a traceback and ends with exit code 2.
+
+    Args:
+        what: what is wrong, one sentence.
+        where: the file, key or plugin where it stands.
+        allowed: what would have been right.
+        remedy: what to do now.
+    """
+
+    def __init__(self, what: str, *, where: str = "", allowed: str = "", remedy: str = "") -> None:
+        self.what = what
+        self.where = where
+        self.allowed = allowed
+        self.remedy = remedy
+        super().__init__(what, where, allowed, remedy)
+
+    def __str__(self) -> str:
+        lines = [self.what]
+        for label, text in (
+            ("where", self.where),
+            ("allowed", self.allowed),
+            ("try", self.remedy),
+        ):
+            if text:
+                lines.append(f"  {label + ':':<9}{text}")
+        return "\n".join(lines)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Keyword-only arguments do not survive the default pickling, and errors
+        # come back from worker processes.
+        return (_rebuild, (type(self), self.what, self.where, self.allowed, self.remedy))
+
+
+def _rebuild(
+    kind: type[GaitsimError], what: str, where: str, allowed: str, remedy: str
+) -> GaitsimError:
+    error = kind.__new__(kind)
+    GaitsimError.__init__(error, what, where=where, allowed=allowed, remedy=remedy)
+    return error
+
+
+class PluginError(GaitsimError):
+    """A plugin is missing, broken or breaks its contract; the message names its package."""
+
+
+class RunError(GaitsimError):
+    """A run folder cannot be made, read, written or gone on with."""
+
+
+class CheckpointError(RunError):
+    """A checkpoint is damaged, foreign, hostile or from a newer gaitsim."""
+
+
+class ExperimentError(GaitsimError):
+    """An experiment has problems; all of them are reported at once.
+
+    Args:
+        problems: every problem found, in the order of the file.
+    """
+
+    def __init__(self, problems: Sequence[GaitsimError]) -> None:
+        self.problems = tuple(problems)
+        count = len(self.problems)
+        super().__init__(
+            "the experiment has a problem" if count == 1 else f"the experiment has {count} problems"
+        )
+
+    def __str__(self) -> str:
+        return "\n".join([f"{self.what}:", *(f"- {problem}" for problem in self.problems)])
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (ExperimentError, (self.problems,))
+
+
+def nearest(word: str, known: Sequence[str]) -> str:
+    """'did you mean …?' for the known spelling nearest to `word`, or ''."""
+    matches = get_close_matches(word, known, n=1, cutoff=0.6)
+    return f"did you mean {matches[0]!r}?" if matches else ""

@@ -1,0 +1,1 @@
+"""An eight-legged spider."""
