@@ -1,4 +1,4 @@
-"""What a plugin is. A plugin package imports this, `gaitsim.errors`, and no other part of gaitsim."""
+"""What a plugin is: all that a plugin package imports, beside `gaitsim.errors`."""
 
 from gaitsim.contracts.fitness import Fitness
 from gaitsim.contracts.motion import Array, Measure, Motion, Skeleton

@@ -36,7 +36,7 @@ class Organism(Plugin):
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """The body of one individual over time, to draw."""
 
-    def measures(self, motion: Motion) -> Mapping[str, Measure]:  # noqa: ARG002
+    def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """How far, how steady, how clean each individual moved, for people. None by default."""
         return {}
 

@@ -56,7 +56,7 @@ class Plugin(BaseModel):
         it takes long.
         """
 
-    def at(self, generation: int) -> Self:  # noqa: ARG002
+    def at(self, generation: int) -> Self:
         """This plugin with its options as they are at `generation`, counted from 0.
 
         For schedules, such as a mutation strength that decays. The default is
