@@ -1,0 +1,76 @@
+"""The fitness `spider-classic`: the seven terms of the source, faults included."""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim_spider import body
+from gaitsim_spider.layout import time_last
+
+
+class SpiderClassic(Fitness):
+    """Seven weighted terms that judge each leg by itself, as the source did.
+
+    It rewards feet that move, forwards or backwards, whether or not they carry a
+    standing body: kept to show what `spider-walk` mends.
+    """
+
+    movement_scalar: float = option(
+        1.0, "reward for a metre that a foot travels along x, mean of the feet", ge=0
+    )
+    band_reward_scalar: float = option(
+        2.0, "reward for all feet being in the stance band all the time", ge=0
+    )
+    low_movement_penalty_scalar: float = option(
+        10.0, "penalty when every foot is frozen; in proportion when some are", ge=0
+    )
+    penetration_scalar: float = option(
+        50.0, "penalty for a metre of mean depth of the feet below the floor", ge=0
+    )
+    variance_scalar: float = option(
+        2000.0, "penalty for a m² of variance of the supporting feet's heights", ge=0
+    )
+    overlapping_legs_fitness_scalar: float = option(
+        20.0, "penalty for a radian of mean coxa angle beyond the limit at which legs cross", ge=0
+    )
+    angle_change_scalar: float = option(
+        50.0, "penalty for a rad² of mean squared change of a joint from frame to frame", ge=0
+    )
+    stance_band: float = option(
+        0.01, "half the height of the stance band around the floor", unit="m", gt=0, le=0.1
+    )
+    low_movement: float = option(
+        0.1, "travel along x below which a foot counts as frozen", unit="m", ge=0, le=10
+    )
+    crossing_angle: float = option(
+        20.0, "coxa angle at which a leg crosses its neighbour", unit="°", ge=0, le=30
+    )
+
+    needs: ClassVar[tuple[str, ...]] = ("joint_angles", "feet")
+
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """Movement, band, low movement, penetration, variance, overlap and angle change."""
+        from gaitsim_spider.leg_by_leg import leg_by_leg
+
+        sums = np.empty((motion.population, 7))
+        leg_by_leg(
+            time_last(motion["feet"]),
+            time_last(motion["joint_angles"]),
+            np.float32(body.FOOT_RADIUS - body.STANDING_HEIGHT),
+            np.float32(self.stance_band),
+            np.float32(self.low_movement),
+            np.float32(math.radians(self.crossing_angle)),
+            sums,
+        )
+        weights = {
+            "movement": self.movement_scalar,
+            "band": self.band_reward_scalar,
+            "low movement": -self.low_movement_penalty_scalar,
+            "penetration": -self.penetration_scalar,
+            "variance": -self.variance_scalar,
+            "overlapping legs": -self.overlapping_legs_fitness_scalar,
+            "angle change": -self.angle_change_scalar,
+        }
+        return {name: weight * sums[:, n] for n, (name, weight) in enumerate(weights.items())}

@@ -1,0 +1,118 @@
+"""Forward kinematics: joint angles to feet and centre of mass, whole populations, compiled."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gaitsim_spider import body
+
+_f = np.float32
+_HIP_X, _SIDE = body.HIP_X, body.SIDE
+_HIP_Y = _f(body.HIP_Y)
+_SIN_AZIMUTH, _COS_AZIMUTH = np.sin(body.AZIMUTH), np.cos(body.AZIMUTH)
+_SIN_FEMUR, _COS_FEMUR = _f(math.sin(body.FEMUR_PITCH)), _f(math.cos(body.FEMUR_PITCH))
+_SIN_TIBIA, _COS_TIBIA = _f(math.sin(body.TIBIA_PITCH)), _f(math.cos(body.TIBIA_PITCH))
+_COXA, _FEMUR, _TIBIA = _f(body.COXA), _f(body.FEMUR), _f(body.TIBIA)
+# Share of the whole mass; the segments' own masses lie at their middles.
+_COXA_SHARE = _f(body.COXA_MASS / body.MASS)
+_FEMUR_SHARE = _f(body.FEMUR_MASS / body.MASS)
+_TIBIA_SHARE = _f(body.TIBIA_MASS / body.MASS)
+_HALF, _ONE = _f(0.5), _f(1.0)
+
+# Taylor coefficients; to the last bit of float32 for |x| ≤ 60°, which the joint limits
+# guarantee. The system's own sine takes three times as long and differs between systems.
+_S3, _S5, _S7, _S9 = _f(-1 / 6), _f(1 / 120), _f(-1 / 5040), _f(1 / 362880)
+_C2, _C4, _C6, _C8, _C10 = _f(-1 / 2), _f(1 / 24), _f(-1 / 720), _f(1 / 40320), _f(-1 / 3628800)
+
+
+@njit(inline="always")
+def _sin(x: Any) -> Any:
+    y = x * x
+    return x * (_ONE + y * (_S3 + y * (_S5 + y * (_S7 + y * _S9))))
+
+
+@njit(inline="always")
+def _cos(x: Any) -> Any:
+    y = x * x
+    return _ONE + y * (_C2 + y * (_C4 + y * (_C6 + y * (_C8 + y * _C10))))
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def place_feet(
+    angles: NDArray[np.float32], feet: NDArray[np.float32], centre: NDArray[np.float32]
+) -> None:
+    """Feet and centre of mass in the body's frame.
+
+    Time is the last axis of all arrays, so that the innermost loop runs over frames in
+    vector instructions: 0.36 ms for 100 spiders on one core, 3.0 ms with time first.
+
+    Args:
+        angles: (population, 24, frames) float32, radians from the pose at rest, each
+            within ±30°.
+        feet: filled, (population, 3, 8, frames) float32, metres: centre of the foot.
+        centre: filled, (population, 3, frames) float32, metres: centre of mass.
+    """
+    for individual in range(angles.shape[0]):
+        centre[individual] = _f(0.0)
+        for leg in range(8):
+            sin_azimuth, cos_azimuth = _SIN_AZIMUTH[leg], _COS_AZIMUTH[leg]
+            hip_x, side = _HIP_X[leg], _SIDE[leg]
+            for frame in range(angles.shape[2]):
+                yaw = angles[individual, 3 * leg, frame]
+                femur = angles[individual, 3 * leg + 1, frame]
+                tibia = femur + angles[individual, 3 * leg + 2, frame]
+                sin_yaw, cos_yaw = _sin(yaw), _cos(yaw)
+                sin_femur, cos_femur = _sin(femur), _cos(femur)
+                sin_tibia, cos_tibia = _sin(tibia), _cos(tibia)
+                forward = sin_azimuth * cos_yaw + cos_azimuth * sin_yaw
+                sideways = side * (cos_azimuth * cos_yaw - sin_azimuth * sin_yaw)
+                femur_out = _FEMUR * (_COS_FEMUR * cos_femur - _SIN_FEMUR * sin_femur)
+                femur_up = _FEMUR * (_SIN_FEMUR * cos_femur + _COS_FEMUR * sin_femur)
+                tibia_out = _TIBIA * (_COS_TIBIA * cos_tibia - _SIN_TIBIA * sin_tibia)
+                tibia_up = _TIBIA * (_SIN_TIBIA * cos_tibia + _COS_TIBIA * sin_tibia)
+                reach = _COXA + femur_out + tibia_out
+                feet[individual, 0, leg, frame] = hip_x + reach * forward
+                feet[individual, 1, leg, frame] = side * _HIP_Y + reach * sideways
+                feet[individual, 2, leg, frame] = femur_up + tibia_up
+                # First moments of the leg's mass about its hip; the hips cancel in pairs.
+                moment = (
+                    _COXA_SHARE * _HALF * _COXA
+                    + _FEMUR_SHARE * (_COXA + _HALF * femur_out)
+                    + _TIBIA_SHARE * (_COXA + femur_out + _HALF * tibia_out)
+                )
+                centre[individual, 0, frame] += moment * forward
+                centre[individual, 1, frame] += moment * sideways
+                centre[individual, 2, frame] += _FEMUR_SHARE * _HALF * femur_up
+                centre[individual, 2, frame] += _TIBIA_SHARE * (femur_up + _HALF * tibia_up)
+
+
+def leg_points(angles: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Hip, femur joint, knee and foot of every leg, for pictures.
+
+    Args:
+        angles: (frames, 24), radians from the pose at rest.
+
+    Returns:
+        (frames, 8, 4, 3), metres, in the body's frame.
+    """
+    coxa, femur, tibia = np.moveaxis(angles.reshape(-1, 8, 3).astype(np.float64), 2, 0)
+    yaw = body.AZIMUTH + coxa
+    femur = body.FEMUR_PITCH + femur
+    tibia = body.TIBIA_PITCH + femur - body.FEMUR_PITCH + tibia
+    reach = np.cumsum(
+        [np.full_like(yaw, body.COXA), body.FEMUR * np.cos(femur), body.TIBIA * np.cos(tibia)],
+        axis=0,
+    )
+    height = np.cumsum(
+        [np.zeros_like(yaw), body.FEMUR * np.sin(femur), body.TIBIA * np.sin(tibia)], axis=0
+    )
+    points = np.zeros((*yaw.shape, 4, 3))
+    points[:, :, 0, 0] = body.HIP_X
+    points[:, :, 0, 1] = body.SIDE * body.HIP_Y
+    points[:, :, 1:, 0] = np.moveaxis(body.HIP_X + reach * np.sin(yaw), 0, 2)
+    points[:, :, 1:, 1] = np.moveaxis(body.SIDE * (body.HIP_Y + reach * np.cos(yaw)), 0, 2)
+    points[:, :, 1:, 2] = np.moveaxis(height, 0, 2)
+    return points

@@ -1,0 +1,81 @@
+"""What the source's fitness sees: every foot and joint by itself; compiled."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+_f = np.float32
+_ZERO, _ONE = _f(0.0), _f(1.0)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def leg_by_leg(
+    feet: NDArray[np.float32],
+    angles: NDArray[np.float32],
+    floor: Any,
+    band: Any,
+    frozen_below: Any,
+    crossing: Any,
+    sums: NDArray[np.float64],
+) -> None:
+    """The seven quantities that `spider-classic` weighs.
+
+    Args:
+        feet: (population, 3, 8, frames) float32, metres, body's frame.
+        angles: (population, 24, frames) float32, radians.
+        floor: height of the floor in the body's frame, metres.
+        band: half the height of the stance band around the floor, metres.
+        frozen_below: travel along x below which a foot is frozen, metres.
+        crossing: coxa angle at which legs cross, radians.
+        sums: filled, (population, 7): travel along x in metres, mean of the feet; share
+            of feet and frames in the band; share of frozen feet; mean depth below the
+            floor in metres; mean over frames of the variance of heights in the band in
+            m²; mean coxa angle beyond crossing in radians; mean squared change of a
+            joint from frame to frame in rad².
+    """
+    population, _, legs, frames = feet.shape
+    joints = angles.shape[1]
+    count = np.empty(frames, dtype=_f)
+    total, squares = np.empty(frames, dtype=_f), np.empty(frames, dtype=_f)
+    for individual in range(population):
+        travel = deep = over = change = uneven = in_band = frozen = 0.0
+        count[:] = _ZERO
+        total[:] = _ZERO
+        squares[:] = _ZERO
+        for leg in range(legs):
+            x, z = feet[individual, 0, leg], feet[individual, 2, leg]
+            path = depth = excess = _ZERO
+            for frame in range(1, frames):
+                path += abs(x[frame] - x[frame - 1])
+            for frame in range(frames):
+                height = z[frame] - floor
+                depth += max(-height, _ZERO)
+                supports = _ONE if abs(height) <= band else _ZERO
+                count[frame] += supports
+                total[frame] += supports * height
+                squares[frame] += supports * height * height
+            for frame in range(frames):
+                excess += max(abs(angles[individual, 3 * leg, frame]) - crossing, _ZERO)
+            travel += path
+            frozen += path < frozen_below
+            deep += depth
+            over += excess
+        for frame in range(frames):
+            in_band += count[frame]
+            mean = total[frame] / max(count[frame], _ONE)
+            uneven += max(squares[frame] / max(count[frame], _ONE) - mean * mean, _ZERO)
+        for joint in range(joints):
+            turned = _ZERO
+            for frame in range(1, frames):
+                step = angles[individual, joint, frame] - angles[individual, joint, frame - 1]
+                turned += step * step
+            change += turned
+        sums[individual, 0] = travel / legs
+        sums[individual, 1] = in_band / (legs * frames)
+        sums[individual, 2] = frozen / legs
+        sums[individual, 3] = deep / (legs * frames)
+        sums[individual, 4] = uneven / frames
+        sums[individual, 5] = over / (legs * frames)
+        sums[individual, 6] = change / ((frames - 1) * joints)

@@ -1,0 +1,166 @@
+"""The spider: a body of eight legs with three joints each."""
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from gaitsim.contracts import (
+    Array,
+    Genomes,
+    GenomeSpace,
+    Measure,
+    Motion,
+    Organism,
+    Skeleton,
+    option,
+)
+from gaitsim_spider import body
+from gaitsim_spider.encodings import ENCODINGS
+from gaitsim_spider.layout import time_second
+
+
+class Spider(Organism):
+    """An eight-legged spider with three joints a leg, walking on flat ground."""
+
+    encoding: Literal["sine", "cpg", "recurrence"] = option(
+        "sine",
+        "how a genome becomes joint angles: a sine a joint, coupled phase oscillators, or "
+        "a linear recurrence",
+    )
+    frequency: float = option(
+        1.5, "strides a second of the sine and cpg encodings", unit="Hz", ge=0.2, le=5.0
+    )
+
+    symmetry: Literal["none", "alternating"] = option(
+        "none",
+        "alternating: the right legs do what the left ones do, half a stride later, and the "
+        "genome has half as many genes; not with the recurrence",
+    )
+
+    channels: ClassVar[Mapping[str, str]] = {
+        "joint_angles": "(population, 300, 24) rad from the pose at rest, coxa, femur, tibia a leg",
+        "feet": "(population, 300, 8, 3) m, feet in the body's frame",
+        "centre_of_mass": "(population, 300, 3) m, in the body's frame",
+        "pose": "(population, 300, 3) x and y in m, yaw in rad, of the body in the world",
+        "stance": "(population, 300, 8) bool, feet on the ground until the next frame",
+        "slip": "(population, 300) m, mean slide of the stance feet until the next frame",
+        "margin": "(population, 300) m, static stability margin, negative when unsupported",
+        "slope": "(population, 300) rad, tilt of the plane on which the feet rest",
+    }
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.encoding == "recurrence" and self.symmetry != "none":
+            raise ValueError("symmetry 'alternating' needs the encoding 'sine' or 'cpg'")
+        return self
+
+    def genome_space(self) -> GenomeSpace:
+        """48 genes in any encoding: two a joint, or amplitudes, leg phases and joint lags."""
+        return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from the cache."""
+        space = self.genome_space()
+        motion = self.move(space.random(1, np.random.default_rng(0)))
+        for channel in self.channels:
+            motion[channel]
+
+    def move(self, genomes: Genomes) -> Motion:
+        """Decode to joint angles; feet, contact and travel are worked out when first read."""
+        angles = ENCODINGS[self.encoding].angles(
+            genomes, self.frequency, self.symmetry == "alternating"
+        )
+        population, _, frames = angles.shape
+        feet = np.empty((population, 3, 8, frames), dtype=np.float32)
+        centre = np.empty((population, 3, frames), dtype=np.float32)
+
+        def place() -> dict[str, Array]:
+            from gaitsim_spider.kinematics import place_feet
+
+            place_feet(angles, feet, centre)
+            return {"feet": time_second(feet), "centre_of_mass": time_second(centre)}
+
+        def travel() -> dict[str, Array]:
+            from gaitsim_spider.walking import walk
+
+            motion["feet"]  # places them
+            pose = np.empty((population, frames, 3), dtype=np.float32)
+            stance = np.empty((population, frames, 8), dtype=np.bool_)
+            slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
+            walk(feet, centre, pose, stance, slip, margin, slope)
+            return {"pose": pose, "stance": stance, "slip": slip, "margin": margin, "slope": slope}
+
+        motion = Motion(
+            body.FRAME_RATE,
+            {"joint_angles": time_second(angles)},
+            {
+                ("feet", "centre_of_mass"): place,
+                ("pose", "stance", "slip", "margin", "slope"): travel,
+            },
+        )
+        return motion
+
+    def joint_names(self) -> tuple[str, ...]:
+        """'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
+        return body.JOINTS
+
+    def measures(self, motion: Motion) -> Mapping[str, Measure]:
+        """Travel, heading, slip, stability and duty factor over the whole gait."""
+        pose, slip = motion["pose"], motion["slip"][:, :-1]
+        forward = pose[:, -1, 0]
+        path = np.linalg.norm(np.diff(pose[:, :, :2], axis=1), axis=2).sum(axis=1)
+        slid = slip.sum(axis=1)
+        ratio = np.divide(slid, path, out=np.full_like(slid, np.inf), where=path > 0)
+        return {
+            "forward": Measure(forward, "m", "displacement along the starting heading"),
+            "body lengths": Measure(forward / body.BODY_LENGTH, "", "forward in body lengths"),
+            "lateral": Measure(pose[:, -1, 1], "m", "displacement to the left"),
+            "yaw": Measure(np.degrees(pose[:, -1, 2]), "°", "turn to the left"),
+            "slip ratio": Measure(ratio, "", "distance the stance feet slid, over the path"),
+            "stability margin": Measure(
+                1000 * motion["margin"].min(axis=1),
+                "mm",
+                "smallest distance of the centre of mass from the edge of its support",
+            ),
+            "duty factor": Measure(
+                motion["stance"].mean(axis=(1, 2)), "", "share of time that a foot is on the ground"
+            ),
+        }
+
+    def skeleton(self, motion: Motion, individual: int) -> Skeleton:
+        """Body outline and legs in the world, standing on z = 0."""
+        from gaitsim_spider.kinematics import leg_points
+
+        points = leg_points(motion["joint_angles"][individual])
+        x, y, yaw = (motion["pose"][individual, :, axis].astype(float) for axis in range(3))
+        length, width = body.BODY_LENGTH / 2, body.BODY_WIDTH / 2
+        corners = np.array([[length, width], [length, -width], [-length, -width], [-length, width]])
+        outline = np.zeros((len(points), 4, 2, 3))
+        outline[:, :, 0, :2] = corners
+        outline[:, :, 1, :2] = np.roll(corners, -1, axis=0)
+        legs = np.stack([points[:, :, :-1], points[:, :, 1:]], axis=3).reshape(
+            len(points), 24, 2, 3
+        )
+        segments = np.concatenate([outline, legs], axis=1)
+        cos, sin = np.cos(yaw)[:, None, None], np.sin(yaw)[:, None, None]
+        world = np.stack(
+            [
+                x[:, None, None] + cos * segments[..., 0] - sin * segments[..., 1],
+                y[:, None, None] + sin * segments[..., 0] + cos * segments[..., 1],
+                segments[..., 2],
+            ],
+            axis=-1,
+        )
+        lowest = world[..., 2].min(axis=(1, 2))
+        world[..., 2] += body.FOOT_RADIUS - lowest[:, None, None]
+        feet = world[:, 4:].reshape(len(points), 8, 3, 2, 3)[:, :, 2, 1]
+        sides = ("front", "right side", "back", "left side")
+        return Skeleton(
+            segments=world,
+            names=(*sides, *body.JOINTS),
+            frame_rate=motion.frame_rate,
+            contacts=feet,
+            touching=motion["stance"][individual],
+        )

@@ -1,0 +1,57 @@
+"""The fitness `spider-walk`: far, straight, level, supported, smooth and without slipping."""
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim_spider.layout import time_last
+
+
+class SpiderWalk(Fitness):
+    """Metres walked forward, less a price in metres for all that a real robot could not do."""
+
+    slip_weight: float = option(1.0, "price of a metre that the stance feet slide", ge=0)
+    drift_weight: float = option(1.0, "price of a metre of mean distance from the line", ge=0)
+    yaw_weight: float = option(1.0, "price of a radian of root mean square yaw", unit="m", ge=0)
+    slope_weight: float = option(
+        5.0, "price of a radian of root mean square tilt of the resting plane", unit="m", ge=0
+    )
+    safe_margin: float = option(
+        0.015, "stability margin below which a frame counts as unsupported", unit="m", ge=0, le=0.1
+    )
+    support_weight: float = option(2.0, "price of being unsupported all the time", unit="m", ge=0)
+    vibration_weight: float = option(
+        20.0, "price of a radian of root mean square joint motion above 5 Hz", unit="m", ge=0
+    )
+    jerk_weight: float = option(
+        1e-4, "price of a rad/s³ of root mean square joint jerk", unit="m", ge=0
+    )
+
+    needs: ClassVar[tuple[str, ...]] = ("joint_angles", "pose", "slip", "margin", "slope")
+
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """Forward, slip, drift, yaw, slope, support, vibration and jerk, all in metres."""
+        from gaitsim_spider.roughness import high_pass, roughness
+
+        pose, angles = motion["pose"].astype(np.float64), motion["joint_angles"]
+        vibration, jerk = np.empty(motion.population), np.empty(motion.population)
+        roughness(time_last(angles), high_pass(motion.frame_rate), vibration, jerk)
+        return {
+            "forward": pose[:, -1, 0],
+            "slip": -self.slip_weight * motion["slip"][:, :-1].sum(axis=1, dtype=np.float64),
+            "drift": -self.drift_weight * np.abs(pose[:, :, 1]).mean(axis=1),
+            "yaw": -self.yaw_weight * _rms(pose[:, :, 2]),
+            "slope": -self.slope_weight * _rms(motion["slope"]),
+            "support": -self.support_weight * np.mean(motion["margin"] < self.safe_margin, axis=1),
+            "vibration": -self.vibration_weight * vibration,
+            "jerk": -self.jerk_weight * jerk * motion.frame_rate**3,
+        }
+
+
+def _rms(values: Array) -> NDArray[np.float64]:
+    """Root mean square over all but the population, in double precision."""
+    axes = tuple(range(1, values.ndim))
+    result: NDArray[np.float64] = np.sqrt(np.mean(values**2, axis=axes, dtype=np.float64))
+    return result
