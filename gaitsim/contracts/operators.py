@@ -1,12 +1,12 @@
 """The contracts of selection, crossover and mutation."""
 
 from abc import abstractmethod
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts.plugin import Plugin
+from gaitsim.contracts.plugin import Plugin, option
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 
@@ -33,11 +33,13 @@ class Crossover(Plugin):
     """Makes children of pairs of parents.
 
     Attributes:
-        children: how many children a pair has, 1 or 2.
+        children: how many children a pair has; an option of every crossover, which
+            one that can make only one number of them narrows to `Literal[1]` or
+            `Literal[2]`.
         spaces: the genome spaces it works on.
     """
 
-    children: ClassVar[int]
+    children: Literal[1, 2] = option(2, "how many children each pair of parents has")
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
 
     @abstractmethod

@@ -16,9 +16,13 @@ class Organism(Plugin):
         channels: what each channel of its motion holds, with shape and unit. By
             convention a channel `joint_angles`, (population, frames, joints) in
             radians, is what a robot can play, with `joint_names` beside it.
+        threads: whether moving and judging release the interpreter's lock for most of
+            their time, as compiled kernels can, so that threads share the work. A body
+            written in Python leaves it False and is shared among processes.
     """
 
     channels: ClassVar[Mapping[str, str]]
+    threads: ClassVar[bool] = False
 
     @abstractmethod
     def genome_space(self) -> GenomeSpace:

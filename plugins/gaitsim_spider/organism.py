@@ -39,6 +39,7 @@ class Spider(Organism):
         "genome has half as many genes; not with the recurrence",
     )
 
+    threads: ClassVar[bool] = True
     channels: ClassVar[Mapping[str, str]] = {
         "joint_angles": "(population, 300, 24) rad from the pose at rest, coxa, femur, tibia a leg",
         "feet": "(population, 300, 8, 3) m, feet in the body's frame",

@@ -12,11 +12,11 @@ from gaitsim_spider.layout import time_last
 class SpiderWalk(Fitness):
     """Metres walked forward, less a price in metres for all that a real robot could not do."""
 
-    slip_weight: float = option(1.0, "price of a metre that the stance feet slide", ge=0)
+    slip_weight: float = option(0.5, "price of a metre that the stance feet slide", ge=0)
     drift_weight: float = option(1.0, "price of a metre of mean distance from the line", ge=0)
     yaw_weight: float = option(1.0, "price of a radian of root mean square yaw", unit="m", ge=0)
     slope_weight: float = option(
-        5.0, "price of a radian of root mean square tilt of the resting plane", unit="m", ge=0
+        2.0, "price of a radian of root mean square tilt of the resting plane", unit="m", ge=0
     )
     safe_margin: float = option(
         0.015, "stability margin below which a frame counts as unsupported", unit="m", ge=0, le=0.1

@@ -1,0 +1,6 @@
+"""Populations in, scores out: in this thread, in threads, or in worker processes."""
+
+from gaitsim.evaluation.evaluator import Evaluator
+from gaitsim.evaluation.judge import Evaluation, judge
+
+__all__ = ["Evaluation", "Evaluator", "judge"]

@@ -1,0 +1,121 @@
+"""A population in chunks over a `concurrent.futures` executor.
+
+An individual's score depends on its own genome alone, so neither the number of chunks
+nor the order in which they finish changes a bit of the result.
+"""
+
+import multiprocessing
+import os
+import signal
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from gaitsim.contracts import Genomes
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.judge import Evaluation, joined, judge
+from gaitsim.experiment import Experiment, parse_experiment
+from gaitsim.registry import containing
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class Evaluator:
+    """Scores populations of one experiment; a context manager that ends its workers.
+
+    A body that releases the interpreter's lock is moved in threads, any other in worker
+    processes when more than one worker is asked for.
+
+    Args:
+        experiment: whose body and fitness to use.
+        workers: how many work at a time; None for every core where threads do, else 1.
+    """
+
+    def __init__(self, experiment: Experiment, workers: int | None = None) -> None:
+        self.experiment = experiment
+        threads = experiment.organism.threads
+        self.workers = workers or (cores() if threads else 1)
+        self._executor: Executor | None = None
+        if self.workers > 1 and threads:
+            self._executor = ThreadPoolExecutor(self.workers, "gaitsim")
+        elif self.workers > 1:
+            self._executor = ProcessPoolExecutor(
+                self.workers,
+                multiprocessing.get_context("spawn"),
+                _begin,
+                (experiment.to_toml(),),
+            )
+        self._in_processes = isinstance(self._executor, ProcessPoolExecutor)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._executor is not None:
+            self._executor.shutdown(cancel_futures=True)
+
+    def prepare(self) -> None:
+        """Do once what the first generation would otherwise pay for, such as compiling.
+
+        Raises:
+            PluginError: a plugin fails at it.
+        """
+        prepare(self.experiment)
+
+    def evaluate(self, genomes: Genomes) -> Evaluation:
+        """Score genomes, (population, genes).
+
+        Raises:
+            PluginError: the body or the fitness fails or breaks its contract.
+            GaitsimError: a worker process died.
+        """
+        if self._executor is None:
+            return judge(self.experiment, genomes)
+        chunks = np.array_split(genomes, min(self.workers, len(genomes)))
+        try:
+            if self._in_processes:
+                return joined(list(self._executor.map(_judge_here, chunks)))
+            return joined(list(self._executor.map(judge, [self.experiment] * len(chunks), chunks)))
+        except BrokenProcessPool:
+            entry = self.experiment.entries["organism"]
+            raise GaitsimError(
+                f"a worker process died while moving {entry}",
+                remedy="resume the run; with --workers 1 the reason may show",
+            ) from None
+
+
+def prepare(experiment: Experiment) -> None:
+    """Prepare body and fitness in this process."""
+    with containing(experiment.entries["organism"], "being prepared"):
+        experiment.organism.prepare()
+    with containing(experiment.entries["fitness"], "being prepared"):
+        experiment.fitness.prepare()
+
+
+_experiment: Experiment | None = None
+
+
+def _begin(toml: str) -> None:
+    """Begin a worker process: its own experiment, made from the file's text."""
+    global _experiment  # noqa: PLW0603 - a worker process has one, for its whole life
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    _experiment = parse_experiment(toml, "the experiment")
+    prepare(_experiment)
+
+
+def _judge_here(genomes: Genomes) -> Evaluation:
+    assert _experiment is not None, "the worker has begun"
+    return judge(_experiment, genomes)

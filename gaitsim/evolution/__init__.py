@@ -1,0 +1,7 @@
+"""The search: one pure breeding step, and the loop as an iterator of frozen events."""
+
+from gaitsim.evolution.breeding import breed, first_population
+from gaitsim.evolution.generation import Generation, Progress
+from gaitsim.evolution.loop import evolve, stop_reason
+
+__all__ = ["Generation", "Progress", "breed", "evolve", "first_population", "stop_reason"]

@@ -1,0 +1,61 @@
+"""What the loop yields: one finished generation, frozen."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Genomes
+from gaitsim.evaluation import Evaluation
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a search has come, beside its population.
+
+    Attributes:
+        evaluations: individuals evaluated so far.
+        best_score: the best score so far, −inf where none was finite.
+        stagnation: generations since the best score last rose.
+        threshold: score that the next champion must beat, None where none is kept.
+    """
+
+    evaluations: int
+    best_score: float
+    stagnation: int
+    threshold: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Generation:
+    """One evaluated generation.
+
+    Attributes:
+        number: from 1.
+        genomes: (population, genes).
+        evaluation: its scores, their terms, and reasons of failures.
+        progress: of the search, this generation counted.
+        diversity: of the genomes, by their space's measure.
+        seconds: what making and evaluating it took.
+        is_champion: whether its best beat the threshold and is to be kept.
+        stop: why the search ends here, '' where it goes on.
+    """
+
+    number: int
+    genomes: Genomes
+    evaluation: Evaluation
+    progress: Progress
+    diversity: float
+    seconds: float
+    is_champion: bool
+    stop: str
+
+    @property
+    def scores(self) -> NDArray[np.float64]:
+        """(population,), more is better."""
+        return self.evaluation.scores
+
+    @property
+    def best(self) -> int:
+        """Index of the best individual; the first of equals."""
+        return int(np.argmax(self.scores))

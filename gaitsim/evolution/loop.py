@@ -1,0 +1,99 @@
+"""The evolution loop, as an iterator.
+
+    first population ─▶ evaluate ─▶ Generation 1 ─▶ breed ─▶ evaluate ─▶ Generation 2 …
+                                        │
+                                        └─▶ whoever iterates: writes, shows, stops
+
+Between two generations nothing is pending: whoever stops iterating loses nothing, and
+whoever begins again from a `Generation` gets the same ones after it.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+
+from gaitsim.contracts import Genomes
+from gaitsim.evaluation import Evaluation
+from gaitsim.evolution.breeding import breed, first_population
+from gaitsim.evolution.generation import Generation, Progress
+from gaitsim.experiment import Evolution, Experiment
+
+
+def evolve(
+    experiment: Experiment,
+    evaluate: Callable[[Genomes], Evaluation],
+    after: Generation | None = None,
+) -> Iterator[Generation]:
+    """Evolve generation after generation until a stop condition holds.
+
+    Args:
+        experiment: what to evolve, and how.
+        evaluate: scores a population.
+        after: the generation to go on from; None begins with the first.
+
+    Yields:
+        Each finished generation; the last one says in `stop` why it is the last.
+    """
+    space = experiment.space()
+    while after is None or not stop_reason(experiment.evolution, after.number, after.progress):
+        start = time.perf_counter()
+        if after is None:
+            number = 1
+            before = Progress(0, -math.inf, -1, experiment.evolution.fitness_threshold)
+            genomes = first_population(experiment, space)
+        else:
+            number, before = after.number + 1, after.progress
+            genomes = breed(experiment, space, after.genomes, after.scores, number)
+        evaluation = evaluate(genomes)
+        progress, is_champion = advance(
+            before, float(evaluation.scores.max()), len(genomes), experiment.evolution
+        )
+        after = Generation(
+            number=number,
+            genomes=genomes,
+            evaluation=evaluation,
+            progress=progress,
+            diversity=space.diversity(genomes),
+            seconds=time.perf_counter() - start,
+            is_champion=is_champion,
+            stop=stop_reason(experiment.evolution, number, progress),
+        )
+        yield after
+
+
+def advance(
+    before: Progress, best: float, evaluated: int, evolution: Evolution
+) -> tuple[Progress, bool]:
+    """Progress after a generation with this best score, and whether that is a champion.
+
+    A best score above the threshold is one; the threshold then rises to it, in whole
+    steps of `delta_fitness`.
+    """
+    threshold = before.threshold
+    is_champion = threshold is not None and best > threshold
+    if threshold is not None and is_champion:
+        step = evolution.delta_fitness
+        threshold += step * max(1, math.ceil((best - threshold) / step))
+    rose = best > before.best_score
+    progress = Progress(
+        evaluations=before.evaluations + evaluated,
+        best_score=max(best, before.best_score),
+        stagnation=0 if rose else before.stagnation + 1,
+        threshold=threshold,
+    )
+    return progress, is_champion
+
+
+def stop_reason(evolution: Evolution, number: int, progress: Progress) -> str:
+    """Why a search ends after generation `number`, or ''."""
+    if number >= evolution.generations:
+        return f"{number} generations are done"
+    target = evolution.target_score
+    if target is not None and progress.best_score >= target:
+        return f"the target score {target:g} is reached"
+    limit = evolution.max_evaluations
+    if limit is not None and progress.evaluations + evolution.population > limit:
+        return f"another generation would exceed {limit} evaluations"
+    if evolution.stagnation is not None and progress.stagnation >= evolution.stagnation:
+        return f"no better score for {progress.stagnation} generations"
+    return ""

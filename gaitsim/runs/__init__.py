@@ -1,0 +1,1 @@
+"""Runs on disk: safe checkpoints and how their files are written."""

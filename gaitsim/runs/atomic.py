@@ -1,0 +1,156 @@
+"""Files that are there whole or not at all, whatever stops the program."""
+
+import errno
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from gaitsim.errors import RunError
+
+_PREFIX, _SUFFIX = ".gaitsim-", ".partial"
+
+_FULL = "free some space on the disk, or choose another folder, and go on from the last checkpoint"
+_FORBIDDEN = "choose another folder, or allow writing to this one"
+_REMEDIES = {
+    errno.ENOSPC: _FULL,
+    errno.EDQUOT: _FULL,
+    errno.EFBIG: _FULL,
+    errno.EROFS: _FORBIDDEN,
+    errno.EACCES: _FORBIDDEN,
+    errno.EPERM: _FORBIDDEN,
+    errno.ENOENT: "make the folder first, or choose one that exists",
+    errno.ENOTDIR: "choose a folder: part of this path is a file",
+    errno.EISDIR: "move the folder of that name away",
+}
+_NO_FOLDER_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EACCES}
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Put `data` at `path`, which even after a crash holds all of it or what it held before.
+
+    Raises:
+        RunError: the file cannot be written; `path` is whole, and most likely as it was.
+    """
+    with _named_in_errors(path), _partial(path.parent, data) as partial:
+        partial.replace(path)
+        _sync_folder(path.parent)
+
+
+def write_rotating(path: Path, previous: Path, data: bytes) -> None:
+    """Put `data` at `path` and keep what stood there as `previous`, in the same folder.
+
+    A `path` that exists is complete at every moment in between, and so is a
+    `previous`. Without a `path` so far, `previous` is left alone.
+
+    Raises:
+        RunError: the files cannot be written; both are whole, and most likely as they were.
+    """
+    with _named_in_errors(path), _partial(path.parent, data) as partial:
+        if path.exists():
+            with _twin(path) as twin:
+                twin.replace(previous)
+        partial.replace(path)
+        _sync_folder(path.parent)
+
+
+def set_aside(path: Path, word: str) -> Path:
+    """Rename `a.pickle` to the first free one of `a.<word>-1.pickle`, `a.<word>-2.pickle`, …
+
+    Raises:
+        RunError: the file cannot be renamed.
+    """
+    with _named_in_errors(path):
+        number = 1
+        while True:
+            target = path.with_name(f"{path.stem}.{word}-{number}{path.suffix}")
+            try:
+                # An empty file reserves the name, so that nothing is ever overwritten.
+                target.open("xb").close()
+                break
+            except FileExistsError:
+                number += 1
+        try:
+            path.replace(target)
+        except BaseException:
+            target.unlink()
+            raise
+        _sync_folder(path.parent)
+    return target
+
+
+def remove_partials(folder: Path) -> None:
+    """Remove temporary files that a killed program left; only for the one writer of a folder.
+
+    Raises:
+        RunError: one of them cannot be removed.
+    """
+    with _named_in_errors(folder):
+        for partial in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
+            partial.unlink(missing_ok=True)
+
+
+def _new_name(folder: Path) -> Path:
+    return folder / f"{_PREFIX}{secrets.token_hex(8)}{_SUFFIX}"
+
+
+@contextmanager
+def _partial(folder: Path, data: bytes) -> Iterator[Path]:
+    """A temporary file in `folder` with `data` safely on the disk; gone afterwards."""
+    partial = _new_name(folder)
+    try:
+        with partial.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        yield partial
+    finally:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def _twin(path: Path) -> Iterator[Path]:
+    """A second name for the file at `path`, or a copy where the file system has no hard links."""
+    twin = _new_name(path.parent)
+    try:
+        os.link(path, twin)
+    except OSError:
+        with _partial(path.parent, path.read_bytes()) as copy:
+            yield copy
+        return
+    try:
+        yield twin
+    finally:
+        # Renaming over another name of the same file, as after a crash between the
+        # two renames of a rotation, does nothing by POSIX: the twin is still there.
+        with suppress(OSError):
+            twin.unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make renames in `folder` survive a power cut, where the system can."""
+    if os.name == "nt":
+        return
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+    except OSError as error:
+        if error.errno not in _NO_FOLDER_SYNC:
+            raise
+
+
+@contextmanager
+def _named_in_errors(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise RunError(
+            f"{path.name} cannot be written: {error.strerror or error}",
+            where=str(path),
+            remedy=_REMEDIES.get(error.errno or 0, "check the disk and the path, then try again"),
+        ) from error

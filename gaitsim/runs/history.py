@@ -1,0 +1,138 @@
+"""`history.csv`: one row a generation. `bests.bin`: each generation's best genome.
+
+Both only ever grow by whole records; on resuming they are cut back to the checkpoint.
+"""
+
+import csv
+import io
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import GenomeSpace
+from gaitsim.errors import RunError
+from gaitsim.evolution import Generation
+
+COLUMNS = (
+    "generation",
+    "evaluations",
+    "best",
+    "mean",
+    "median",
+    "worst",
+    "spread",
+    "diversity",
+    "seconds",
+)
+MEAN = "mean "
+
+
+def row(generation: Generation) -> dict[str, float]:
+    """A generation's row: statistics of the scores, then terms of the best and their means.
+
+    Failed individuals, with a score of −inf, count for `worst` alone. `spread` is the
+    standard deviation. A term's own column is that of the best individual, `mean <term>`
+    the mean over the individuals that did not fail.
+    """
+    scores = generation.scores
+    alive = np.isfinite(scores)
+    finite = scores[alive] if alive.any() else scores
+    best = generation.best
+    terms = generation.evaluation.terms
+    means = {
+        MEAN + name: float(values[alive].mean()) if alive.any() else float("nan")
+        for name, values in terms.items()
+    }
+    return {
+        "generation": generation.number,
+        "evaluations": generation.progress.evaluations,
+        "best": float(scores[best]),
+        "mean": float(finite.mean()),
+        "median": float(np.median(finite)),
+        "worst": float(scores.min()),
+        "spread": float(finite.std()) if alive.any() else 0.0,
+        "diversity": generation.diversity,
+        "seconds": generation.seconds,
+        **{name: float(values[best]) for name, values in terms.items()},
+        **means,
+    }
+
+
+def line(values: Mapping[str, float] | tuple[str, ...]) -> str:
+    """One line of CSV; numbers in the shortest form that reads back the same."""
+    cells = values if isinstance(values, tuple) else [repr(value) for value in values.values()]
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue()
+
+
+def read_history(path: Path) -> dict[str, NDArray[np.float64]]:
+    """The columns of a history by name, each (generations,); empty where there is no file.
+
+    Raises:
+        RunError: a row is damaged.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+    except FileNotFoundError:
+        return {}
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise RunError(f"cannot read {path}: {error}") from None
+    if not rows:
+        return {}
+    header, *body = rows
+    try:
+        table = np.array(body, dtype=np.float64).reshape(len(body), len(header))
+    except ValueError:
+        raise RunError(
+            f"{path} is damaged: a row does not hold {len(header)} numbers",
+            remedy="restore it from a copy; the checkpoint beside it is separate",
+        ) from None
+    return {name: table[:, column] for column, name in enumerate(header)}
+
+
+def record_type(space: GenomeSpace) -> np.dtype[Any]:
+    """The layout of one record of `bests.bin`: score, then genome, little-endian."""
+    return np.dtype([("score", "<f8"), ("genome", space.dtype.newbyteorder("<"), (space.genes,))])
+
+
+def read_bests(path: Path, space: GenomeSpace) -> NDArray[Any]:
+    """Every generation's best: a structured array with `score` and `genome`.
+
+    Raises:
+        RunError: it cannot be read.
+    """
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        data = b""
+    except OSError as error:
+        raise RunError(f"cannot read {path}: {error.strerror}") from None
+    layout = record_type(space)
+    return np.frombuffer(data, layout, count=len(data) // layout.itemsize)
+
+
+class Growing:
+    """A file that grows by whole records and can be cut back."""
+
+    def __init__(self, path: Path, keep: int) -> None:
+        """Open `path` for appending after its first `keep` bytes."""
+        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        os.ftruncate(self._descriptor, keep)
+        os.lseek(self._descriptor, 0, os.SEEK_END)
+
+    def append(self, data: bytes) -> None:
+        """Add a record and force it to disk."""
+        view = memoryview(data)
+        while view:
+            view = view[os.write(self._descriptor, view) :]
+        os.fsync(self._descriptor)
+
+    def close(self) -> None:
+        """Close the file."""
+        os.close(self._descriptor)

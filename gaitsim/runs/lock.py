@@ -1,0 +1,49 @@
+"""One process at a time writes to a run."""
+
+import os
+import socket
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from gaitsim.errors import RunError
+
+
+class RunLock:
+    """The lock of a run folder; the system frees it when its process ends, however it ends.
+
+    Raises:
+        RunError: another process holds it; the message names that process.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._lock = FileLock(folder / ".lock")
+        owner = folder / ".lock-owner"
+        try:
+            self._lock.acquire(timeout=0)
+        except Timeout:
+            raise RunError(
+                f"the run {folder} is being written by {_read(owner)}",
+                remedy="wait for it, or stop it with Ctrl-C: it saves before it ends",
+            ) from None
+        except OSError as error:
+            raise RunError(
+                f"cannot lock the run {folder}: {error.strerror}",
+                remedy="check that the folder is there and may be written",
+            ) from None
+        try:
+            owner.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
+        except OSError:
+            # The name of the owner is a courtesy; the lock itself holds.
+            owner.unlink(missing_ok=True)
+
+    def release(self) -> None:
+        """Give the run free."""
+        self._lock.release()
+
+
+def _read(owner: Path) -> str:
+    try:
+        return owner.read_text(encoding="utf-8")[:200] or "another process"
+    except (OSError, UnicodeDecodeError):
+        return "another process"

@@ -1,0 +1,268 @@
+"""The file format of checkpoints: a header, then a pickle that is never trusted.
+
+=========  =====  ==========================================
+offset     bytes  what
+=========  =====  ==========================================
+0          8      magic, `GAITSIM` and a zero byte
+8          4      schema version, unsigned, little-endian
+12         8      length of the pickle, likewise
+20         32     SHA-256 of all other bytes of the file
+52         rest   pickle, protocol 5
+=========  =====  ==========================================
+
+This layout is the same in every schema version. `pickle.loads(data[52:])` opens
+the rest in any Python. The pickle holds dict with string keys, list, str, int of
+64 bits, float, bool, None and bytes, and nothing occurs in it by reference: that
+leaves 24 opcodes, none of which names, calls or remembers anything.
+
+A right digest shows that a file is undamaged, not that it is well meant. So the
+opcodes are checked to the last before one of them is carried out.
+"""
+
+import hashlib
+import io
+import pickle
+import pickletools
+import stat
+import struct
+from pathlib import Path
+from typing import Any, NoReturn
+
+from gaitsim.errors import CheckpointError, RunError
+
+MAGIC = b"GAITSIM\0"
+VERSION = 1
+HEADER = 52
+"""Length of the header, bytes."""
+
+MAX_BYTES = 2**30
+"""Length of the longest file that is read."""
+MAX_TEXT = 2**26
+"""Most characters in all strings together: one takes up to four bytes in memory."""
+MAX_OPCODES = 1_000_000
+MAX_DEPTH = 16
+
+_FIELDS = struct.Struct("<8sIQ")
+_DIGEST = slice(_FIELDS.size, HEADER)
+
+# What an opcode puts on the unpickler's stack: the kind of value, and how many
+# containers deep it is.
+_Value = tuple[type, int]
+_PUSHES: dict[str, _Value] = {
+    "EMPTY_DICT": (dict, 1),
+    "EMPTY_LIST": (list, 1),
+    **dict.fromkeys(("SHORT_BINUNICODE", "BINUNICODE", "BINUNICODE8"), (str, 0)),
+    **dict.fromkeys(("SHORT_BINBYTES", "BINBYTES", "BINBYTES8"), (bytes, 0)),
+    **dict.fromkeys(("BININT", "BININT1", "BININT2", "LONG1"), (int, 0)),
+    **dict.fromkeys(("NONE", "NEWTRUE", "NEWFALSE", "BINFLOAT"), (object, 0)),
+}
+# What moves values from the stack into the container below them: its kind, and how
+# many values, where a mark does not say where they begin.
+_FILLS: dict[str, type] = {"APPEND": list, "APPENDS": list, "SETITEM": dict, "SETITEMS": dict}
+_WIDTHS = {"APPEND": 1, "SETITEM": 2}
+
+
+class NewerCheckpointError(CheckpointError):
+    """A checkpoint is whole, but from a gaitsim that knows a newer schema."""
+
+
+class _RefusedError(Exception):
+    """The reason why a pickle is not read."""
+
+
+class _Reader(pickle.Unpickler):
+    """Builds builtins alone, whatever the scan let pass."""
+
+    def find_class(self, module: str, name: str) -> NoReturn:
+        raise _RefusedError(f"it asks for {module!r}, {name!r}, and a checkpoint names nothing")
+
+
+def dumps(content: dict[str, Any]) -> bytes:
+    """A whole file, header and pickle, that holds `content`.
+
+    Equal content, with keys in the same order, gives equal bytes.
+
+    Raises:
+        ValueError: `content` holds what a checkpoint cannot hold, or too much of it.
+    """
+    file = io.BytesIO()
+    file.write(bytes(HEADER))
+    pickler = pickle.Pickler(file, protocol=5)
+    # No memo: the bytes depend on values alone, not on which of them are one object,
+    # and the reader needs to follow no references.
+    pickler.fast = True
+    try:
+        pickler.dump(content)
+        with file.getbuffer() as view:
+            _FIELDS.pack_into(view, 0, MAGIC, VERSION, len(view) - HEADER)
+            view[_DIGEST] = _digest(view)
+        data = file.getvalue()
+        _scan(data)
+    except Exception as error:  # so many ways has the pickler to say no
+        raise ValueError(f"no checkpoint can hold this: {error}") from error
+    if len(data) > MAX_BYTES:
+        raise ValueError(f"no checkpoint can hold {len(data):,} bytes, only {MAX_BYTES:,}")
+    return data
+
+
+def load(path: Path) -> dict[str, Any]:
+    """Read the file at `path`.
+
+    Raises:
+        NewerCheckpointError: it is whole, but newer than this gaitsim.
+        CheckpointError: it is missing, damaged, foreign or hostile.
+        RunError: it may not be read.
+    """
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise _refusal(path, "it is not a file", "give the path of a checkpoint")
+        if status.st_size > MAX_BYTES:
+            raise _refusal(path, f"it has {status.st_size:,} bytes", allowed=f"{MAX_BYTES:,} bytes")
+        with path.open("rb") as file:
+            data = file.read(status.st_size)
+    except FileNotFoundError as error:
+        raise _refusal(path, "there is no such file", "check the path") from error
+    except PermissionError as error:
+        raise RunError(
+            f"{path.name} may not be read", where=str(path), remedy="allow reading it"
+        ) from error
+    except (OSError, MemoryError) as error:
+        raise _refusal(path, _reason(error)) from error
+    return loads(data, path)
+
+
+def loads(data: bytes, path: Path) -> dict[str, Any]:
+    """Read the bytes of a whole file; `path` names it in errors.
+
+    Raises:
+        NewerCheckpointError: it is whole, but newer than this gaitsim.
+        CheckpointError: it is damaged, foreign or hostile.
+    """
+    if not data:
+        raise _refusal(path, "it is empty")
+    if not data.startswith(MAGIC):
+        raise _refusal(path, "it is another kind of file", "give the path of a checkpoint")
+    if len(data) < HEADER:
+        raise _refusal(path, "it is damaged: the header is cut off")
+    _, version, length = _FIELDS.unpack_from(data)
+    if length != len(data) - HEADER:
+        raise _refusal(path, f"it is damaged: {len(data) - HEADER:,} bytes of {length:,} are there")
+    if _digest(memoryview(data)) != data[_DIGEST]:
+        raise _refusal(path, "it is damaged: its digest does not fit")
+    if version > VERSION:
+        raise NewerCheckpointError(
+            f"{path.name} was written by a newer gaitsim",
+            where=str(path),
+            allowed=f"schema version {VERSION} and older; this is version {version}",
+            remedy="update gaitsim: pip install --upgrade gaitsim",
+        )
+    if version < 1:
+        raise _refusal(path, f"there is no schema version {version}")
+    try:
+        _scan(data)
+        stream = io.BytesIO(data)
+        stream.seek(HEADER)
+        content: dict[str, Any] = _Reader(stream).load()
+    except Exception as error:  # hostile bytes can make the unpickler raise about anything
+        raise _refusal(path, _reason(error)) from error
+    return content
+
+
+def _digest(data: memoryview) -> bytes:
+    digest = hashlib.sha256(data[: _DIGEST.start])
+    digest.update(data[_DIGEST.stop :])
+    return digest.digest()
+
+
+def _scan(data: bytes) -> None:
+    """Look at every opcode of the file `data` without building anything.
+
+    Raises:
+        _RefusedError: an opcode, a length, a depth or a key that no honest file has.
+        Exception: whatever pickletools raises for bytes that are no pickle.
+    """
+    # genops reads lengths from a stream, which returns what is there and allocates no more.
+    stream = io.BytesIO(data)
+    stream.seek(HEADER)
+    stack = _Stack()
+    text = 0
+    for count, (opcode, arg, _) in enumerate(pickletools.genops(stream)):
+        text += _text_length(arg)
+        if count >= MAX_OPCODES:
+            raise _RefusedError(f"it has more than {MAX_OPCODES:,} opcodes")
+        if text > MAX_TEXT:
+            raise _RefusedError(f"it has more than {MAX_TEXT:,} characters of text")
+        if opcode.name == "FRAME" and (arg or 0) > len(data) - stream.tell():
+            raise _RefusedError("a frame is longer than the file")
+        if count > 0:
+            stack.follow(opcode.name)
+        elif (opcode.name, arg) != ("PROTO", 5):
+            raise _RefusedError("it is not a pickle of protocol 5")
+    if stack.marks or [kind for kind, _ in stack.values] != [dict]:
+        raise _RefusedError("it is not one dict")
+    if stream.tell() != len(data):
+        raise _RefusedError("bytes follow the end of the pickle")
+
+
+class _Stack:
+    """The unpickler's stack, with the kind and the depth of each value in its place."""
+
+    def __init__(self) -> None:
+        self.values: list[_Value] = []
+        self.marks: list[int] = []
+
+    def follow(self, name: str) -> None:
+        """Do what the opcode `name` does to the stack."""
+        if name in _PUSHES:
+            self.values.append(_PUSHES[name])
+        elif name == "MARK":
+            self.marks.append(len(self.values))
+        elif name in _WIDTHS:
+            self._fill(_FILLS[name], len(self.values) - _WIDTHS[name])
+        elif name in _FILLS:
+            self._fill(_FILLS[name], self.marks.pop() if self.marks else 0)
+        elif name not in ("FRAME", "STOP"):
+            raise _RefusedError(f"it holds the opcode {name}, which a checkpoint never has")
+
+    def _fill(self, container: type, start: int) -> None:
+        """Move the values from `start` on into the container below them."""
+        if start < 1 or self.values[start - 1][0] is not container:
+            raise _RefusedError(f"it fills a {container.__name__} that is not there")
+        items = self.values[start:]
+        if container is dict and (len(items) % 2 or any(kind is not str for kind, _ in items[::2])):
+            raise _RefusedError("a key is not a string")
+        depth = max([self.values[start - 1][1], *(inner + 1 for _, inner in items)])
+        if depth > MAX_DEPTH:
+            raise _RefusedError(f"it is more than {MAX_DEPTH} containers deep")
+        self.values[start - 1 :] = [(container, depth)]
+
+
+def _text_length(arg: object) -> int:
+    """Characters in the value of an opcode, after a look at the value itself."""
+    if isinstance(arg, int) and not -(2**63) <= arg < 2**63:
+        raise _RefusedError("a whole number needs more than 64 bits")
+    if not isinstance(arg, str):
+        return 0
+    arg.encode()  # halves of surrogate pairs could be read and never printed
+    return len(arg)
+
+
+def _reason(error: BaseException) -> str:
+    if isinstance(error, MemoryError):
+        return "it needs more memory than there is"
+    return str(error) or type(error).__name__
+
+
+def _refusal(
+    path: Path,
+    reason: str,
+    remedy: str = "use an older copy of the file: this one cannot be mended",
+    allowed: str = "",
+) -> CheckpointError:
+    return CheckpointError(
+        f"{path.name} cannot be read as a checkpoint: {reason}",
+        where=str(path),
+        allowed=allowed or "a checkpoint that gaitsim wrote",
+        remedy=remedy,
+    )

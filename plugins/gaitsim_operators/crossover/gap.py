@@ -1,0 +1,14 @@
+"""The way from mother to father, along which real genes are mixed."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Genomes, RealSpace
+
+
+def gap(mothers: Genomes, fathers: Genomes, space: RealSpace) -> NDArray[np.float64]:
+    """What leads from mother to father, (pairs, genes); on a cycle, the shorter way round."""
+    way: NDArray[np.float64] = fathers - mothers
+    if space.periodic is None:
+        return way
+    return np.where(space.periodic, way - space.width * np.rint(way / space.width), way)

@@ -1,0 +1,18 @@
+"""No crossover: children are copies."""
+
+import numpy as np
+
+from gaitsim.contracts import Crossover, Genomes, GenomeSpace
+
+
+class NoCrossover(Crossover):
+    """Passes parents on unchanged, for schemes that breed by mutation alone.
+
+    Of two children, the first is a copy of the mother, the second of the father.
+    """
+
+    def cross(
+        self, mothers: Genomes, fathers: Genomes, space: GenomeSpace, rng: np.random.Generator
+    ) -> Genomes:
+        """(pairs, genes) twice -> (pairs × children, genes)."""
+        return mothers.copy() if self.children == 1 else np.concatenate((mothers, fathers))

@@ -1,0 +1,1 @@
+"""How genomes change at random."""

@@ -1,0 +1,45 @@
+"""Gaussian mutation: small random changes."""
+
+from typing import ClassVar, Self
+
+import numpy as np
+
+from gaitsim.contracts import Genomes, GenomeSpace, Mutation, RealSpace, option
+from gaitsim_operators.mutation.sites import draw_sites
+from gaitsim_operators.real import real
+
+
+class Gaussian(Mutation):
+    """Adds a normally distributed change to each gene with a probability.
+
+    Hinterding 1995 for genes of a genetic algorithm, after Rechenberg 1973.
+    """
+
+    rate: float = option(0.05, "probability that a gene mutates", ge=0, le=1)
+    sigma: float = option(
+        0.1, "standard deviation of a change, as a share of the gene's width", gt=0, le=10
+    )
+    decay: float = option(
+        1.0, "factor on sigma from each generation to the next; 1 leaves it", gt=0, le=1
+    )
+
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
+
+    def at(self, generation: int) -> Self:
+        """This mutation with the sigma that decay has left at `generation`."""
+        if self.decay == 1:
+            return self
+        return self.model_copy(update={"sigma": self.sigma * self.decay**generation})
+
+    def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
+        """(population, genes) -> mutants of that shape, float64.
+
+        Raises:
+            PluginError: the space is not of real numbers.
+        """
+        deviation = self.sigma * real(space).width
+        mutants = genomes.copy()
+        sites = draw_sites(genomes.size, self.rate, rng)
+        changes = rng.standard_normal(len(sites)) * deviation[sites % space.genes]
+        mutants.reshape(-1)[sites] += changes
+        return mutants

@@ -1,0 +1,23 @@
+"""Reset mutation: genes begin anew."""
+
+import numpy as np
+
+from gaitsim.contracts import Genomes, GenomeSpace, Mutation, option
+from gaitsim_operators.mutation.sites import draw_sites
+
+
+class Reset(Mutation):
+    """Replaces each gene with a probability by that of a fresh genome.
+
+    Fresh genes are spread as in the first population. Called random resetting
+    in Eiben and Smith 2015, section 4.3.
+    """
+
+    rate: float = option(0.05, "probability that a gene is replaced", ge=0, le=1)
+
+    def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
+        """(population, genes) -> mutants of that shape and dtype."""
+        mutants = genomes.copy()
+        sites = draw_sites(genomes.size, self.rate, rng)
+        mutants.reshape(-1)[sites] = space.random(len(genomes), rng).reshape(-1)[sites]
+        return mutants

@@ -1,0 +1,26 @@
+"""Pairs of different survivors."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim_operators.draws import two_different
+
+
+def random_pairs(
+    survivors: NDArray[np.intp], pairs: int, rng: np.random.Generator
+) -> NDArray[np.intp]:
+    """Draw pairs of two different survivors, each ordered pair equally likely.
+
+    Args:
+        survivors: indices, (survivors,); a lone survivor is paired with itself.
+        pairs: how many pairs to draw.
+        rng: the only source of randomness.
+
+    Returns:
+        Indices of mothers and fathers, (pairs, 2).
+    """
+    if len(survivors) == 1:
+        return np.full((pairs, 2), survivors[0])
+    positions = np.stack(two_different(len(survivors), pairs, rng), axis=1)
+    chosen: NDArray[np.intp] = survivors[positions]
+    return chosen

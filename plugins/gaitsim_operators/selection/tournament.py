@@ -1,0 +1,28 @@
+"""Tournament selection: the best of a few drawn at random breeds."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Selection, option
+
+
+class Tournament(Selection):
+    """Each parent is the best of a few entrants drawn with replacement.
+
+    Goldberg and Deb 1991. The best but i of n wins with probability
+    ((n − i)^size − (n − i − 1)^size) / n^size.
+    """
+
+    size: int = option(2, "entrants of each tournament; 1 chooses at random", ge=1, le=1000)
+
+    def parents(
+        self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
+    ) -> NDArray[np.intp]:
+        """Scores (population,) -> pairs of winners, (pairs, 2).
+
+        The first drawn of equals wins, so that no place in the population is favoured.
+        """
+        entrants = rng.integers(0, len(scores), (2 * pairs, self.size), dtype=np.intp)
+        best = scores[entrants].argmax(axis=1)
+        winners: NDArray[np.intp] = entrants[np.arange(2 * pairs), best]
+        return winners.reshape(pairs, 2)

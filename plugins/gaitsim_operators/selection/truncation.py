@@ -1,0 +1,25 @@
+"""Truncation selection: the best share breeds."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Selection, option
+from gaitsim_operators.selection.pairing import random_pairs
+from gaitsim_operators.selection.ranking import best_first
+
+
+class Truncation(Selection):
+    """The best share survives; parents are two different survivors.
+
+    Mühlenbein and Schlierkamp-Voosen 1993. At least two survive
+    where there are two.
+    """
+
+    share: float = option(0.2, "share of the population that breeds", gt=0, le=1)
+
+    def parents(
+        self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
+    ) -> NDArray[np.intp]:
+        """Scores (population,) -> pairs of survivors, uniformly drawn, (pairs, 2)."""
+        survivors = max(2, round(self.share * len(scores)))
+        return random_pairs(best_first(scores)[:survivors], pairs, rng)

@@ -1,0 +1,1 @@
+"""The spider's ready experiments."""

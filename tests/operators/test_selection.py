@@ -1,0 +1,187 @@
+"""Each selection against the probabilities that the literature gives for it."""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from gaitsim_operators.selection.drop_worst import DropWorst
+from gaitsim_operators.selection.elite_and_lucky import EliteAndLucky
+from gaitsim_operators.selection.rank import Rank
+from gaitsim_operators.selection.roulette import Roulette
+from gaitsim_operators.selection.tournament import Tournament
+from gaitsim_operators.selection.truncation import Truncation
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+PAIRS = 20_000
+# Shuffled, so that an operator that takes places for ranks is found out.
+SCORES = np.array([3.0, -4.0, 10.0, 0.5, 7.0, -1.0, 8.0, 2.0])
+RANKING = np.argsort(-SCORES)
+
+
+def _assert_frequencies(chosen, probabilities):
+    """Chi-square test of indices against probabilities; those of 0 must not occur."""
+    probabilities = np.asarray(probabilities, dtype=float)
+    counts = np.bincount(np.ravel(chosen), minlength=len(probabilities))
+    possible = probabilities > 0
+    assert counts[~possible].sum() == 0
+    expected = probabilities[possible] / probabilities.sum() * counts.sum()
+    assert stats.chisquare(counts[possible], expected).pvalue > 1e-3
+
+
+def _assert_uniform_pairs_of_different(parents, survivors):
+    pairs = list(permutations(sorted(survivors), 2))
+    place = {pair: i for i, pair in enumerate(pairs)}
+    drawn = [place[tuple(pair)] for pair in parents.tolist()]
+    _assert_frequencies(drawn, np.ones(len(pairs)))
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 7])
+def test_tournament_wins_follow_the_closed_form(size):
+    count = len(SCORES)
+    parents = Tournament(size=size).parents(SCORES, PAIRS, np.random.default_rng(size))
+    rank = np.arange(count)
+    chances = np.empty(count)
+    chances[RANKING] = ((count - rank) ** size - (count - rank - 1) ** size) / count**size
+    _assert_frequencies(parents, chances)
+
+
+def test_tournament_favours_no_one_among_equals():
+    parents = Tournament(size=3).parents(np.zeros(6), PAIRS, np.random.default_rng(1))
+    _assert_frequencies(parents, np.ones(6))
+
+
+@pytest.mark.parametrize("pressure", [1.0, 1.1, 1.5, 2.0])
+def test_rank_follows_the_line_of_baker(pressure):
+    count = len(SCORES)
+    parents = Rank(pressure=pressure).parents(SCORES, PAIRS, np.random.default_rng(2))
+    rank = np.arange(count)
+    chances = np.empty(count)
+    chances[RANKING] = pressure - (2 * pressure - 2) * rank / (count - 1)
+    _assert_frequencies(parents, chances)
+
+
+def test_rank_ignores_the_size_of_scores():
+    scores = np.where(np.arange(8) == 2, 1e300, SCORES)
+    scores[1] = -np.inf
+    for seed in range(5):
+        np.testing.assert_array_equal(
+            Rank().parents(SCORES, 50, np.random.default_rng(seed)),
+            Rank().parents(scores, 50, np.random.default_rng(seed)),
+        )
+
+
+def test_roulette_follows_the_scores_above_the_worst():
+    parents = Roulette().parents(SCORES, PAIRS, np.random.default_rng(3))
+    _assert_frequencies(parents, SCORES + 4)
+
+
+def test_roulette_mothers_and_fathers_are_independent():
+    parents = Roulette().parents(SCORES, PAIRS, np.random.default_rng(4))
+    table = np.zeros((8, 8))
+    np.add.at(table, (parents[:, 0], parents[:, 1]), 1)
+    table = np.delete(np.delete(table, 1, axis=0), 1, axis=1)
+    assert stats.chi2_contingency(table).pvalue > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("scores", "weights"),
+    [
+        ([-np.inf, 1.0, 2.0, 4.0], [0, 0, 1, 3]),
+        ([-np.inf, 5.0, 5.0, -np.inf], [0, 1, 1, 0]),
+        ([-np.inf] * 3, [1, 1, 1]),
+        ([-2.5] * 4, [1, 1, 1, 1]),
+        ([-1.7e308, 1.7e308, 0.0], [0, 2, 1]),
+        ([0.0, 1e-323, 2e-323], [0, 1, 2]),
+    ],
+    ids=["one failed", "equals beside failures", "all failed", "all equal", "widest", "narrowest"],
+)
+def test_roulette_at_its_edges(scores, weights):
+    parents = Roulette().parents(np.array(scores), 5000, np.random.default_rng(5))
+    _assert_frequencies(parents, weights)
+
+
+@pytest.mark.parametrize(
+    ("share", "survivors"), [(0.5, 4), (0.3, 2), (0.01, 2), (1.0, 8), (0.6, 5)]
+)
+def test_truncation_pairs_the_best(share, survivors):
+    parents = Truncation(share=share).parents(SCORES, PAIRS, np.random.default_rng(6))
+    _assert_uniform_pairs_of_different(parents, RANKING[:survivors].tolist())
+
+
+def test_truncation_keeps_the_first_of_equals():
+    scores = np.array([1.0, 2.0, 1.0, 1.0])
+    parents = Truncation(share=0.5).parents(scores, 200, np.random.default_rng(7))
+    assert set(parents.ravel()) == {0, 1}
+
+
+def test_elite_without_luck_pairs_the_best():
+    selection = EliteAndLucky(elite=4, lucky=0)
+    parents = selection.parents(SCORES, PAIRS, np.random.default_rng(8))
+    _assert_uniform_pairs_of_different(parents, RANKING[:4].tolist())
+
+
+def test_lucky_ones_are_any_of_the_rest():
+    selection = EliteAndLucky(elite=3, lucky=2)
+    rest = sorted(RANKING[3:].tolist())
+    lucky = []
+    for seed in range(1000):
+        survivors = set(selection.parents(SCORES, 60, np.random.default_rng(seed)).ravel().tolist())
+        assert set(RANKING[:3].tolist()) <= survivors
+        assert len(survivors) == 5
+        lucky += [rest.index(i) for i in survivors - set(RANKING[:3].tolist())]
+    _assert_frequencies(lucky, np.ones(5))
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(
+    population=st.integers(2, 30),
+    elite=st.integers(1, 40),
+    lucky=st.integers(0, 40),
+    seed=st.integers(0, 2**32),
+)
+def test_as_many_survive_as_there_are(population, elite, lucky, seed):
+    scores = -np.arange(population, dtype=float)
+    selection = EliteAndLucky(elite=elite, lucky=lucky)
+    parents = selection.parents(scores, 3000, np.random.default_rng(seed))
+    survivors = set(parents.ravel().tolist())
+    best = min(elite, population)
+    assert len(survivors) == min(population, elite + lucky)
+    assert set(range(best)) <= survivors
+    if len(survivors) > 1:
+        assert (parents[:, 0] != parents[:, 1]).all()
+
+
+@settings(derandomize=True, deadline=None)
+@given(
+    scores=st.lists(st.sampled_from([0.0, 1.0, 2.5, -np.inf]), min_size=2, max_size=31),
+    rounds=st.integers(1, 4),
+    seed=st.integers(0, 2**32),
+)
+def test_drop_worst_lets_every_other_breed_once_a_round(scores, rounds, seed):
+    kept = len(scores) - 1
+    worst = max(i for i, score in enumerate(scores) if score == min(scores))
+    pairs = -(-rounds * kept // 2)
+    parents = DropWorst().parents(np.array(scores), pairs, np.random.default_rng(seed))
+    turns = parents.ravel()[: rounds * kept]
+    expected = np.full(len(scores), rounds)
+    expected[worst] = 0
+    # Parting twins swaps turns within a round, so each round stays whole.
+    np.testing.assert_array_equal(np.bincount(turns, minlength=len(scores)), expected)
+    for turn in turns.reshape(rounds, kept):
+        assert len(set(turn)) == kept
+    if kept > 1:
+        assert (parents[:, 0] != parents[:, 1]).all()
+
+
+def test_drop_worst_pairs_at_random():
+    drawn = [DropWorst().parents(SCORES, 3, np.random.default_rng(seed))[2] for seed in range(3000)]
+    _assert_uniform_pairs_of_different(np.array(drawn), set(range(8)) - {int(RANKING[-1])})
+
+
+def test_drop_worst_shuffles_rounds_anew():
+    scores = np.arange(31.0)
+    first, second = DropWorst().parents(scores, 30, np.random.default_rng(9)).reshape(2, 30)
+    assert sorted(first) == sorted(second)
+    assert (first != second).any()

@@ -1,0 +1,51 @@
+import math
+
+import numpy as np
+import pytest
+
+from gaitsim.runs.checkpoint import Champion, Checkpoint
+
+
+@pytest.fixture(scope="session")
+def checkpoint():
+    """Makes a checkpoint of four individuals, the second one failed, with the changes asked for."""
+    return _checkpoint
+
+
+@pytest.fixture(scope="session")
+def champion():
+    """Makes a champion with the changes asked for."""
+    return _champion
+
+
+def _checkpoint(**changes):
+    rng = np.random.default_rng(0)
+    values = {
+        "experiment": 'organism = "spider"\n',
+        "versions": {"gaitsim": "0.1.0", "plugin spider": "gaitsim 0.1.0"},
+        "generation": 7,
+        "evaluations": 700,
+        "genomes": rng.normal(size=(4, 3)),
+        "scores": np.array([1.5, -math.inf, -0.0, 2.5]),
+        "terms": {
+            "speed": np.array([1.0, np.nan, 0.0, 2.0]),
+            "slip": np.array([0.5, math.inf, 0, 0.5]),
+        },
+        "reasons": {"1": "speed is not a number"},
+        "stagnation": 2,
+        "best_score": 2.5,
+        "threshold": 2.0,
+    }
+    return Checkpoint(**values | changes)
+
+
+def _champion(**changes):
+    values = {
+        "experiment": 'organism = "spider"\n',
+        "versions": {"gaitsim": "0.1.0"},
+        "generation": 7,
+        "genome": np.array([0.5, -1.0]),
+        "score": 1.5,
+        "terms": {"speed": 1.0, "slip": 0.5},
+    }
+    return Champion(**values | changes)

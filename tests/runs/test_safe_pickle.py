@@ -1,0 +1,221 @@
+import hashlib
+import os
+import pickle
+import struct
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitsim.errors import CheckpointError, RunError
+from gaitsim.runs import safe_pickle
+from gaitsim.runs.safe_pickle import NewerCheckpointError, dumps, load, loads
+
+FILE = Path("population.pickle")
+
+
+def seal(payload: bytes, version: int = 1, more: int = 0) -> bytes:
+    """A file with a right digest: the format, written down a second time."""
+    start = b"GAITSIM\0" + struct.pack("<IQ", version, len(payload) + more)
+    return start + hashlib.sha256(start + payload).digest() + payload
+
+
+HONEST = dumps({"name": "spider", "count": 3, "list": [1.5, None, True], "bytes": b"\0\1"})
+
+
+def builtins_deep(keys: st.SearchStrategy[str]) -> st.SearchStrategy[object]:
+    numbers = st.integers(-(2**63), 2**63 - 1) | st.floats() | st.booleans()
+    leaves = st.none() | numbers | st.text() | st.binary(max_size=300)
+    return st.recursive(leaves, lambda x: st.lists(x) | st.dictionaries(keys, x), max_leaves=30)
+
+
+contents = st.dictionaries(st.text(), builtins_deep(st.text()))
+
+
+@settings(derandomize=True, deadline=None)
+@given(contents)
+def test_what_is_written_is_read(content):
+    data = dumps(content)
+    # repr tells 1 from True and −0.0 from 0.0, and NaN equals itself in it.
+    assert repr(loads(data, FILE)) == repr(content)
+    assert data == seal(data[52:])
+
+
+@pytest.mark.parametrize("length", [255, 256, 65_535, 65_536, 200_000, 5_000_000])
+def test_long_values(length):
+    content = {"t": "é" * length, "b": b"x" * length, "l": [0] * min(length, 200_000)}
+    assert loads(dumps(content), FILE) == content
+
+
+def test_any_python_opens_it_past_the_header():
+    content = {"name": "spider", "genes": [1.5, -2.5], "array": {"bytes": b"\0\1"}}
+    assert safe_pickle.HEADER == 52
+    program = "import pickle, sys; print(pickle.loads(sys.stdin.buffer.read()[52:]))"
+    opened = subprocess.run(
+        [sys.executable, "-I", "-S", "-c", program],
+        input=dumps(content),
+        capture_output=True,
+        check=True,
+    )
+    assert opened.stdout.decode().strip() == str(content)
+
+
+def test_bytes_depend_on_values_alone():
+    one, two, three = (" ".join(["a", "text"]) for _ in range(3))
+    assert one is not two
+    shared = {"a": one, "b": one, "c": [one]}
+    apart = {"a": one, "b": two, "c": [three]}
+    assert dumps(shared) == dumps(apart)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        (1,),
+        {1},
+        bytearray(b"x"),
+        2**63,
+        -(2**63) - 1,
+        10**1000,
+        np.float64(1.0),
+        np.zeros(3),
+        1j,
+        object(),
+        print,
+        lambda: None,
+        {1: 2},
+        {None: 2},
+        "\ud800",
+        FILE,
+    ],
+    ids=repr,
+)
+def test_only_builtins_are_written(value):
+    with pytest.raises(ValueError, match="no checkpoint can hold this"):
+        dumps({"a": value})
+
+
+def test_cycles_and_depth_are_not_written():
+    cycle: list[object] = []
+    cycle.append(cycle)
+    deep: list[object] = []
+    for _ in range(100_000):
+        deep = [deep]
+    for value in (cycle, deep):
+        with pytest.raises(ValueError, match="no checkpoint can hold this"):
+            dumps({"a": value})
+
+
+def test_no_file_is_written_that_is_too_big_to_be_read(monkeypatch):
+    monkeypatch.setattr(safe_pickle, "MAX_BYTES", 100)
+    with pytest.raises(ValueError, match="only 100"):
+        dumps({"a": b"x" * 100})
+
+
+def test_files_cut_anywhere_are_refused():
+    for length in range(len(HONEST)):
+        with pytest.raises(CheckpointError, match=r"population\.pickle"):
+            loads(HONEST[:length], FILE)
+
+
+@pytest.mark.parametrize("change", [0x01, 0x80, 0xFF])
+def test_files_with_any_byte_changed_are_damaged_not_newer(change):
+    for index in range(len(HONEST)):
+        changed = bytearray(HONEST)
+        changed[index] ^= change
+        with pytest.raises(CheckpointError) as refusal:
+            loads(bytes(changed), FILE)
+        assert not isinstance(refusal.value, NewerCheckpointError)
+
+
+@pytest.mark.parametrize("tail", [b"\0", b".", HONEST])
+def test_trailing_bytes_are_refused(tail):
+    with pytest.raises(CheckpointError, match="damaged"):
+        loads(HONEST + tail, FILE)
+
+
+@pytest.mark.parametrize("more", [-1, 1, 2**63])
+def test_a_length_that_is_not_that_of_the_file_is_refused(more):
+    with pytest.raises(CheckpointError, match="bytes of"):
+        loads(seal(HONEST[52:], more=more), FILE)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"\n", pickle.dumps({"a": 1}), b"\x89PNG\r\n\x1a\n" + bytes(60), b"a = 1\n" * 20],
+    ids=["empty", "a line", "a plain pickle", "a picture", "a TOML file"],
+)
+def test_other_files_are_refused(data, tmp_path):
+    path = tmp_path / "other"
+    path.write_bytes(data)
+    with pytest.raises(CheckpointError, match=r"it is (empty|another kind of file)"):
+        load(path)
+
+
+@pytest.mark.parametrize("version", [2, 2**32 - 1])
+def test_a_newer_schema_asks_for_an_update(version):
+    with pytest.raises(NewerCheckpointError) as refusal:
+        loads(seal(b"anything at all", version), FILE)
+    assert f"version 1 and older; this is version {version}" in str(refusal.value)
+    assert "update gaitsim" in refusal.value.remedy
+
+
+def test_there_is_no_version_0():
+    with pytest.raises(CheckpointError, match="no schema version 0"):
+        loads(seal(HONEST[52:], 0), FILE)
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    with pytest.raises(CheckpointError, match="not a file"):
+        load(tmp_path)
+    with pytest.raises(CheckpointError, match="no such file"):
+        load(tmp_path / "missing.pickle")
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe")
+        with pytest.raises(CheckpointError, match="not a file"):
+            load(tmp_path / "pipe")
+
+
+def test_huge_files_are_refused_unread(tmp_path):
+    path = tmp_path / "huge.pickle"
+    with path.open("wb") as file:
+        file.write(HONEST)
+        file.truncate(safe_pickle.MAX_BYTES + 1)
+    tracemalloc.start()
+    try:
+        with pytest.raises(CheckpointError, match="1,073,741,825 bytes"):
+            load(path)
+        assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    "error", [MemoryError(), RecursionError(), KeyError("x"), AttributeError(), EOFError()]
+)
+def test_whatever_unpickling_raises_is_a_refusal(error, monkeypatch):
+    class Broken(pickle.Unpickler):
+        def load(self):
+            raise error
+
+    monkeypatch.setattr(safe_pickle, "_Reader", Broken)
+    with pytest.raises(CheckpointError, match="cannot be read as a checkpoint"):
+        loads(HONEST, FILE)
+
+
+def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch):
+    path = tmp_path / "population.pickle"
+    path.write_bytes(HONEST)
+
+    def forbidden(*args, **options):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", forbidden)
+    with pytest.raises(RunError, match="may not be read") as refusal:
+        load(path)
+    assert not isinstance(refusal.value, CheckpointError)

@@ -1,0 +1,115 @@
+"""The replay itself has to be right before a gait is judged by it."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from rigid_body import LEGS, VARIANTS, WEIGHT, Replay, feet, replay, tetrapod
+
+
+def mirrored(angles: np.ndarray) -> np.ndarray:
+    return np.roll(angles.reshape(-1, 8, 3), 4, axis=1).reshape(-1, 24)
+
+
+@pytest.fixture(scope="module")
+def standing() -> Replay:
+    return replay(np.zeros((300, 24)))
+
+
+@pytest.fixture(scope="module")
+def nominal() -> Replay:
+    return replay(tetrapod())
+
+
+def test_feet_of_the_neutral_pose_stand_where_the_lengths_put_them() -> None:
+    place = feet(np.zeros(24))[0]
+    reach = 0.03 + 0.08 * np.cos(np.radians(30)) + 0.12 * np.cos(np.radians(80))
+    azimuth = np.radians([45, 15, -15, -45])
+    np.testing.assert_allclose(
+        place[:4, 0], [0.075, 0.025, -0.025, -0.075] + reach * np.sin(azimuth)
+    )
+    np.testing.assert_allclose(place[:4, 1], 0.07 + reach * np.cos(azimuth))
+    np.testing.assert_allclose(place[:4] * [1, -1, 1], place[4:], atol=1e-12)
+    np.testing.assert_allclose(place[:, 2], 0.008 - 0.0862, atol=5e-5)
+
+
+@pytest.mark.parametrize("leg", range(8), ids=LEGS)
+def test_positive_angles_swing_forward_lift_and_extend(leg: int) -> None:
+    poses = np.zeros((4, 24))
+    poses[[1, 2, 3], [3 * leg, 3 * leg + 1, 3 * leg + 2]] = 0.1
+    neutral, swung, lifted, extended = feet(poses)[:, leg]
+    hip = np.array([[0.075, 0.025, -0.025, -0.075][leg % 4], 0.07 if leg < 4 else -0.07])
+    assert swung[0] > neutral[0] + 0.005
+    assert lifted[2] > neutral[2] + 0.005
+    assert np.linalg.norm(extended[:2] - hip) > np.linalg.norm(neutral[:2] - hip) + 0.005
+
+
+def test_standing_still_stays_put_at_the_standing_height(standing: Replay) -> None:
+    assert np.abs(standing.path[:, :2]).max() < 1e-3
+    assert abs(standing.yaw) < 0.01
+    np.testing.assert_allclose(standing.path[:, 2], 0.0862, atol=1e-3)  # servos sag, feet sink
+    assert not standing.fell
+
+
+def test_the_feet_at_rest_carry_the_weight(standing: Replay) -> None:
+    np.testing.assert_allclose(standing.load.sum(axis=1), WEIGHT, rtol=1e-3)
+    assert standing.load[:, 8].max() == 0
+    np.testing.assert_allclose(standing.duty, 1)
+
+
+def test_over_a_walk_the_floor_carries_the_weight_on_average(nominal: Replay) -> None:
+    assert nominal.load.sum(axis=1).mean() == pytest.approx(WEIGHT, rel=0.01)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_hand_made_tetrapod_walks_straight(variant: str) -> None:
+    walk = replay(tetrapod(), **VARIANTS[variant])
+    assert 1.6 < walk.forward < 2.1
+    assert abs(walk.lateral) < 0.1
+    assert abs(walk.yaw) < 5
+    assert max(walk.max_roll, walk.max_pitch) < 5
+    assert not walk.fell
+    assert walk.belly == 0
+
+
+def test_the_timestep_does_not_matter(nominal: Replay) -> None:
+    fine = replay(tetrapod(), timestep=0.001)
+    assert fine.forward == pytest.approx(nominal.forward, rel=0.02)
+    assert fine.yaw == pytest.approx(nominal.yaw, abs=2)
+
+
+def test_a_mirrored_gait_walks_the_mirror_image() -> None:
+    gait = tetrapod(120)
+    gait[:, [12, 15, 18, 21]] *= 0.5  # the right legs take half the stride: it turns right
+    turn, mirror = replay(gait), replay(mirrored(gait))
+    assert turn.yaw < -15
+    assert mirror.yaw == pytest.approx(-turn.yaw, abs=1)
+    assert mirror.lateral == pytest.approx(-turn.lateral, abs=0.01)
+    assert mirror.forward == pytest.approx(turn.forward, abs=0.01)
+
+
+def test_the_gait_backwards_in_time_walks_backwards() -> None:
+    assert replay(tetrapod(120)[::-1]).forward < -0.5
+
+
+def test_legs_that_let_go_of_the_floor_are_a_fall() -> None:
+    gait = np.zeros((60, 8, 3))
+    gait[20:, :, 1:] = np.radians(30)
+    drop = replay(gait.reshape(60, 24))
+    assert drop.fell
+    assert drop.min_height < 0.032
+    assert drop.belly > 0.5
+
+
+def test_a_delay_only_shifts_the_walk(nominal: Replay) -> None:
+    late = replay(tetrapod(), lag=3 / 30)
+    np.testing.assert_allclose(late.path[:4], nominal.path[:1].repeat(4, axis=0), atol=1e-3)
+    assert late.forward == pytest.approx(nominal.path[-4, 0], abs=0.05)
+
+
+def test_angles_that_are_no_gait_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"\(300, 23\)"):
+        replay(np.zeros((300, 23)))
+    with pytest.raises(ValueError, match="finite"):
+        replay(np.full((300, 24), np.nan))
