@@ -17,37 +17,7 @@ _ZERO, _HALF, _ONE = _f(0.0), _f(0.5), _f(1.0)
 _FAR = _f(1e9)
 STANCE_TOLERANCE = 0.002  # m above the resting plane
 _TOLERANCE = _f(STANCE_TOLERANCE)
-
-
-@njit(inline="always")
-def _rest(feet: Any, centre: Any, cross: Any) -> Any:
-    """The three feet that the body rests on: the lower hull of the feet under its centre.
-
-    The lower hull's height there is the lowest that any triangle of feet reaches under
-    the centre of mass (Carathéodory), so the 56 triangles are simply tried.
-    Returns their indices, or −1 where no triangle has the centre above it.
-    """
-    for i in range(8):
-        xi, yi = feet[i, 0] - centre[0], feet[i, 1] - centre[1]
-        for j in range(i + 1, 8):
-            cross[i, j] = xi * (feet[j, 1] - centre[1]) - yi * (feet[j, 0] - centre[0])
-    lowest = _FAR
-    a = b = c = -1
-    for i in range(6):
-        for j in range(i + 1, 7):
-            ij = cross[i, j]
-            for k in range(j + 1, 8):
-                jk, ki = cross[j, k], -cross[i, k]
-                if (ij >= _ZERO and jk >= _ZERO and ki >= _ZERO) or (
-                    ij <= _ZERO and jk <= _ZERO and ki <= _ZERO
-                ):
-                    area = ij + jk + ki
-                    if area != _ZERO:
-                        height = (feet[i, 2] * jk + feet[j, 2] * ki + feet[k, 2] * ij) / area
-                        if height < lowest:
-                            lowest = height
-                            a, b, c = i, j, k
-    return a, b, c
+_ROUNDING = _f(1e-6)  # m
 
 
 @njit(inline="always")
@@ -69,27 +39,157 @@ def _normal(points: Any, i: int, j: int, k: int) -> Any:
 
 
 @njit(inline="always")
-def _margin(points: Any, count: int, x: Any, y: Any) -> Any:
-    """Distance from (x, y) to the nearest edge of the hull of points, negative outside."""
+def _still_rests(feet: Any, centre: Any, i: int, j: int, k: int) -> Any:
+    """Whether the body rests on these three feet: centre above them, no foot below them."""
+    xi, yi = feet[i, 0] - centre[0], feet[i, 1] - centre[1]
+    xj, yj = feet[j, 0] - centre[0], feet[j, 1] - centre[1]
+    xk, yk = feet[k, 0] - centre[0], feet[k, 1] - centre[1]
+    ij, jk, ki = xi * yj - yi * xj, xj * yk - yj * xk, xk * yi - yk * xi
+    if not (
+        (ij > _ZERO and jk > _ZERO and ki > _ZERO) or (ij < _ZERO and jk < _ZERO and ki < _ZERO)
+    ):
+        return False
+    nx, ny, nz = _normal(feet, i, j, k)
+    lowest = _ZERO
+    for foot in range(8):
+        height = (
+            nx * (feet[foot, 0] - feet[i, 0])
+            + ny * (feet[foot, 1] - feet[i, 1])
+            + nz * (feet[foot, 2] - feet[i, 2])
+        )
+        lowest = min(lowest, height)
+    return lowest > -_ROUNDING
+
+
+@njit(inline="always")
+def _rest(feet: Any, centre: Any) -> Any:
+    """The three feet that the body rests on: the lower hull of the feet under its centre.
+
+    The lower hull's height there is the lowest that any triangle of feet reaches under
+    the centre of mass (Carathéodory), so the 56 triangles are simply tried.
+    Returns their indices, or −1 where no triangle has the centre above it.
+    """
+    lowest = _FAR
+    a = b = c = -1
+    for i in range(6):
+        xi, yi = feet[i, 0] - centre[0], feet[i, 1] - centre[1]
+        for j in range(i + 1, 7):
+            xj, yj = feet[j, 0] - centre[0], feet[j, 1] - centre[1]
+            ij = xi * yj - yi * xj
+            for k in range(j + 1, 8):
+                xk, yk = feet[k, 0] - centre[0], feet[k, 1] - centre[1]
+                jk, ki = xj * yk - yj * xk, xk * yi - yk * xi
+                if (ij >= _ZERO and jk >= _ZERO and ki >= _ZERO) or (
+                    ij <= _ZERO and jk <= _ZERO and ki <= _ZERO
+                ):
+                    area = ij + jk + ki
+                    if area != _ZERO:
+                        height = (feet[i, 2] * jk + feet[j, 2] * ki + feet[k, 2] * ij) / area
+                        if height < lowest:
+                            lowest = height
+                            a, b, c = i, j, k
+    return a, b, c
+
+
+@njit(inline="always")
+def _tilt(plane: Any, nx: Any, ny: Any, nz: Any) -> None:
+    """Fill `plane` with the shortest rotation that takes a unit normal to the vertical."""
+    bend = _ONE / (_ONE + nz)
+    plane[0, 0], plane[0, 1], plane[0, 2] = _ONE - nx * nx * bend, -nx * ny * bend, -nx
+    plane[1, 0], plane[1, 1], plane[1, 2] = -nx * ny * bend, _ONE - ny * ny * bend, -ny
+    plane[2, 0], plane[2, 1], plane[2, 2] = nx, ny, nz
+
+
+@njit(inline="always")
+def _margin(points: Any, count: int, plane: Any, centre: Any) -> Any:
+    """Distance of the centre, projected on the plane, from the nearest edge of the hull.
+
+    Negative outside the hull; −1 m where fewer than three points have no hull.
+    """
+    x = plane[0, 0] * centre[0] + plane[0, 1] * centre[1] + plane[0, 2] * centre[2]
+    y = plane[1, 0] * centre[0] + plane[1, 1] * centre[1] + plane[1, 2] * centre[2]
     margin = _FAR
     for i in range(count):
         for j in range(count):
             ex, ey = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
             length = ex * ex + ey * ey
-            if i != j and length > _ZERO:
-                edge = True
+            if length > _ZERO:
+                is_edge = True
                 for k in range(count):
                     side = ex * (points[k, 1] - points[i, 1]) - ey * (points[k, 0] - points[i, 0])
-                    # Points on the edge itself do not spoil it.
                     if k not in (i, j) and side < _ZERO:
-                        edge = False
+                        is_edge = False
                         break
-                if edge:
-                    distance = (ex * (y - points[i, 1]) - ey * (x - points[i, 0])) / math.sqrt(
-                        length
-                    )
-                    margin = min(margin, distance)
-    return margin
+                if is_edge:
+                    off = ex * (y - points[i, 1]) - ey * (x - points[i, 0])
+                    margin = min(margin, off / math.sqrt(length))
+    return margin if count > 2 else -_ONE
+
+
+@njit(inline="always")
+def _twist(flat: Any, step: Any, count: int) -> Any:
+    """The rigid motion that leaves the stance feet most nearly where they are.
+
+    Least squares about their centroid, for feet at `flat` that travel by `step` in the
+    body's frame. Returns forward and sideways travel of the body, its turn, and the mean
+    distance that the feet slide all the same. Without feet on the ground nothing moves.
+    """
+    share = _ONE / _f(max(count, 1))
+    px = py = dx = dy = _ZERO
+    for n in range(count):
+        px += flat[n, 0] * share
+        py += flat[n, 1] * share
+        dx += step[n, 0] * share
+        dy += step[n, 1] * share
+    turn = spread = _ZERO
+    for n in range(count):
+        rx, ry = flat[n, 0] - px, flat[n, 1] - py
+        turn -= rx * (step[n, 1] - dy) - ry * (step[n, 0] - dx)
+        spread += rx * rx + ry * ry
+    turn = turn / spread if spread > _ZERO else _ZERO
+    forward, sideways = turn * py - dx, -turn * px - dy
+    slid = _ZERO
+    for n in range(count):
+        sx = step[n, 0] + forward - turn * flat[n, 1]
+        sy = step[n, 1] + sideways + turn * flat[n, 0]
+        slid += math.sqrt(sx * sx + sy * sy)
+    return forward, sideways, turn, slid * share
+
+
+@njit(inline="always")
+def _put_down(
+    feet: Any, middle: Any, plane: Any, origin: int, stance: Any, flat: Any, step: Any
+) -> Any:
+    """Find the feet on the resting plane; project them and their travel onto it.
+
+    Args:
+        feet: (3, 8, 2), this frame's and the next one's.
+        middle: (8, 3), half-way between.
+        plane: rows of the rotation that takes the plane's normal to the vertical.
+        origin: a foot on the plane.
+        stance: filled, (8,) bool.
+        flat: filled, (count, 2).
+        step: filled, (count, 2).
+
+    Returns:
+        count, the number of feet on the plane.
+    """
+    count = 0
+    for leg in range(8):
+        height = _ZERO
+        for axis in range(3):
+            height += plane[2, axis] * (middle[leg, axis] - middle[origin, axis])
+        stance[leg] = height < _TOLERANCE
+        if stance[leg]:
+            for row in range(2):
+                place = travel = _ZERO
+                for axis in range(3):
+                    place += plane[row, axis] * middle[leg, axis]
+                    travel += plane[row, axis] * (feet[axis, leg, 1] - feet[axis, leg, 0])
+                flat[count, row] = place
+                step[count, row] = travel
+            count += 1
+    return count
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -116,85 +216,36 @@ def walk(
         margin: filled, likewise, metres: static stability margin.
         slope: filled, likewise, radians: tilt of the resting plane.
     """
-    frames = feet.shape[3]
-    middle = np.empty((8, 3), dtype=_f)
-    balance = np.empty(3, dtype=_f)
-    cross = np.empty((8, 8), dtype=_f)
-    flat = np.empty((8, 2), dtype=_f)  # stance feet on the resting plane
-    step = np.empty((8, 2), dtype=_f)  # their travel in the interval
+    last = feet.shape[3] - 1
+    middle, balance = np.empty((8, 3), dtype=_f), np.empty(3, dtype=_f)
+    plane = np.empty((3, 3), dtype=_f)
+    flat, step = np.empty((8, 2), dtype=_f), np.empty((8, 2), dtype=_f)
     for individual in range(feet.shape[0]):
         x = y = yaw = 0.0
-        nx, ny, nz = _ZERO, _ZERO, _ONE
-        a = 0
+        i = j = k = -1
+        origin = 0
+        _tilt(plane, _ZERO, _ZERO, _ONE)
         pose[individual, 0, :] = _ZERO
-        for frame in range(frames - 1):
-            for leg in range(8):
-                for axis in range(3):
-                    middle[leg, axis] = _HALF * (
-                        feet[individual, axis, leg, frame] + feet[individual, axis, leg, frame + 1]
-                    )
+        for frame in range(last):
+            ends = feet[individual, :, :, frame : frame + 2]
             for axis in range(3):
+                for leg in range(8):
+                    middle[leg, axis] = _HALF * (ends[axis, leg, 0] + ends[axis, leg, 1])
                 balance[axis] = _HALF * (
                     centre[individual, axis, frame] + centre[individual, axis, frame + 1]
                 )
-            i, j, k = _rest(middle, balance, cross)
+            # The feet that carried it last usually still do: a tenth of the search's work.
+            if i < 0 or not _still_rests(middle, balance, i, j, k):
+                i, j, k = _rest(middle, balance)
             if i >= 0:  # else: it tips over, and the last plane stands
                 nx, ny, nz = _normal(middle, i, j, k)
-                a = i
-            # The rotation that takes the plane's normal to the vertical, two rows of it.
-            bend = _ONE / (_ONE + nz)
-            xx, xy, xz = _ONE - nx * nx * bend, -nx * ny * bend, -nx
-            yx, yy, yz = xy, _ONE - ny * ny * bend, -ny
-
-            count = 0
-            px = py = dx = dy = _ZERO
-            for leg in range(8):
-                height = (
-                    nx * (middle[leg, 0] - middle[a, 0])
-                    + ny * (middle[leg, 1] - middle[a, 1])
-                    + nz * (middle[leg, 2] - middle[a, 2])
-                )
-                on_ground = height < _TOLERANCE
-                stance[individual, frame, leg] = on_ground
-                if on_ground:
-                    qx, qy, qz = middle[leg, 0], middle[leg, 1], middle[leg, 2]
-                    flat[count, 0] = xx * qx + xy * qy + xz * qz
-                    flat[count, 1] = yx * qx + yy * qy + yz * qz
-                    tx = feet[individual, 0, leg, frame + 1] - feet[individual, 0, leg, frame]
-                    ty = feet[individual, 1, leg, frame + 1] - feet[individual, 1, leg, frame]
-                    tz = feet[individual, 2, leg, frame + 1] - feet[individual, 2, leg, frame]
-                    step[count, 0] = xx * tx + xy * ty + xz * tz
-                    step[count, 1] = yx * tx + yy * ty + yz * tz
-                    px += flat[count, 0]
-                    py += flat[count, 1]
-                    dx += step[count, 0]
-                    dy += step[count, 1]
-                    count += 1
-            share = _ONE / _f(max(count, 1))
-            px, py, dx, dy = px * share, py * share, dx * share, dy * share
-
-            # The rigid motion of the body that leaves the stance feet most nearly where
-            # they are: least squares about their centroid.
-            turn = spread = _ZERO
-            for n in range(count):
-                rx, ry = flat[n, 0] - px, flat[n, 1] - py
-                turn -= rx * (step[n, 1] - dy) - ry * (step[n, 0] - dx)
-                spread += rx * rx + ry * ry
-            turn = turn / spread if spread > _ZERO else _ZERO
-            forward, sideways = turn * py - dx, -turn * px - dy
-            slid = _ZERO
-            for n in range(count):
-                sx = step[n, 0] + forward - turn * flat[n, 1]
-                sy = step[n, 1] + sideways + turn * flat[n, 0]
-                slid += math.sqrt(sx * sx + sy * sy)
-            slip[individual, frame] = slid * share
-            slope[individual, frame] = math.acos(min(nz, _ONE))
-            margin[individual, frame] = _margin(
-                flat,
-                count,
-                xx * balance[0] + xy * balance[1] + xz * balance[2],
-                yx * balance[0] + yy * balance[1] + yz * balance[2],
-            )
+                _tilt(plane, nx, ny, nz)
+                origin = i
+            count = _put_down(ends, middle, plane, origin, stance[individual, frame], flat, step)
+            forward, sideways, turn, slid = _twist(flat, step, count)
+            slip[individual, frame] = slid
+            slope[individual, frame] = math.acos(min(plane[2, 2], _ONE))
+            margin[individual, frame] = _margin(flat, count, plane, balance)
             heading = yaw + 0.5 * turn
             x += forward * math.cos(heading) - sideways * math.sin(heading)
             y += forward * math.sin(heading) + sideways * math.cos(heading)
@@ -202,7 +253,7 @@ def walk(
             pose[individual, frame + 1, 0] = x
             pose[individual, frame + 1, 1] = y
             pose[individual, frame + 1, 2] = yaw
-        stance[individual, frames - 1] = stance[individual, frames - 2]
-        slip[individual, frames - 1] = slip[individual, frames - 2]
-        margin[individual, frames - 1] = margin[individual, frames - 2]
-        slope[individual, frames - 1] = slope[individual, frames - 2]
+        stance[individual, last] = stance[individual, last - 1]
+        slip[individual, last] = slip[individual, last - 1]
+        margin[individual, last] = margin[individual, last - 1]
+        slope[individual, last] = slope[individual, last - 1]

@@ -10,6 +10,7 @@ from gaitsim_operators.selection.rank import Rank
 from gaitsim_operators.selection.roulette import Roulette
 from gaitsim_operators.selection.tournament import Tournament
 from gaitsim_operators.selection.truncation import Truncation
+from gaitsim_operators.selection.wheel import spin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
@@ -75,6 +76,22 @@ def test_rank_ignores_the_size_of_scores():
 def test_roulette_follows_the_scores_above_the_worst():
     parents = Roulette().parents(SCORES, PAIRS, np.random.default_rng(3))
     _assert_frequencies(parents, SCORES + 4)
+
+
+class _Always:
+    """A generator that draws one number only."""
+
+    def __init__(self, draw):
+        self.draw = draw
+
+    def random(self, shape):
+        return np.full(shape, self.draw)
+
+
+@pytest.mark.parametrize(("draw", "position"), [(0.0, 1), (0.5, 3), (np.nextafter(1, 0), 3)])
+def test_the_wheel_never_stops_at_a_slot_without_width(draw, position):
+    weights = np.array([0.0, 0.5, 0.0, 0.5, 0.0])
+    assert (spin(weights, 2, _Always(draw)) == position).all()
 
 
 def test_roulette_mothers_and_fathers_are_independent():
