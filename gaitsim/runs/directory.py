@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress
-from gaitsim.experiment import Experiment, parse_experiment
+from gaitsim.experiment import Experiment, parse_experiment, with_overrides
 from gaitsim.runs import history
 from gaitsim.runs.atomic import remove_partials, write_bytes
 from gaitsim.runs.checkpoint import (
@@ -180,21 +180,27 @@ class Run:
             return None
         return read_with_fallback(current, previous)
 
-    def champion(self) -> tuple[int, float, NDArray[Any]]:
-        """The best individual of all generations: generation, score, genome (genes,).
+    def champion(self, generation: int | None = None) -> tuple[int, float, NDArray[Any]]:
+        """The best individual of a generation, or of all: generation, score, genome (genes,).
 
         Raises:
-            RunError: no generation is finished yet, or all individuals failed.
+            RunError: no generation is finished yet, there is no such one, or all failed.
         """
         bests = self.bests
-        if not len(bests) or not np.isfinite(bests["score"].max()):
+        if generation is not None and not 1 <= generation <= len(bests):
+            raise RunError(
+                f"the run {self.path} has no generation {generation}",
+                allowed=f"1 to {len(bests)}" if len(bests) else "none is finished yet",
+            )
+        chosen = bests if generation is None else bests[generation - 1 : generation]
+        if not len(chosen) or not np.isfinite(chosen["score"].max()):
             raise RunError(
                 f"the run {self.path} has no champion yet",
                 remedy=f"go on with it: gaitsim resume {self.path}",
             )
-        index = int(np.argmax(bests["score"]))
-        genome = bests["genome"][index].astype(self.experiment.space().dtype)
-        return index + 1, float(bests["score"][index]), genome
+        index = int(np.argmax(chosen["score"]))
+        genome = chosen["genome"][index].astype(self.experiment.space().dtype)
+        return generation or index + 1, float(chosen["score"][index]), genome
 
     def fingerprint(self) -> str:
         """SHA-256 of population, scores and history, times left out.
@@ -228,7 +234,10 @@ class RunWriter:
             versions of its plugins' packages.
     """
 
-    def __init__(self, path: Path, *, any_version: bool = False) -> None:
+    def __init__(
+        self, path: Path, *, generations: int | None = None, any_version: bool = False
+    ) -> None:
+        """Open the run in `path`; `generations` changes how far it is to go."""
         self.path = path
         self._lock = RunLock(path)
         try:
@@ -237,6 +246,8 @@ class RunWriter:
             self.experiment = self.run.experiment
             self.warning = ""
             self.last = self._restore(any_version)
+            if generations is not None:
+                self._extend(generations)
             self._open_files()
         except BaseException:
             self._lock.release()
@@ -272,6 +283,17 @@ class RunWriter:
                 remedy="restore both files from one copy of the run",
             )
         return restored(checkpoint)
+
+    def _extend(self, generations: int) -> None:
+        done = self.last.number if self.last else 0
+        if generations < done:
+            raise RunError(
+                f"the run {self.path} is at generation {done} already",
+                allowed=f"--generations {done} or more",
+                remedy=f"leave it, or begin a new one: gaitsim run {self.path / EXPERIMENT}",
+            )
+        self.experiment = with_overrides(self.experiment, [f"evolution.generations={generations}"])
+        write_bytes(self.path / EXPERIMENT, self.experiment.to_toml().encode())
 
     def _check_versions(self, checkpoint: Checkpoint) -> None:
         now = versions(self.experiment)

@@ -47,3 +47,16 @@ def _read(owner: Path) -> str:
         return owner.read_text(encoding="utf-8")[:200] or "another process"
     except (OSError, UnicodeDecodeError):
         return "another process"
+
+
+def is_locked(folder: Path) -> bool:
+    """Whether a process is writing to the run now."""
+    lock = FileLock(folder / ".lock")
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        return True
+    except OSError:
+        return False
+    lock.release()
+    return False

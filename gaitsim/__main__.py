@@ -1,0 +1,5 @@
+"""`python -m gaitsim`."""
+
+from gaitsim.cli import main
+
+main()

@@ -1,0 +1,43 @@
+"""The `gaitsim` command and its subcommands."""
+
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli import experiments, export, plot, plugins, resume, run, runs, show
+
+app = typer.Typer(
+    name="gaitsim",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Begin with: gaitsim run spider",
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"gaitsim {version('gaitsim')}")
+        raise typer.Exit
+
+
+@app.callback()
+def gaitsim(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Evolve gaits in your terminal."""
+
+
+app.command()(run.run)
+app.command()(resume.resume)
+app.command()(runs.runs)
+app.command()(show.show)
+app.command()(export.export)
+app.command()(plot.plot)
+app.add_typer(experiments.app)
+app.add_typer(plugins.app)

@@ -1,0 +1,71 @@
+"""`gaitsim plugins`."""
+
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(name="plugins", help="Installed bodies and operators.", no_args_is_help=True)
+
+
+@app.command("list")
+def list_() -> None:
+    """List all plugins by kind, with the package that each comes from. Imports none of them."""
+    from gaitsim.cli.console import output, table
+    from gaitsim.registry import KINDS, entries
+
+    made = table("kind", "name", "package")
+    for kind in KINDS:
+        for name, claims in entries(kind).items():
+            packages = " and ".join(f"{claim.package} {claim.version}" for claim in claims)
+            conflict = "  (conflict: cannot be used)" if len(claims) > 1 else ""
+            made.add_row(kind, name, packages + conflict)
+    output().print(made, markup=False)
+
+
+@app.command()
+def show(
+    name: Annotated[str, typer.Argument(help="Name of a plugin, such as spider-walk.")],
+) -> None:
+    """Show a plugin's options: default, what is allowed, unit, meaning.
+
+    [bold]Example[/bold]
+
+    gaitsim plugins show spider-walk
+    """
+    from gaitsim.errors import PluginError, nearest
+    from gaitsim.registry import KINDS, entries
+
+    names = {kind: entries(kind) for kind in KINDS}
+    kinds = [kind for kind in KINDS if name in names[kind]]
+    if not kinds:
+        known = sorted({known for kind in KINDS for known in names[kind]})
+        raise PluginError(
+            f"unknown plugin {name!r}", allowed=", ".join(known), remedy=nearest(name, known)
+        )
+    for kind in kinds:
+        _show(kind, name)
+
+
+def _show(kind: str, name: str) -> None:
+    import inspect
+
+    from rich.markup import escape
+
+    from gaitsim import options
+    from gaitsim.cli.console import output, table
+    from gaitsim.registry import find, load_class
+
+    plugin = load_class(kind, name)
+    console = output()
+    entry = find(kind, name)
+    console.print(f"[bold]{escape(name)}[/bold]  {kind} of {entry.package} {entry.version}")
+    console.print(inspect.getdoc(plugin) or "", markup=False)
+    if not plugin.model_fields:
+        console.print("\nIt has no options.")
+        return
+    made = table("option", "default", "allowed", "meaning")
+    for option, field in plugin.model_fields.items():
+        default = "required" if field.is_required() else str(field.get_default())
+        made.add_row(option, default, options.allowed(field), field.description or "")
+    console.print()
+    console.print(made, markup=False)

@@ -1,0 +1,59 @@
+"""`gaitsim run`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change any option; may be repeated."),
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(min=1, max=1024, help="How many work at a time. Does not change the result."),
+]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object a line, for programs.")]
+
+
+def run(
+    experiment: Annotated[
+        str,
+        typer.Argument(help="A preset's name, or the path of a TOML file.", metavar="NAME|FILE"),
+    ],
+    generations: Annotated[int | None, typer.Option(help="How many generations.")] = None,
+    population: Annotated[int | None, typer.Option(help="Individuals a generation.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all randomness.")] = None,
+    set_: Set = None,
+    workers: Workers = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the run. Default: runs/<name>.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Evolve a gait and keep the run on disk.
+
+    Ctrl-C stops between two generations, saves, and says how to go on.
+
+    [bold]Examples[/bold]
+
+    gaitsim run spider
+
+    gaitsim run spider --seed 3 --generations 200
+
+    gaitsim run spider --set mutation.rate=0.1 --set fitness.yaw_weight=2
+
+    gaitsim run my-spider.toml --out runs/mine --json > log.jsonl
+    """
+    from gaitsim.cli.evolving import evolve_run
+    from gaitsim.experiment import load_experiment
+    from gaitsim.runs.directory import create_run
+
+    short = {
+        "evolution.generations": generations,
+        "evolution.population": population,
+        "seed": seed,
+    }
+    given = [f"{key}={value}" for key, value in short.items() if value is not None]
+    loaded = load_experiment(experiment, [*given, *(set_ or [])])
+    evolve_run(create_run(loaded, out), workers=workers, json=json)

@@ -1,0 +1,71 @@
+"""`gaitsim runs`."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gaitsim.cli.run import Json
+
+
+def runs(
+    root: Annotated[Path, typer.Argument(help="Folder that holds the runs.")] = Path("runs"),
+    json: Json = False,
+) -> None:
+    """List the runs in a folder, oldest first."""
+    from gaitsim.cli.console import output, print_json, table
+    from gaitsim.runs.directory import list_runs
+
+    found = [_row(path) for path in list_runs(root)]
+    if json:
+        for row in found:
+            print_json(row)
+    elif not found:
+        output().print(f"No runs in {root}. Begin one: gaitsim run spider", markup=False)
+    else:
+        made = table(
+            "run", "body", "fitness", "generation", "best", "state", numbers=("generation", "best")
+        )
+        for row in found:
+            made.add_row(*(str(row[key]) for key in ("run", "organism", "fitness")), *_cells(row))
+        output().print(made, markup=False)
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    done = f"{row['generation']}/{row['generations']}"
+    best = "" if row["best"] is None else f"{row['best']:.4f}".replace("-", "−")
+    return [done, best, row["state"]]
+
+
+def _row(path: Path) -> dict[str, Any]:
+    """A run's line; read without loading its plugins, so that a missing one does no harm."""
+    import tomllib
+
+    from gaitsim.errors import GaitsimError
+    from gaitsim.runs.directory import Run
+    from gaitsim.runs.lock import is_locked
+
+    row: dict[str, Any] = {
+        "run": path.name,
+        "organism": "",
+        "fitness": "",
+        "generation": 0,
+        "generations": 0,
+        "best": None,
+        "state": "damaged",
+    }
+    run = Run(path)
+    try:
+        text = tomllib.loads(run.experiment_text)
+        for kind in ("organism", "fitness"):
+            row[kind] = str(text[kind]["plugin"])
+        row["generations"] = int(text["evolution"]["generations"])
+        history = run.history
+    except (GaitsimError, tomllib.TOMLDecodeError, KeyError, TypeError, ValueError):
+        return row
+    if history:
+        row["generation"] = int(history["generation"][-1])
+        row["best"] = float(history["best"].max())
+    finished = row["generation"] >= row["generations"]
+    row["state"] = "running" if is_locked(path) else "finished" if finished else "stopped"
+    return row

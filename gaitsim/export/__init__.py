@@ -1,0 +1,1 @@
+"""What leaves a run: gait files and plots."""
