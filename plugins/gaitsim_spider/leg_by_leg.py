@@ -7,7 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 _f = np.float32
-_ZERO, _ONE = _f(0.0), _f(1.0)
+_ZERO: Any = _f(0.0)
+_ONE: Any = _f(1.0)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

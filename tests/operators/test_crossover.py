@@ -4,18 +4,18 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from gaitsim_operators.crossover.blend import Blend
-from gaitsim_operators.crossover.none import NoCrossover
-from gaitsim_operators.crossover.simulated_binary import SimulatedBinary
-from gaitsim_operators.crossover.single_point import SinglePoint
-from gaitsim_operators.crossover.two_point import TwoPoint
-from gaitsim_operators.crossover.uniform import Uniform
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import stats
 
 from gaitsim.contracts import BitSpace, RealSpace
+from gaitsim_operators.crossover.blend import Blend
+from gaitsim_operators.crossover.none import NoCrossover
+from gaitsim_operators.crossover.simulated_binary import SimulatedBinary
+from gaitsim_operators.crossover.single_point import SinglePoint
+from gaitsim_operators.crossover.two_point import TwoPoint
+from gaitsim_operators.crossover.uniform import Uniform
 
 PAIRS = 20_000
 

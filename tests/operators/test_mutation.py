@@ -4,17 +4,17 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from gaitsim_operators.mutation.bit_flip import BitFlip
-from gaitsim_operators.mutation.gaussian import Gaussian
-from gaitsim_operators.mutation.polynomial import Polynomial
-from gaitsim_operators.mutation.randomise import Randomise
-from gaitsim_operators.mutation.reset import Reset
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import stats
 
 from gaitsim.contracts import BitSpace, RealSpace
+from gaitsim_operators.mutation.bit_flip import BitFlip
+from gaitsim_operators.mutation.gaussian import Gaussian
+from gaitsim_operators.mutation.polynomial import Polynomial
+from gaitsim_operators.mutation.randomise import Randomise
+from gaitsim_operators.mutation.reset import Reset
 
 LOWER, UPPER = np.array([-1.0, 0.0, 10.0, -5.0]), np.array([1.0, 0.5, 30.0, 5.0])
 WIDTH = UPPER - LOWER

@@ -4,6 +4,10 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
 from gaitsim_operators.selection.drop_worst import DropWorst
 from gaitsim_operators.selection.elite_and_lucky import EliteAndLucky
 from gaitsim_operators.selection.rank import Rank
@@ -11,9 +15,6 @@ from gaitsim_operators.selection.roulette import Roulette
 from gaitsim_operators.selection.tournament import Tournament
 from gaitsim_operators.selection.truncation import Truncation
 from gaitsim_operators.selection.wheel import spin
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy import stats
 
 PAIRS = 20_000
 # Shuffled, so that an operator that takes places for ranks is found out.
