@@ -133,6 +133,7 @@ def _cpg_genes(frequency: float) -> tuple[Genes, ...]:
     )
 
 
+_TETRAPOD = np.array([0.0, math.pi] * 2 + [math.pi, 0.0] * 2)
 _COUPLING = 1.0  # 1/s, to each of the other legs
 _GAIN = 10.0  # 1/s, how fast an amplitude settles
 
@@ -143,12 +144,14 @@ def _cpg(genomes: Genomes, frequency: float) -> Angles:
     After Ijspeert (2008, Neural Networks 21), with every leg coupled to every other:
     φ̇ᵢ = 2πf + Σⱼ k sin(φⱼ − φᵢ − (ψⱼ − ψᵢ)), and a critically damped amplitude
     r̈ = a(a/4 (R − r) − ṙ), whose solution from rest is R(1 − e^(−at/2)(1 + at/2)).
-    A joint's angle is r cos(φ + lag); coxae have no lag. All phases begin at 0.
+    A joint's angle is r cos(φ + lag); coxae have no lag. The phases begin as those of an
+    alternating tetrapod: were all the same, a gait whose sides alternate would be pulled
+    both ways alike and never find its lags.
     """
     amplitude, leg_phase, lag = np.split(genomes, [24, 32], axis=1)
     seconds = np.arange(body.FRAMES) / body.FRAME_RATE
     # u = φ − 2πft − ψ obeys u̇ᵢ = k Σⱼ sin(uⱼ − uᵢ), which a mean field gives in O(legs).
-    deviation = -leg_phase
+    deviation = _TETRAPOD - leg_phase
     phases = np.empty((len(genomes), len(body.LEGS), body.FRAMES))
     for frame in range(body.FRAMES):
         phases[:, :, frame] = deviation

@@ -1,0 +1,149 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from gaitsim_spider import body
+from gaitsim_spider.encodings import ENCODINGS, amplitude_limit, limit_steps
+from gaitsim_spider.organism import Spider
+
+ENCODED = [
+    Spider(encoding="sine"),
+    Spider(encoding="sine", symmetry="alternating"),
+    Spider(encoding="cpg", frequency=2.0),
+    Spider(encoding="cpg", symmetry="alternating"),
+    Spider(encoding="recurrence"),
+]
+
+
+def angles_of(spider: Spider, count: int = 20, seed: int = 0) -> np.ndarray:
+    genomes = spider.genome_space().random(count, np.random.default_rng(seed))
+    return np.array(spider.move(genomes)["joint_angles"])
+
+
+@pytest.mark.parametrize("spider", ENCODED, ids=str)
+def test_every_encoding_keeps_the_joint_limits(spider: Spider) -> None:
+    angles = angles_of(spider)
+    assert angles.shape == (20, 300, 24)
+    assert angles.dtype == np.float32
+    assert np.abs(angles).max() <= body.ANGLE_LIMIT + 1e-6
+    assert np.abs(np.diff(angles, axis=1)).max() <= body.STEP_LIMIT + 1e-6
+    assert np.abs(np.diff(angles, axis=1)).max() > 0.5 * body.STEP_LIMIT
+
+
+@given(frequency=st.floats(0.2, 5.0), phase=st.floats(-math.pi, math.pi))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_the_largest_sine_allowed_keeps_the_limits_at_any_frequency(
+    frequency: float, phase: float
+) -> None:
+    spider = Spider(frequency=frequency)
+    genome = np.concatenate([np.full(24, amplitude_limit(frequency)), np.full(24, phase)])
+    angles = spider.move(genome[None])["joint_angles"]
+    assert np.abs(angles).max() <= body.ANGLE_LIMIT + 1e-6
+    assert np.abs(np.diff(angles, axis=1)).max() <= body.STEP_LIMIT + 1e-6
+
+
+def test_the_amplitude_limit_is_the_published_product() -> None:
+    assert math.degrees(amplitude_limit(1.5)) * 1.5 == pytest.approx(23.9, abs=0.05)
+    assert amplitude_limit(0.5) == body.ANGLE_LIMIT
+
+
+def test_sine_is_the_sine() -> None:
+    spider = Spider(frequency=1.3)
+    genomes = spider.genome_space().random(3, np.random.default_rng(1))
+    seconds = np.arange(300) / 30
+    amplitude, phase = genomes[:, None, :24], genomes[:, None, 24:]
+    expected = amplitude * np.sin(2 * np.pi * 1.3 * seconds[None, :, None] + phase)
+    np.testing.assert_allclose(spider.move(genomes)["joint_angles"], expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("encoding", ["sine", "cpg"])
+def test_alternating_right_legs_follow_the_left_ones_half_a_stride_later(encoding: str) -> None:
+    spider = Spider(encoding=encoding, symmetry="alternating", frequency=1.5)
+    angles = angles_of(spider, 4)
+    left, right = angles[:, 150:280, :12], angles[:, 160:290, 12:]  # 10 frames: half of 1/1.5 s
+    np.testing.assert_allclose(left, right, atol=0.02 if encoding == "cpg" else 1e-5)
+
+
+def test_the_recurrence_is_the_source_s_map_step_by_step() -> None:
+    spider = Spider(encoding="recurrence")
+    genomes = spider.genome_space().random(5, np.random.default_rng(2))
+    angles = spider.move(genomes)["joint_angles"]
+    theta = np.zeros((5, 24))
+    for frame in range(300):
+        np.testing.assert_allclose(angles[:, frame], theta, atol=2e-5)
+        step = np.clip(genomes[:, :24] * angles[:, frame] + genomes[:, 24:], -0.0872665, 0.0872665)
+        theta = np.clip(angles[:, frame] + step, -0.5235988, 0.5235988)
+
+
+def test_the_recurrence_ends_at_rest_or_in_a_flip_flop() -> None:
+    tail = angles_of(Spider(encoding="recurrence"), 200)[:, -20:]
+    np.testing.assert_allclose(tail[:, 2:], tail[:, :-2], atol=2e-3)
+
+
+def test_the_recurrence_has_no_alternating_form() -> None:
+    with pytest.raises(ValueError, match="'sine' or 'cpg'"):
+        Spider(encoding="recurrence", symmetry="alternating")
+
+
+def test_cpg_starts_smoothly_from_standing_still() -> None:
+    angles = angles_of(Spider(encoding="cpg"))
+    assert np.abs(angles[:, 0]).max() == 0
+    assert np.abs(angles[:, 1]).max() < math.radians(0.5)
+
+
+def test_cpg_settles_on_the_lags_and_amplitudes_of_its_genes() -> None:
+    spider = Spider(encoding="cpg", frequency=1.0)
+    genomes = spider.genome_space().random(5, np.random.default_rng(3))
+    angles = spider.move(genomes)["joint_angles"]
+    cycle = np.exp(-2j * np.pi * np.arange(30) / 30)
+    # The fundamental of the last stride, joint by joint.
+    wave = np.einsum("pfj,f->pj", angles[:, -30:], cycle) * 2 / 30
+    amplitude, leg_phase, lag = np.split(genomes, [24, 32], axis=1)
+    np.testing.assert_allclose(np.abs(wave), amplitude, atol=1e-3)
+    lags = np.zeros((5, 8, 3))
+    lags[:, :, 1:] = lag.reshape(5, 8, 2)
+    expected = (leg_phase[:, :, None] + lags).reshape(5, 24)
+    relative = np.exp(1j * (np.angle(wave) - expected))
+    # All legs may share a phase; they agree with their genes relative to the first one.
+    drift = np.angle(relative / relative[:, :1])
+    np.testing.assert_allclose(drift[amplitude > 0.02], 0, atol=0.02)
+
+
+def test_cpg_phases_follow_scipy_s_integration_of_the_full_network() -> None:
+    spider = Spider(encoding="cpg", frequency=1.0)
+    genome = spider.genome_space().random(1, np.random.default_rng(4))
+    genome[:, :24] = 0.05
+    psi = genome[0, 24:32]
+
+    def network(_t: float, phi: np.ndarray) -> np.ndarray:
+        lag = psi[None, :] - psi[:, None]
+        return 2 * np.pi + np.sin(phi[None, :] - phi[:, None] - lag).sum(axis=1)
+
+    seconds = np.arange(300) / 30
+    tetrapod = np.pi * np.array([0, 1, 0, 1, 1, 0, 1, 0])
+    phases = solve_ivp(network, (0, 10), tetrapod, t_eval=seconds, rtol=1e-9, atol=1e-9).y
+    growth = 1 - np.exp(-5 * seconds) * (1 + 5 * seconds)
+    expected = 0.05 * growth * np.cos(phases)
+    coxae = spider.move(genome)["joint_angles"][0, :, ::3].T
+    np.testing.assert_allclose(coxae, expected, atol=1e-4)
+
+
+def test_limit_steps_follows_what_is_slow_enough_and_cuts_the_rest() -> None:
+    course = np.zeros((1, 2, 4), dtype=np.float32)
+    course[0, 0] = [0, 0.05, 0.1, 0.1]
+    course[0, 1] = [0, 1, 1, 0]
+    limited = limit_steps(course)
+    np.testing.assert_array_equal(limited[0, 0], course[0, 0])
+    step = body.STEP_LIMIT
+    np.testing.assert_allclose(limited[0, 1], [0, step, 2 * step, step], rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", ENCODINGS)
+def test_spaces_have_48_named_genes(name: str) -> None:
+    space = Spider(encoding=name).genome_space()
+    assert space.genes == 48
+    assert len(set(space.labels)) == 48

@@ -1,0 +1,104 @@
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt
+
+from gaitsim.contracts import Motion
+from gaitsim_spider.classic import SpiderClassic
+from gaitsim_spider.organism import Spider
+from gaitsim_spider.roughness import high_pass, roughness
+from gaitsim_spider.walk import SpiderWalk
+
+SPIDER = Spider()
+
+
+def moved(spider: Spider = SPIDER, count: int = 20) -> Motion:
+    return spider.move(spider.genome_space().random(count, np.random.default_rng(0)))
+
+
+def test_walk_terms_are_what_their_options_say() -> None:
+    motion = moved()
+    terms = SpiderWalk(safe_margin=0.02, support_weight=3).terms(motion)
+    pose = motion["pose"].astype(float)
+    np.testing.assert_allclose(terms["forward"], pose[:, -1, 0])
+    np.testing.assert_allclose(
+        terms["support"], -3 * (motion["margin"] < np.float32(0.02)).mean(axis=1)
+    )
+    np.testing.assert_allclose(terms["drift"], -np.abs(pose[:, :, 1]).mean(axis=1))
+    np.testing.assert_allclose(terms["yaw"], -np.sqrt((pose[:, :, 2] ** 2).mean(axis=1)))
+
+
+@pytest.mark.parametrize(
+    ("weight", "term"),
+    [
+        ("slip_weight", "slip"),
+        ("drift_weight", "drift"),
+        ("yaw_weight", "yaw"),
+        ("slope_weight", "slope"),
+        ("support_weight", "support"),
+        ("vibration_weight", "vibration"),
+        ("jerk_weight", "jerk"),
+    ],
+)
+def test_every_weight_scales_its_term_and_no_other(weight: str, term: str) -> None:
+    motion = moved(count=5)
+    standard = SpiderWalk()
+    doubled = standard.model_copy(update={weight: 2 * getattr(standard, weight)}).terms(motion)
+    for name, values in standard.terms(motion).items():
+        np.testing.assert_allclose(doubled[name], values * (2 if name == term else 1))
+        if name != "forward":
+            assert (values <= 0).all()
+
+
+def test_vibration_and_jerk_agree_with_scipy() -> None:
+    angles = np.random.default_rng(1).normal(0, 0.1, (4, 24, 300)).astype(np.float32)
+    vibration, jerk = np.empty(4), np.empty(4)
+    roughness(angles, high_pass(30.0), vibration, jerk)
+    reference = sosfilt(butter(4, 5.0, "high", fs=30.0, output="sos"), angles - angles[:, :, :1])
+    np.testing.assert_allclose(vibration, np.sqrt((reference**2).mean(axis=(1, 2))), rtol=1e-5)
+    third = np.diff(angles.astype(float), 3, axis=2)
+    np.testing.assert_allclose(jerk, np.sqrt((third**2).mean(axis=(1, 2))), rtol=1e-5)
+
+
+def test_a_flip_flop_pays_more_than_a_walk_earns() -> None:
+    """The recurrence's only lasting motion scores below standing still, in `spider-walk`."""
+    flips = Spider(encoding="recurrence")
+    genomes = np.zeros((2, 48))
+    genomes[0, :24], genomes[0, 24:] = -2.0, 0.08  # every joint flips between 0 and 0.08
+    scores = sum(SpiderWalk().terms(flips.move(genomes)).values())
+    assert scores[0] < -0.5 < scores[1]
+
+
+def test_classic_terms_against_plain_numpy() -> None:
+    motion = moved(Spider(encoding="recurrence"))
+    fitness = SpiderClassic()
+    terms = fitness.terms(motion)
+    feet = motion["feet"].astype(float)
+    angles = motion["joint_angles"].astype(float)
+    path = np.abs(np.diff(feet[..., 0], axis=1)).sum(axis=1)
+    np.testing.assert_allclose(terms["movement"], path.mean(axis=1), rtol=1e-4)
+    np.testing.assert_allclose(terms["low movement"], -10 * (path < 0.1).mean(axis=1))
+    height = feet[..., 2] - (0.008 - 0.0861817)
+    band = np.abs(height) <= 0.01
+    np.testing.assert_allclose(terms["band"], 2 * band.mean(axis=(1, 2)), atol=0.01)
+    depth = np.maximum(-height, 0).mean(axis=(1, 2))
+    np.testing.assert_allclose(terms["penetration"], -50 * depth, atol=1e-3)
+    variance = np.array(
+        [
+            np.mean([row[on].var() if on.any() else 0.0 for row, on in zip(h, b, strict=True)])
+            for h, b in zip(height, band, strict=True)
+        ]
+    )
+    np.testing.assert_allclose(terms["variance"], -2000 * variance, atol=2e-3)
+    beyond = np.maximum(np.abs(angles[:, :, ::3]) - np.radians(20), 0).mean(axis=(1, 2))
+    np.testing.assert_allclose(terms["overlapping legs"], -20 * beyond, rtol=1e-4, atol=1e-6)
+    change = (np.diff(angles, axis=1) ** 2).mean(axis=(1, 2))
+    np.testing.assert_allclose(terms["angle change"], -50 * change, rtol=1e-4, atol=1e-7)
+
+
+def test_classic_prefers_moving_to_freezing() -> None:
+    """The source's first trouble: without its penalty, standing still was a safe solution."""
+    still, waving = np.zeros((2, 48))
+    waving[:24:3] = 0.2
+    terms = SpiderClassic().terms(SPIDER.move(np.array([still, waving])))
+    score = sum(terms.values())
+    assert score[1] > score[0]

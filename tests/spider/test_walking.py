@@ -1,0 +1,241 @@
+"""Contact, travel and stability against closed forms and brute force."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from gaitsim_spider import body
+from gaitsim_spider.kinematics import leg_points, place_feet
+from gaitsim_spider.organism import Spider
+from gaitsim_spider.walking import STANCE_TOLERANCE, walk
+
+FEET = np.zeros((8, 3))
+FEET[:, 0] = [0.16, 0.056, -0.056, -0.16] * 2
+FEET[:, 1] = [0.155, 0.186, 0.186, 0.155, -0.155, -0.186, -0.186, -0.155]
+FEET[:, 2] = -0.078
+
+
+def walked(feet: np.ndarray, centre: np.ndarray | None = None) -> dict[str, np.ndarray]:
+    """Walk one body by its feet, (frames, 8, 3)."""
+    frames = len(feet)
+    centre = np.zeros((frames, 3)) if centre is None else centre
+    out = {
+        "pose": np.empty((1, frames, 3), np.float32),
+        "stance": np.empty((1, frames, 8), np.bool_),
+        "slip": np.empty((1, frames), np.float32),
+        "margin": np.empty((1, frames), np.float32),
+        "slope": np.empty((1, frames), np.float32),
+    }
+    walk(
+        np.ascontiguousarray(feet.transpose(2, 1, 0)[None], dtype=np.float32),
+        np.ascontiguousarray(centre.T[None], dtype=np.float32),
+        *out.values(),
+    )
+    return {name: values[0] for name, values in out.items()}
+
+
+def test_feet_that_go_straight_back_carry_the_body_straight_forward() -> None:
+    feet = np.repeat(FEET[None], 31, axis=0)
+    feet[:, :, 0] -= 0.001 * np.arange(31)[:, None]
+    result = walked(feet)
+    np.testing.assert_allclose(result["pose"][-1], [0.03, 0, 0], atol=1e-6)
+    assert result["stance"].all()
+    assert result["slip"].max() < 1e-7
+
+
+def test_feet_that_turn_right_turn_the_body_left_about_its_centre() -> None:
+    turns = np.radians(-0.5 * np.arange(41))
+    feet = Rotation.from_euler("z", turns[:, None]).as_matrix()[:, None] @ FEET[None, :, :, None]
+    result = walked(feet[..., 0])
+    np.testing.assert_allclose(result["pose"][-1], [0, 0, np.radians(20)], atol=2e-4)
+
+
+def test_travel_follows_the_heading() -> None:
+    """A constant twist makes a circle: v/ω is its radius."""
+    turn, step = np.radians(1.0), 0.002
+    feet = [FEET]
+    back = Rotation.from_euler("z", -turn).as_matrix()
+    for _ in range(90):
+        feet.append((feet[-1] - [step, 0, 0]) @ back.T)
+        # Where a foot would leave its reach does not matter to a constant twist.
+    pose = walked(np.array(feet))["pose"]
+    radius = step / turn
+    np.testing.assert_allclose(pose[-1], [radius, radius, np.pi / 2], rtol=0.03, atol=0.002)
+
+
+def test_lifted_feet_do_not_carry() -> None:
+    feet = np.repeat(FEET[None], 2, axis=0)
+    lifted = [0, 2, 5, 7]
+    feet[:, lifted, 2] += 0.02
+    feet[1, lifted, 0] += 0.01  # they swing forward
+    feet[1, [1, 3, 4, 6], 0] -= 0.004
+    result = walked(feet)
+    np.testing.assert_array_equal(np.flatnonzero(~result["stance"][0]), lifted)
+    np.testing.assert_allclose(result["pose"][-1], [0.004, 0, 0], atol=1e-6)
+
+
+def test_slip_is_what_no_rigid_motion_explains() -> None:
+    feet = np.repeat(FEET[None], 2, axis=0)
+    feet[1, :4, 1] += 0.001  # left feet outwards, right feet outwards: the body can't follow
+    feet[1, 4:, 1] -= 0.001
+    result = walked(feet)
+    np.testing.assert_allclose(result["slip"][0], 0.001, rtol=1e-3)
+    np.testing.assert_allclose(result["pose"][-1], 0, atol=1e-7)
+
+
+def test_a_flip_flop_earns_nothing() -> None:
+    """Feet that lift and drop every frame while the others swing: no travel to be had."""
+    feet = np.repeat(FEET[None], 300, axis=0)
+    even = [0, 2, 5, 7]
+    odd = [1, 3, 4, 6]
+    for group, phase in ((even, 0), (odd, 1)):
+        down = (np.arange(300) + phase) % 2 == 0
+        feet[:, group, 2] += np.where(down, 0, 0.004)[:, None]
+        feet[:, group, 0] += np.where(down, 0.005, -0.005)[:, None]
+    assert abs(walked(feet)["pose"][-1, 0]) < 1e-5
+
+
+def test_standing_has_no_slope_and_the_margin_of_its_hull() -> None:
+    result = walked(np.repeat(FEET[None], 2, axis=0))
+    assert result["slope"].max() < 1e-3
+    hull = ConvexHull(FEET[:, :2])
+    np.testing.assert_allclose(result["margin"][0], -hull.equations[:, 2].max(), rtol=1e-4)
+
+
+def test_a_centre_outside_its_support_has_a_negative_margin() -> None:
+    feet = np.repeat(FEET[None], 2, axis=0)
+    feet[:, [0, 1], 2] += 0.02  # front left feet are up
+    centre = np.repeat([[0.12, 0.12, 0.0]], 2, axis=0)
+    margin = walked(feet, centre)["margin"][0]
+    assert margin < 0 or walked(feet, centre)["stance"][0, [0, 1]].any()
+
+
+def random_poses(count: int) -> tuple[np.ndarray, np.ndarray]:
+    angles = np.random.default_rng(0).uniform(-0.35, 0.35, (count, 24, 2)).astype(np.float32)
+    angles[..., 1] = angles[..., 0]  # standing: both ends of the interval alike
+    feet, centre = np.empty((count, 3, 8, 2), np.float32), np.empty((count, 3, 2), np.float32)
+    place_feet(angles, feet, centre)
+    return feet, centre
+
+
+def test_the_resting_plane_is_the_lower_hull_under_the_centre() -> None:
+    """Against SciPy's convex hull of feet, for poses at random."""
+    feet, centre = random_poses(100)
+    for individual in range(100):
+        points = feet[individual, :, :, 0].T.astype(float)
+        balance = centre[individual, :, 0].astype(float)
+        result = walked(np.repeat(points[None], 2, axis=0), np.repeat(balance[None], 2, axis=0))
+        hull = ConvexHull(points)
+        below = hull.equations[hull.equations[:, 2] < -1e-9]  # facets that look down
+        heights = -(below[:, :2] @ balance[:2] + below[:, 3]) / below[:, 2]
+        facet = below[np.argmax(heights)]  # the lower hull is the highest of its planes
+        np.testing.assert_allclose(result["slope"][0], np.arccos(-facet[2]), atol=2e-3)
+        distance = -(points @ facet[:3] + facet[3])
+        clear = np.abs(distance - STANCE_TOLERANCE) > 1e-5
+        expected = distance < STANCE_TOLERANCE
+        np.testing.assert_array_equal(result["stance"][0][clear], expected[clear])
+
+
+def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
+    feet, centre = random_poses(100)
+    for individual in range(100):
+        points = feet[individual, :, :, 0].T.astype(float)
+        balance = centre[individual, :, 0].astype(float)
+        result = walked(np.repeat(points[None], 2, axis=0), np.repeat(balance[None], 2, axis=0))
+        down = points[result["stance"][0]]
+        # The plane's normal from the stance feet, and everything turned to it.
+        _, _, axes = np.linalg.svd(down[:3] - down[:3].mean(axis=0))
+        normal = axes[2] * np.sign(axes[2][2])
+        if len(down) > 3 or np.arccos(normal[2]) > 0.5:
+            continue  # more than three feet are not exactly on one plane
+        turn, _ = Rotation.align_vectors([[0, 0, 1]], [normal])
+        flat = turn.apply(down)[:, :2]
+        middle = turn.apply(balance)[:2]
+        edges = ConvexHull(flat).equations
+        expected = -(edges[:, :2] @ middle + edges[:, 2]).max()
+        np.testing.assert_allclose(result["margin"][0], expected, atol=2e-5)
+
+
+def test_chunks_and_neighbours_change_no_bit() -> None:
+    spider = Spider()
+    genomes = spider.genome_space().random(7, np.random.default_rng(1))
+    whole = spider.move(genomes)
+    for index in range(7):
+        alone = spider.move(genomes[index : index + 1])
+        for channel in spider.channels:
+            np.testing.assert_array_equal(alone[channel][0], whole[channel][index])
+
+
+def test_feet_are_those_of_an_independent_rigid_body_model() -> None:
+    pytest.importorskip("mujoco")
+    from rigid_body import feet as independent
+
+    spider = Spider()
+    motion = spider.move(spider.genome_space().random(2, np.random.default_rng(5)))
+    for individual in range(2):
+        expected = independent(motion["joint_angles"][individual])
+        np.testing.assert_allclose(motion["feet"][individual], expected, atol=2e-7)
+
+
+def test_pictures_and_kernels_agree_on_the_feet() -> None:
+    spider = Spider(encoding="cpg")
+    motion = spider.move(spider.genome_space().random(1, np.random.default_rng(6)))
+    points = leg_points(motion["joint_angles"][0])
+    np.testing.assert_allclose(points[:, :, 3], motion["feet"][0], atol=2e-7)
+    lengths = np.linalg.norm(np.diff(points, axis=2), axis=3)
+    np.testing.assert_allclose(
+        lengths, np.broadcast_to([body.COXA, body.FEMUR, body.TIBIA], lengths.shape)
+    )
+
+
+def test_the_centre_of_mass_is_the_mean_of_the_segments_middles() -> None:
+    spider = Spider()
+    motion = spider.move(spider.genome_space().random(1, np.random.default_rng(7)))
+    points = leg_points(motion["joint_angles"][0])
+    middles = (points[:, :, 1:] + points[:, :, :-1]) / 2
+    masses = np.array([body.COXA_MASS, body.FEMUR_MASS, body.TIBIA_MASS])
+    centre = np.einsum("flsa,s->fa", middles, masses) / (8 * masses.sum() + body.BODY_MASS)
+    np.testing.assert_allclose(motion["centre_of_mass"][0], centre, atol=1e-7)
+
+
+def test_the_neutral_pose_stands_at_the_published_height() -> None:
+    assert pytest.approx(0.0862, abs=5e-5) == body.STANDING_HEIGHT
+
+
+def test_a_mirrored_gait_walks_the_mirrored_way() -> None:
+    spider = Spider()
+    genomes = spider.genome_space().random(5, np.random.default_rng(8))
+    sides = genomes.reshape(5, 2, 2, 12)[:, :, ::-1].reshape(5, 48)  # left and right swapped
+    pose, mirrored = spider.move(genomes)["pose"], spider.move(sides)["pose"]
+    np.testing.assert_allclose(mirrored, pose * [1, -1, -1], atol=1e-4)
+
+
+def test_the_skeleton_stands_on_the_ground_and_moves_with_the_body() -> None:
+    spider = Spider()
+    motion = spider.move(spider.genome_space().random(2, np.random.default_rng(9)))
+    skeleton = spider.skeleton(motion, 1)
+    assert skeleton.segments.shape == (300, 28, 2, 3)
+    assert skeleton.contacts is not None
+    np.testing.assert_allclose(skeleton.contacts[:, :, 2].min(axis=1), body.FOOT_RADIUS)
+    outline = skeleton.segments[:, :4].mean(axis=(1, 2))[:, :2]
+    np.testing.assert_allclose(outline, motion["pose"][1, :, :2], atol=1e-6)
+
+
+@pytest.mark.parametrize("channel", Spider.channels)
+def test_channels_have_the_shapes_they_say(channel: str) -> None:
+    spider = Spider()
+    motion = spider.move(spider.genome_space().random(3, np.random.default_rng(10)))
+    text = Spider.channels[channel]
+    shape = tuple(int(part) for part in text[12 : text.index(")")].split(",") if part.strip())
+    assert motion[channel].shape == (3, *shape)
+
+
+def test_lifting_combinations_never_leave_the_body_unsupported_by_the_plane() -> None:
+    """Whichever feet are lifted, at least three are found to stand."""
+    for lifted in itertools.combinations(range(8), 4):
+        feet = np.repeat(FEET[None], 2, axis=0)
+        feet[:, list(lifted), 2] += 0.02
+        assert walked(feet)["stance"][0].sum() >= 3
