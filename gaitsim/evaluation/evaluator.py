@@ -20,6 +20,10 @@ from gaitsim.evaluation.judge import Evaluation, joined, judge
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import containing
 
+# Individuals a chunk in threads: few enough for a body's arrays to stay in the cache.
+# 100 recurrence spiders on two cores take 1.7 ms so, 2.6 ms as two chunks.
+IN_CACHE = 32
+
 
 def cores() -> int:
     """How many cores this process may use."""
@@ -84,10 +88,12 @@ class Evaluator:
         """
         if self._executor is None:
             return judge(self.experiment, genomes)
-        chunks = np.array_split(genomes, min(self.workers, len(genomes)))
         try:
             if self._in_processes:
+                chunks = np.array_split(genomes, min(self.workers, len(genomes)))
                 return joined(list(self._executor.map(_judge_here, chunks)))
+            share = self.workers * IN_CACHE
+            chunks = np.array_split(genomes, self.workers * -(-len(genomes) // share))
             return joined(list(self._executor.map(judge, [self.experiment] * len(chunks), chunks)))
         except BrokenProcessPool:
             entry = self.experiment.entries["organism"]
