@@ -4,14 +4,17 @@ An entry point of the group `gaitsim.experiments` has the experiment's name, and
 the package of which `<name>.toml` is a resource.
 """
 
+import sys
+from importlib.machinery import ModuleSpec
 from importlib.resources import files
+from pathlib import Path
 
 from gaitsim.errors import PluginError
-from gaitsim.registry import EXPERIMENTS, containing, find
+from gaitsim.registry import EXPERIMENTS, Entry, containing, find
 
 
 def read_preset(name: str) -> str:
-    """The TOML text of a preset.
+    """The TOML text of a preset; the package is not imported unless it is in an archive.
 
     Raises:
         PluginError: no package, or more than one, has an experiment of that name, or its
@@ -19,11 +22,40 @@ def read_preset(name: str) -> str:
     """
     entry = find(EXPERIMENTS, name)
     with containing(entry, "being read"):
-        resource = files(entry.target) / f"{name}.toml"
-        if resource.is_file():
-            return resource.read_text(encoding="utf-8")
-    raise PluginError(
-        f"{entry} has no file {name}.toml",
-        where=entry.target,
-        remedy=f"update {entry.package}, or report it to its author",
-    )
+        text = _read(entry, f"{name}.toml")
+    if text is None:
+        raise PluginError(
+            f"{entry} has no file {name}.toml",
+            where=entry.target,
+            remedy=f"update {entry.package}, or report it to its author",
+        )
+    return text
+
+
+def _read(entry: Entry, file: str) -> str | None:
+    for folder in _folders(entry.target):
+        if (folder / file).is_file():
+            return (folder / file).read_text(encoding="utf-8-sig")
+    resource = files(entry.target) / file
+    return resource.read_text(encoding="utf-8-sig") if resource.is_file() else None
+
+
+def _folders(package: str) -> list[Path]:
+    """Where a package's files are, found as an import would, but without importing it."""
+    path: list[str] | None = None
+    parts = package.split(".")
+    for count in range(1, len(parts) + 1):
+        spec = _spec(".".join(parts[:count]), path)
+        if spec is None or spec.submodule_search_locations is None:
+            return []
+        path = list(spec.submodule_search_locations)
+    return [Path(folder) for folder in path or []]
+
+
+def _spec(name: str, path: list[str] | None) -> ModuleSpec | None:
+    for finder in sys.meta_path:
+        find_spec = getattr(finder, "find_spec", None)
+        spec: ModuleSpec | None = find_spec(name, path) if find_spec else None
+        if spec is not None:
+            return spec
+    return None

@@ -4,10 +4,10 @@ Three grains: list the names without importing anything, load exactly one and ra
 load all and report what failed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 from typing import TYPE_CHECKING, NoReturn
 
 from gaitsim.errors import GaitsimError, PluginError, nearest
@@ -38,12 +38,27 @@ class Entry:
     version: str
 
     def __str__(self) -> str:
-        return f"{self.kind} {self.name!r} of package {self.package} {self.version}"
+        return f"{self.kind} {self.name!r} of package {self.source}"
+
+    @property
+    def source(self) -> str:
+        """The package with its version."""
+        return f"{self.package} {self.version}".strip()
 
 
 def _entry(kind: str, point: EntryPoint) -> Entry:
-    package, version = (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
-    return Entry(kind, point.name, point.value, package, version)
+    package = version = None
+    if point.dist:
+        # A damaged installation has no name, or metadata that cannot be read.
+        try:
+            package, version = point.dist.name, point.dist.version
+        except Exception:
+            package = _folder(point.dist)
+    return Entry(kind, point.name, point.value, package or "unknown", version or "")
+
+
+def _folder(distribution: Distribution) -> str:
+    return str(getattr(distribution, "_path", "unknown"))
 
 
 def entries(kind: str) -> dict[str, list[Entry]]:
@@ -53,7 +68,7 @@ def entries(kind: str) -> dict[str, list[Entry]]:
     twice, as when a package is installed and also on the path, counts once.
     """
     found: dict[str, list[Entry]] = {}
-    for point in entry_points(group=f"gaitsim.{kind}"):
+    for point in _points(f"gaitsim.{kind}"):
         entry = _entry(kind, point)
         others = found.setdefault(entry.name, [])
         if all((entry.package, entry.target) != (other.package, other.target) for other in others):
@@ -61,11 +76,38 @@ def entries(kind: str) -> dict[str, list[Entry]]:
     return dict(sorted(found.items()))
 
 
+def _points(group: str) -> Iterable[EntryPoint]:
+    try:
+        return entry_points(group=group)
+    except Exception:
+        # Of some package, gaitsim's or not, the entry points cannot be read: the others can.
+        return _readable_points(group)
+
+
+def _readable_points(group: str) -> Iterator[EntryPoint]:
+    for distribution in distributions():
+        try:
+            yield from distribution.entry_points.select(group=group)
+        except Exception:  # what it may be depends on how the file is damaged
+            continue
+
+
+def unreadable() -> list[str]:
+    """The folders of installed packages whose entry points cannot be read."""
+    found = []
+    for distribution in distributions():
+        try:
+            _ = distribution.entry_points
+        except Exception:
+            found.append(_folder(distribution))
+    return found
+
+
 def find(kind: str, name: str) -> Entry:
     """The entry of that name.
 
     Raises:
-        PluginError: there is none, or two packages claim the name.
+        PluginError: there is none, or several packages claim the name.
     """
     known = entries(kind)
     what = "experiment" if kind == EXPERIMENTS else f"{kind} plugin"
@@ -78,8 +120,8 @@ def find(kind: str, name: str) -> Entry:
     claims = known[name]
     if len(claims) > 1:
         raise PluginError(
-            f"the name {name!r} of a {what} is claimed by two packages: "
-            + " and ".join(f"{claim.package} {claim.version}" for claim in claims),
+            f"the name {name!r} of a {what} is claimed more than once: "
+            + " and ".join(f"by {claim.source} ({claim.target})" for claim in claims),
             remedy="uninstall one of them, or ask its author to choose another name",
         )
     return claims[0]
@@ -87,10 +129,14 @@ def find(kind: str, name: str) -> Entry:
 
 @contextmanager
 def containing(entry: Entry, doing: str) -> Iterator[None]:
-    """Turn whatever a plugin raises into a `PluginError` that names its package."""
+    """Turn whatever a plugin raises into a `GaitsimError` that names its package."""
     try:
         yield
-    except (GaitsimError, KeyboardInterrupt):
+    except GaitsimError as error:
+        # The plugin's own words, or ours; either way it is said whose they are.
+        error.where = error.where or f"{entry}, {entry.target}"
+        raise
+    except (KeyboardInterrupt, GeneratorExit):
         raise
     # SystemExit, too: a plugin does not end the program.
     except BaseException as error:
@@ -99,12 +145,18 @@ def containing(entry: Entry, doing: str) -> Iterator[None]:
 
 def blame(entry: Entry, doing: str, error: BaseException) -> NoReturn:
     """Raise the `PluginError` that names a plugin, what it was doing, and its exception."""
-    reason = f"{type(error).__name__}: {error}".rstrip(": ")
     raise PluginError(
-        f"{entry} failed while {doing}: {reason}",
+        f"{entry} failed while {doing}: {_reason(error)}",
         where=entry.target,
         remedy=f"update {entry.package}, or report it to its author",
     ) from error
+
+
+def _reason(error: BaseException) -> str:
+    try:
+        return f"{type(error).__name__}: {error}".rstrip(": ")
+    except Exception:  # its __str__ is the plugin's, too
+        return type(error).__name__
 
 
 def load_class(kind: str, name: str) -> "type[Plugin]":
@@ -114,12 +166,20 @@ def load_class(kind: str, name: str) -> "type[Plugin]":
         PluginError: unknown or doubly claimed name, an import that fails, or something
             that is not a plugin of that kind.
     """
+    return load_entry(find(kind, name))
+
+
+def load_entry(entry: Entry) -> "type[Plugin]":
+    """The plugin class of an entry, held to its contract.
+
+    Raises:
+        PluginError: an import that fails, or something that is not a plugin of that kind.
+    """
     from gaitsim import contracts
 
-    entry = find(kind, name)
     with containing(entry, "being imported"):
-        loaded = EntryPoint(name, entry.target, f"gaitsim.{kind}").load()
-    expected: type[Plugin] = getattr(contracts, kind.capitalize())
+        loaded = EntryPoint(entry.name, entry.target, f"gaitsim.{entry.kind}").load()
+    expected: type[Plugin] = getattr(contracts, entry.kind.capitalize())
     if not (isinstance(loaded, type) and issubclass(loaded, expected)):
         raise PluginError(
             f"{entry} is not a {expected.__name__}, but {_describe(loaded)}",
@@ -134,6 +194,7 @@ def load_class(kind: str, name: str) -> "type[Plugin]":
             where=entry.target,
             remedy=f"implement every method of gaitsim.contracts.{expected.__name__}",
         )
+    _hold_to_declarations(entry, loaded, expected)
     return loaded
 
 
@@ -141,13 +202,26 @@ def _describe(thing: object) -> str:
     return f"the class {thing.__name__}" if isinstance(thing, type) else f"a {type(thing).__name__}"
 
 
-def scan(kind: str) -> "tuple[dict[str, type[Plugin]], list[PluginError]]":
+def _hold_to_declarations(entry: Entry, plugin: "type[Plugin]", contract: "type[Plugin]") -> None:
+    """Refuse a class that leaves out, or gives in a wrong form, what its kind declares."""
+    from gaitsim.declarations import problems
+
+    found = problems(entry.kind, plugin)
+    if found:
+        raise PluginError(
+            f"{entry} breaks its contract: {'; '.join(found)}",
+            where=entry.target,
+            remedy=f"see gaitsim.contracts.{contract.__name__}; or update {entry.package}",
+        )
+
+
+def scan(kind: str) -> "tuple[dict[str, type[Plugin]], list[GaitsimError]]":
     """Load every plugin of a kind: the classes by name, and what failed."""
     classes: dict[str, type[Plugin]] = {}
-    failures: list[PluginError] = []
+    failures: list[GaitsimError] = []
     for name in entries(kind):
         try:
             classes[name] = load_class(kind, name)
-        except PluginError as error:
+        except GaitsimError as error:
             failures.append(error)
     return classes, failures

@@ -1,0 +1,45 @@
+"""What a plugin class declares beside its methods, held to its contract."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from gaitsim.contracts import GenomeSpace, Plugin
+
+PLUGIN = "plugin"
+"""The key of an experiment's section that names the plugin; no option can have that name."""
+
+
+def problems(kind: str, plugin: type[Plugin]) -> list[str]:
+    """What is missing or of a wrong form in the class of a plugin, a sentence each."""
+    found = []
+    if kind == "organism":
+        channels = getattr(plugin, "channels", None)
+        if not (isinstance(channels, Mapping) and _texts(channels.keys())):
+            found.append("channels must be a dict of a text for each channel's name")
+    if kind == "fitness" and not _texts(getattr(plugin, "needs", None)):
+        found.append("needs must be a tuple of the names of channels")
+    if kind in ("crossover", "mutation"):
+        spaces = getattr(plugin, "spaces", None)
+        if not (isinstance(spaces, tuple) and spaces and all(map(_is_space, spaces))):
+            found.append("spaces must be a tuple of classes such as RealSpace and BitSpace")
+    # `children` is an option of every crossover, or a number in its class.
+    if kind == "crossover" and "children" not in plugin.model_fields:
+        children = getattr(plugin, "children", None)
+        if not isinstance(children, int) or children not in (1, 2):
+            found.append("children must be 1 or 2")
+    if PLUGIN in plugin.model_fields:
+        found.append(f"an option cannot be named {PLUGIN!r}, which names the plugin in a file")
+    return found
+
+
+def _texts(names: Any) -> bool:
+    if isinstance(names, str) or names is None:
+        return False
+    try:
+        return all(isinstance(name, str) for name in names)
+    except TypeError:
+        return False
+
+
+def _is_space(thing: object) -> bool:
+    return isinstance(thing, type) and issubclass(thing, GenomeSpace)
