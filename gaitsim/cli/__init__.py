@@ -1,20 +1,44 @@
 """The command line. One file a command; heavy imports wait until a command needs them."""
 
+import errno
 import sys
 
 from gaitsim.errors import GaitsimError
 
+MISTAKE, INTERRUPTED = 2, 130
+
 
 def main() -> None:
     """Run the command line; a user's mistake ends with one message and exit code 2."""
+    from gaitsim.cli import streams
+
+    streams.prepare()
+    try:
+        _run()
+    except SystemExit:
+        reason = streams.finish()
+        if reason:
+            _fail(f"cannot write the output: {reason}")
+        raise
+
+
+def _run() -> None:
     from gaitsim.cli.app import app
 
     try:
         app()
     except GaitsimError as error:
-        from gaitsim.cli.console import errors
-
-        errors().print(f"Error: {error}", style="red", markup=False, highlight=False)
-        sys.exit(2)
+        _fail(str(error))
     except KeyboardInterrupt:
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        _fail(f"cannot write: {error.strerror}")
+
+
+def _fail(message: str) -> None:
+    from gaitsim.cli.console import errors, visible
+
+    errors().print(f"Error: {visible(message)}", style="red", markup=False)
+    sys.exit(MISTAKE)

@@ -5,9 +5,11 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli import experiments, export, plot, plugins, resume, run, runs, show
+from gaitsim.cli.help import Command, Group
 
 app = typer.Typer(
     name="gaitsim",
+    cls=Group,
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
@@ -33,11 +35,7 @@ def gaitsim(
     """Evolve gaits in your terminal."""
 
 
-app.command()(run.run)
-app.command()(resume.resume)
-app.command()(runs.runs)
-app.command()(show.show)
-app.command()(export.export)
-app.command()(plot.plot)
+for command in (run.run, resume.resume, runs.runs, show.show, export.export, plot.plot):
+    app.command(cls=Command)(command)
 app.add_typer(experiments.app)
 app.add_typer(plugins.app)

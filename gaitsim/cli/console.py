@@ -2,26 +2,42 @@
 
 import json
 import sys
+import unicodedata
 from collections.abc import Mapping
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
+PIPED_WIDTH = 1000  # columns: rows are not broken for a program
+
 
 def output() -> Console:
     """Standard output. Piped, it is as wide as its lines; NO_COLOR and TERM are honoured."""
-    return Console(highlight=False, width=None if sys.stdout.isatty() else 1000)
+    width = None if sys.stdout.isatty() else PIPED_WIDTH
+    return Console(highlight=False, emoji=False, width=width)
 
 
 def errors() -> Console:
     """Standard error."""
-    return Console(stderr=True, highlight=False, soft_wrap=True)
+    return Console(stderr=True, highlight=False, emoji=False, soft_wrap=True)
 
 
 def notice(text: str) -> None:
     """Say something that is not a result."""
-    errors().print(text, style="yellow", markup=False)
+    errors().print(visible(text), style="yellow", markup=False)
+
+
+def visible(text: str) -> str:
+    """A text whose control characters, which could steer the terminal, are written out."""
+    return "".join(
+        char if char == "\n" or unicodedata.category(char) not in ("Cc", "Cf") else _escaped(char)
+        for char in text
+    )
+
+
+def _escaped(char: str) -> str:
+    return char.encode("unicode_escape").decode()
 
 
 def print_json(values: Mapping[str, Any]) -> None:

@@ -4,39 +4,59 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(name="experiments", help="The ready experiments.", no_args_is_help=True)
+from gaitsim.cli.help import Command, Group
+
+app = typer.Typer(
+    name="experiments", cls=Group, help="The ready experiments.", no_args_is_help=True
+)
 
 
-@app.command("list")
+@app.command("list", cls=Command)
 def list_() -> None:
     """List the ready experiments of all installed packages."""
-    import tomllib
-
     from gaitsim.cli.console import output, table
-    from gaitsim.errors import GaitsimError
-    from gaitsim.presets import read_preset
     from gaitsim.registry import EXPERIMENTS, entries
 
     made = table("name", "what it is", "package")
     for name, claims in entries(EXPERIMENTS).items():
-        try:
-            description = str(tomllib.loads(read_preset(name)).get("description", ""))
-        except (GaitsimError, tomllib.TOMLDecodeError) as error:
-            description = f"broken: {error}"
-        made.add_row(name, description, " and ".join(claim.package for claim in claims))
-    output().print(made)
+        made.add_row(name, _describe(name), " and ".join(claim.package for claim in claims))
+    output().print(made, markup=False)
 
 
-@app.command()
+def _describe(name: str) -> str:
+    from gaitsim.cli.console import visible
+    from gaitsim.errors import GaitsimError
+    from gaitsim.presets import read_preset
+    from gaitsim.toml import parse
+
+    try:
+        return visible(str(parse(read_preset(name), f"preset {name}").get("description", "")))
+    except GaitsimError as error:
+        return visible(f"broken: {error.what}")
+
+
+@app.command(cls=Command)
 def show(
-    name: Annotated[str, typer.Argument(help="A preset's name, or the path of a TOML file.")],
+    name: Annotated[
+        str,
+        typer.Argument(help="A preset's name, or the path of a TOML file.", metavar="NAME|FILE"),
+    ],
 ) -> None:
     """Print an experiment as TOML, with every option, to edit and run.
 
     [bold]Example[/bold]
 
-    gaitsim experiments show spider > my-spider.toml; gaitsim run my-spider.toml
+    gaitsim experiments show spider > my-spider.toml
+
+    gaitsim run my-spider.toml
     """
+    import io
+    import sys
+
     from gaitsim.experiment import load_experiment
 
-    print(load_experiment(name).to_toml(), end="")
+    text = load_experiment(name).to_toml()
+    if isinstance(sys.stdout, io.TextIOWrapper) and not sys.stdout.isatty():
+        # TOML is UTF-8 by definition, whatever the locale.
+        sys.stdout.reconfigure(encoding="utf-8")
+    print(text, end="")

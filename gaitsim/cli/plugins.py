@@ -4,25 +4,31 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(name="plugins", help="Installed bodies and operators.", no_args_is_help=True)
+from gaitsim.cli.help import Command, Group
+
+app = typer.Typer(
+    name="plugins", cls=Group, help="Installed bodies and operators.", no_args_is_help=True
+)
 
 
-@app.command("list")
+@app.command("list", cls=Command)
 def list_() -> None:
-    """List all plugins by kind, with the package that each comes from. Imports none of them."""
-    from gaitsim.cli.console import output, table
-    from gaitsim.registry import KINDS, entries
+    """List all plugins by kind, with the package of each. Imports none of them."""
+    from gaitsim.cli.console import notice, output, table
+    from gaitsim.registry import KINDS, entries, unreadable
 
     made = table("kind", "name", "package")
     for kind in KINDS:
         for name, claims in entries(kind).items():
-            packages = " and ".join(f"{claim.package} {claim.version}" for claim in claims)
+            packages = " and ".join(claim.source for claim in claims)
             conflict = "  (conflict: cannot be used)" if len(claims) > 1 else ""
             made.add_row(kind, name, packages + conflict)
     output().print(made, markup=False)
+    for folder in unreadable():
+        notice(f"Warning: the entry points of {folder} cannot be read; reinstall its package.")
 
 
-@app.command()
+@app.command(cls=Command)
 def show(
     name: Annotated[str, typer.Argument(help="Name of a plugin, such as spider-walk.")],
 ) -> None:
@@ -49,23 +55,21 @@ def show(
 def _show(kind: str, name: str) -> None:
     import inspect
 
-    from rich.markup import escape
+    from rich.text import Text
 
     from gaitsim import options
-    from gaitsim.cli.console import output, table
+    from gaitsim.cli.console import output, table, visible
     from gaitsim.registry import find, load_class
 
     plugin = load_class(kind, name)
     console = output()
-    entry = find(kind, name)
-    console.print(f"[bold]{escape(name)}[/bold]  {kind} of {entry.package} {entry.version}")
-    console.print(inspect.getdoc(plugin) or "", markup=False)
+    console.print(Text.assemble((name, "bold"), f"  {kind} of {find(kind, name).source}"))
+    console.print(visible(inspect.getdoc(plugin) or ""), markup=False)
     if not plugin.model_fields:
         console.print("\nIt has no options.")
         return
     made = table("option", "default", "allowed", "meaning")
     for option, field in plugin.model_fields.items():
-        default = "required" if field.is_required() else str(field.get_default())
-        made.add_row(option, default, options.allowed(field), field.description or "")
+        made.add_row(option, options.default(field), options.allowed(field), options.meaning(field))
     console.print()
     console.print(made, markup=False)

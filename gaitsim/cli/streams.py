@@ -1,0 +1,34 @@
+"""Standard output and error, made fit for what gaitsim prints."""
+
+import io
+import os
+import sys
+
+
+def prepare() -> None:
+    """See that everything can be printed, whatever the terminal's encoding.
+
+    In one that lacks '≥' or '−', such a sign becomes '?' rather than an error. A stream that
+    the caller closed swallows what it is given.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            whole = stream.encoding.lower().replace("-", "") == "utf8"
+            stream.reconfigure(errors="backslashreplace" if whole else "replace")
+
+
+def finish() -> str:
+    """Write out what waits; why it cannot be written, or ''.
+
+    A reader who has gone, as `head` does, is no error.
+    """
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        # Python flushes once more at its end; that goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return "" if isinstance(error, BrokenPipeError) else str(error.strerror)
+    return ""
