@@ -1,12 +1,14 @@
 """Evolving a run from the command line: progress, Ctrl-C, and the summary at the end."""
 
+import os
 import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
+from typing import NoReturn
 
 from gaitsim.cli.console import errors, notice
 from gaitsim.cli.progress import Display, display
@@ -14,22 +16,29 @@ from gaitsim.cli.summary import summarise
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import evolve, stop_reason
-from gaitsim.runs.directory import RunWriter
+from gaitsim.runs.folder import command
+from gaitsim.runs.writer import RunWriter
 
 SLOW = 1.0  # seconds that may pass in silence
+INTERRUPTED = 130  # exit code, as shells give it
 
 
 class Interrupted:
-    """Whether the user wants the run to stop. The second wish is granted at once."""
+    """Whether the user wants the run to stop. The second wish is granted at once.
+
+    So is the first one, as long as no generation is being made.
+    """
 
     def __init__(self) -> None:
         self.wanted = False
+        self.patient = False
 
     def __call__(self, _signal: int, _frame: FrameType | None) -> None:
-        if self.wanted:
+        if self.wanted or not self.patient:
             raise KeyboardInterrupt
         self.wanted = True
-        notice("Stopping after this generation; again to stop at once.")
+        with suppress(OSError, RuntimeError):  # the stream may be in use, or closed
+            notice("Stopping after this generation; again to stop at once.")
 
 
 @contextmanager
@@ -58,16 +67,27 @@ def evolve_run(
     Raises:
         GaitsimError: says what was wrong, and that the run can be gone on with.
     """
-    with RunWriter(path, generations=generations, any_version=any_version) as writer:
-        if writer.warning:
-            notice(f"Warning: {writer.warning}")
-        with _interrupts() as interrupted:
-            reason = _evolve(writer, display(writer, json), workers, interrupted)
-    resume_command = f"gaitsim resume {path}"
+    with _interrupts() as interrupted:
+        try:
+            with RunWriter(path, generations=generations, any_version=any_version) as writer:
+                if writer.warning:
+                    notice(f"Warning: {writer.warning}")
+                reason = _evolve(writer, display(writer, json), workers, interrupted)
+        except KeyboardInterrupt:
+            _leave_at_once(path)
     if interrupted.wanted and not reason:
-        notice(f"Stopped and saved. Go on with: {resume_command}")
-        sys.exit(130)
+        notice(f"Stopped and saved. Go on with: {command('resume', path)}")
+        sys.exit(INTERRUPTED)
     summarise(path, reason, json)
+
+
+def _leave_at_once(path: Path) -> NoReturn:
+    """End the program without waiting for threads, which compiled code may keep busy."""
+    notice(f"Stopped, as of the last saved generation. Go on with: {command('resume', path)}")
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(INTERRUPTED)
 
 
 def _evolve(
@@ -80,20 +100,23 @@ def _evolve(
         reason = stop_reason(evolution, last.number, last.progress)
         if reason:
             return reason
-    with Evaluator(writer.experiment, workers) as evaluator:
-        _prepare(evaluator)
-        with shown:
-            try:
+    try:
+        with Evaluator(writer.experiment, workers) as evaluator:
+            _prepare(evaluator)
+            with shown:
+                interrupted.patient = True
                 for generation in evolve(writer.experiment, evaluator.evaluate, last):
                     writer.record(generation)
                     shown.update(generation)
                     if generation.stop or interrupted.wanted:
                         return generation.stop
-            except GaitsimError as error:
-                error.remedy = "; ".join(
-                    filter(None, [error.remedy, f"then go on with: gaitsim resume {writer.path}"])
-                )
-                raise
+    except GaitsimError as error:
+        again = f"go on with: {command('resume', writer.path)}"
+        if writer.path.exists():
+            error.remedy = f"{error.remedy}; then {again}" if error.remedy else again
+        raise
+    finally:
+        interrupted.patient = False
     return ""
 
 

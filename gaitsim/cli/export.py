@@ -17,7 +17,10 @@ class Format(StrEnum):
 
 def export(
     run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
-    format: Annotated[Format, typer.Option(help="MATLAB/Octave, CSV or NumPy.")] = Format.mat,
+    format: Annotated[
+        Format | None,
+        typer.Option(help="MATLAB/Octave, CSV or NumPy. Default: as --out ends, or mat."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
     ] = None,
@@ -31,14 +34,16 @@ def export(
 
     gaitsim export spider --format mat
 
-    gaitsim export spider --format csv --out gait.csv
+    gaitsim export spider --out gait.csv
     """
     from gaitsim.export.gait import gait_of, write_gait
-    from gaitsim.runs.directory import Run, find_run
+    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.reader import Run
 
     opened = Run(find_run(run))
     gait = gait_of(opened, generation)
-    path = out or opened.path / "exports" / f"gait-generation-{gait.generation}.{format}"
-    write_gait(gait, path, format.value)
+    chosen = format or Format.__members__.get(out.suffix[1:].lower() if out else "", Format.mat)
+    path = out or opened.exports() / f"gait-generation-{gait.generation}.{chosen}"
+    write_gait(gait, path, chosen.value)
     frames, joints = gait.angles.shape
     print(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")

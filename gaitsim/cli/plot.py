@@ -30,9 +30,10 @@ def plot(
     gaitsim plot spider --kind fitness --out fitness.pdf
     """
     from gaitsim.export.plots import plot_fitness
-    from gaitsim.runs.directory import Run, find_run
+    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.reader import Run
 
     opened = Run(find_run(run))
-    path = out or opened.path / "exports" / f"{kind}.png"
+    path = out or opened.exports() / f"{kind}.png"
     plot_fitness(opened, path)
     print(path)

@@ -27,7 +27,7 @@ def resume(
     gaitsim resume spider --generations 2000
     """
     from gaitsim.cli.evolving import evolve_run
-    from gaitsim.runs.directory import find_run
+    from gaitsim.runs.folder import find_run
 
     evolve_run(
         find_run(run),

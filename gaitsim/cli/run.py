@@ -47,7 +47,7 @@ def run(
     """
     from gaitsim.cli.evolving import evolve_run
     from gaitsim.experiment import load_experiment
-    from gaitsim.runs.directory import create_run
+    from gaitsim.runs.folder import create_run
 
     short = {
         "evolution.generations": generations,

@@ -14,7 +14,7 @@ def runs(
 ) -> None:
     """List the runs in a folder, oldest first."""
     from gaitsim.cli.console import output, print_json, table
-    from gaitsim.runs.directory import list_runs
+    from gaitsim.runs.folder import list_runs
 
     found = [_row(path) for path in list_runs(root)]
     if json:
@@ -42,8 +42,10 @@ def _row(path: Path) -> dict[str, Any]:
     import tomllib
 
     from gaitsim.errors import GaitsimError
-    from gaitsim.runs.directory import Run
+    from gaitsim.experiment import Evolution
     from gaitsim.runs.lock import is_locked
+    from gaitsim.runs.reader import Run
+    from gaitsim.runs.writer import is_finished
 
     row: dict[str, Any] = {
         "run": path.name,
@@ -59,13 +61,16 @@ def _row(path: Path) -> dict[str, Any]:
         text = tomllib.loads(run.experiment_text)
         for kind in ("organism", "fitness"):
             row[kind] = str(text[kind]["plugin"])
-        row["generations"] = int(text["evolution"]["generations"])
-        history = run.history
-    except (GaitsimError, tomllib.TOMLDecodeError, KeyError, TypeError, ValueError):
+        evolution = Evolution.model_validate(text["evolution"])
+        row["generations"] = evolution.generations
+        found = run.checkpoint()
+    # Pydantic's errors and those of TOML are ValueErrors.
+    except (GaitsimError, KeyError, TypeError, ValueError):
         return row
-    if history:
-        row["generation"] = int(history["generation"][-1])
-        row["best"] = float(history["best"].max())
-    finished = row["generation"] >= row["generations"]
+    finished = False
+    if found is not None:
+        row["generation"] = found[0].generation
+        row["best"] = found[0].best_score
+        finished = is_finished(evolution, found[0])
     row["state"] = "running" if is_locked(path) else "finished" if finished else "stopped"
     return row

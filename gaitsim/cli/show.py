@@ -1,10 +1,13 @@
 """`gaitsim show`."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitsim.cli.run import Json
+
+if TYPE_CHECKING:
+    from gaitsim.runs.reader import Run
 
 
 def show(
@@ -25,50 +28,61 @@ def show(
 
     gaitsim show spider --fingerprint
     """
-    from gaitsim.cli.console import notice, number, output, print_json
-    from gaitsim.cli.progress import sparkline
-    from gaitsim.cli.summary import champion_measures, champion_motion, print_measures
-    from gaitsim.evaluation import judge
-    from gaitsim.runs.directory import Run, find_run
+    from gaitsim.cli.console import notice, print_json
+    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.reader import Run
 
     opened = Run(find_run(run))
-    if fingerprint:
-        print(opened.fingerprint())
-        return
-    experiment = opened.experiment
     found = opened.checkpoint()
     if found is not None and found[1]:
         notice(f"Warning: {found[1]}")
-    generation, score, genome = opened.champion()
-    measures = champion_measures(opened, champion_motion(opened, genome))
-    terms = {k: float(v[0]) for k, v in judge(experiment, genome[None]).terms.items()}
-    history = opened.history
-    if json:
-        print_json(
-            {
-                "run": str(opened.path),
-                "experiment": experiment.name,
-                "seed": experiment.seed,
-                "plugins": {kind: entry.name for kind, entry in experiment.entries.items()},
-                "generation": len(history["best"]),
-                "generations": experiment.evolution.generations,
-                "evaluations": int(history["evaluations"][-1]),
-                "seconds": float(history["seconds"].sum()),
-                "champion": {
-                    "generation": generation,
-                    "score": score,
-                    "terms": terms,
-                    "measures": {name: float(m.values[0]) for name, m in measures.items()},
-                },
-                "fingerprint": opened.fingerprint(),
-            }
-        )
-        return
+    if fingerprint and json:
+        print_json({"run": str(opened.path), "fingerprint": opened.fingerprint()})
+    elif fingerprint:
+        print(opened.fingerprint())
+    elif json:
+        _print_json(opened)
+    else:
+        _print(opened)
+
+
+def _print_json(run: "Run") -> None:
+    from gaitsim.cli.console import print_json
+    from gaitsim.cli.summary import champion_of
+
+    experiment, history, champion = run.experiment, run.history, champion_of(run)
+    print_json(
+        {
+            "run": str(run.path),
+            "experiment": experiment.name,
+            "seed": experiment.seed,
+            "plugins": {kind: entry.name for kind, entry in experiment.entries.items()},
+            "generation": len(history["best"]) if history else 0,
+            "generations": experiment.evolution.generations,
+            "evaluations": int(history["evaluations"][-1]) if history else 0,
+            "seconds": float(history["seconds"].sum()) if history else 0.0,
+            "champion": champion.plain() if champion else None,
+            "fingerprint": run.fingerprint() if history else None,
+        }
+    )
+
+
+def _print(run: "Run") -> None:
+    from gaitsim.cli.console import number, output
+    from gaitsim.cli.progress import sparkline
+    from gaitsim.cli.summary import champion_of, print_champion
+    from gaitsim.runs.folder import command
+
+    experiment, history = run.experiment, run.history
     console = output()
-    console.print(str(opened.path), style="bold", markup=False)
+    console.print(str(run.path), style="bold", markup=False)
     console.print(f"{experiment.name}: {experiment.description}", markup=False)
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
     console.print(f"seed {experiment.seed}  {parts}", markup=False)
+    if not history:
+        again = command("resume", run.path)
+        console.print(f"No generation is finished yet. Go on: {again}", markup=False)
+        return
     console.print(
         f"generation {len(history['best'])} of {experiment.evolution.generations}, "
         f"{int(history['evaluations'][-1]):,} evaluations in {history['seconds'].sum():.1f} s"
@@ -78,5 +92,5 @@ def show(
             f"{name} {sparkline(list(history[name]), 48)} {number(history[name][-1])}",
             markup=False,
         )
-    console.print(f"\nChampion of generation {generation}, score {number(score, 4)}:")
-    print_measures(measures, terms)
+    console.print()
+    print_champion(run, champion_of(run))

@@ -1,69 +1,91 @@
 """What came of a run: the champion's measures and terms, and what to do next."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.cli.console import number, output, print_json, table
-from gaitsim.contracts import Measure, Motion
-from gaitsim.errors import RunError
-from gaitsim.evaluation import judge
 from gaitsim.registry import containing
-from gaitsim.runs.directory import Run
+from gaitsim.runs.folder import command
+from gaitsim.runs.reader import Run
 
 
-def champion_motion(run: Run, genome: np.ndarray[Any, Any]) -> Motion:
-    """One genome (genes,), moved: a population of one."""
-    with containing(run.experiment.entries["organism"], "moving the champion"):
-        return run.experiment.organism.move(genome[None])
+@dataclass(frozen=True)
+class Champion:
+    """A run's best individual, as it is shown.
+
+    Attributes:
+        generation: in which it was found.
+        score: its score.
+        terms: of its score, as the history has them.
+        measures: what its body says of its motion: value, unit and meaning by name.
+    """
+
+    generation: int
+    score: float
+    terms: dict[str, float]
+    measures: dict[str, tuple[float, str, str]]
+
+    def plain(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "generation": self.generation,
+            "score": self.score,
+            "terms": self.terms,
+            "measures": {name: value for name, (value, *_) in self.measures.items()},
+        }
 
 
-def champion_measures(run: Run, motion: Motion) -> dict[str, Measure]:
-    """What the body says of its motion."""
+def champion_of(run: Run) -> Champion | None:
+    """The champion of a run; None before the first generation and where all have failed.
+
+    Raises:
+        GaitsimError: the run is damaged, or the body cannot move its champion.
+    """
+    history = run.history
+    if not history or not np.isfinite(history["best"].max()):
+        return None
+    generation, score, genome = run.champion()
+    return Champion(generation, score, run.terms(generation), _measures(run, genome))
+
+
+def _measures(run: Run, genome: NDArray[Any]) -> dict[str, tuple[float, str, str]]:
+    organism = run.experiment.organism
     with containing(run.experiment.entries["organism"], "measuring the champion"):
-        return dict(run.experiment.organism.measures(motion))
+        measures = organism.measures(organism.move(genome[None]))
+        return {
+            str(name): (float(measure.values[0]), measure.unit, measure.help)
+            for name, measure in measures.items()
+        }
 
 
 def summarise(path: Path, reason: str, json: bool) -> None:
     """Print how a finished run ended; as one JSON object on request."""
     run = Run(path)
-    try:
-        generation, score, genome = run.champion()
-    except RunError:
-        if json:
-            print_json({"run": str(path), "finished": reason, "score": None})
-        else:
-            output().print(f"\n{path}: {reason}. Every individual failed; no score is finite.")
-            _say_why(run)
-        return
-    measures = champion_measures(run, champion_motion(run, genome))
-    terms = {k: float(v[0]) for k, v in judge(run.experiment, genome[None]).terms.items()}
+    champion = champion_of(run)
     if json:
+        parts = champion.plain() if champion else {"generation": run.generation, "score": None}
         print_json(
-            {
-                "run": str(path),
-                "finished": reason,
-                "generation": generation,
-                "score": score,
-                "terms": terms,
-                "measures": {name: float(measure.values[0]) for name, measure in measures.items()},
-                "fingerprint": run.fingerprint(),
-            }
+            {"run": str(path), "finished": reason, **parts, "fingerprint": run.fingerprint()}
         )
         return
     console = output()
     console.print(f"\n{path}: {reason}", style="bold", markup=False)
-    console.print(f"Champion of generation {generation}, score {number(score, 4)}:")
-    print_measures(measures, terms)
+    print_champion(run, champion)
+    if champion is None:
+        return
     console.print("\nNext:")
-    for command, purpose in (
-        (f"gaitsim show {path}", "the run in full"),
-        (f"gaitsim plot {path} --kind fitness", "its fitness curve"),
-        (f"gaitsim export {path} --format mat", "the gait for a robot or MATLAB"),
-        (f"gaitsim resume {path} --generations {next_goal(run)}", "go on evolving"),
+    for line, purpose in (
+        (command("show", path), "the run in full"),
+        (command("plot", path, "--kind", "fitness"), "its fitness curve"),
+        (command("export", path, "--format", "mat"), "the gait for a robot or MATLAB"),
+        (command("resume", path, "--generations", next_goal(run)), "go on evolving"),
     ):
-        console.print(f"  {command}  [dim]# {purpose}[/dim]", soft_wrap=True)
+        console.print(f"  {line}  ", end="", markup=False, soft_wrap=True)
+        console.print(f"# {purpose}", style="dim")
 
 
 def next_goal(run: Run) -> int:
@@ -71,20 +93,22 @@ def next_goal(run: Run) -> int:
     return run.experiment.evolution.generations * 3 // 2 + 1
 
 
-def print_measures(measures: dict[str, Measure], terms: dict[str, float]) -> None:
-    """The champion's measures with their units, then the terms of its score."""
+def print_champion(run: Run, champion: Champion | None) -> None:
+    """The champion's score and measures with their units, or why there is none."""
     console = output()
-    if measures:
+    if champion is None:
+        console.print("Every individual failed; no score is finite.")
+        found = run.checkpoint()
+        for index, reason in list(found[0].reasons.items())[:1] if found else []:
+            console.print(f"Individual {index}: {reason}", markup=False)
+        return
+    console.print(
+        f"Champion of generation {champion.generation}, score {number(champion.score, 4)}:"
+    )
+    if champion.measures:
         made = table("measure", "value", "", "what it is", numbers=("value",))
-        for name, measure in measures.items():
-            made.add_row(name, number(float(measure.values[0])), measure.unit, measure.help)
-        console.print(made)
-    parts = "  ".join(f"{name} {number(value)}" for name, value in terms.items())
+        for name, (value, unit, meaning) in champion.measures.items():
+            made.add_row(name, number(value), unit, meaning)
+        console.print(made, markup=False)
+    parts = "  ".join(f"{name} {number(value)}" for name, value in champion.terms.items())
     console.print(f"score = {parts}", markup=False)
-
-
-def _say_why(run: Run) -> None:
-    found = run.checkpoint()
-    if found is not None and found[0].reasons:
-        index, reason = next(iter(found[0].reasons.items()))
-        output().print(f"Individual {index}: {reason}", markup=False)

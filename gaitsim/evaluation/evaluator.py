@@ -7,6 +7,7 @@ nor the order in which they finish changes a bit of the result.
 import multiprocessing
 import os
 import signal
+import threading
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
@@ -69,7 +70,9 @@ class Evaluator:
         trace: TracebackType | None,
     ) -> None:
         if self._executor is not None:
-            self._executor.shutdown(cancel_futures=True)
+            # Who wants to stop at once does not wait for the chunks that are being moved.
+            at_once = isinstance(error, KeyboardInterrupt)
+            self._executor.shutdown(wait=not at_once, cancel_futures=True)
 
     def prepare(self) -> None:
         """Do once what the first generation would otherwise pay for, such as compiling.
@@ -88,19 +91,20 @@ class Evaluator:
         """
         if self._executor is None:
             return judge(self.experiment, genomes)
+        rounds = 1 if self._in_processes else -(-len(genomes) // (self.workers * IN_CACHE))
+        chunks = np.array_split(genomes, min(self.workers * rounds, len(genomes)))
         try:
             if self._in_processes:
-                chunks = np.array_split(genomes, min(self.workers, len(genomes)))
-                return joined(list(self._executor.map(_judge_here, chunks)))
-            share = self.workers * IN_CACHE
-            chunks = np.array_split(genomes, self.workers * -(-len(genomes) // share))
-            return joined(list(self._executor.map(judge, [self.experiment] * len(chunks), chunks)))
+                parts = list(self._executor.map(_judge_here, chunks))
+            else:
+                parts = list(self._executor.map(judge, [self.experiment] * len(chunks), chunks))
         except BrokenProcessPool:
             entry = self.experiment.entries["organism"]
             raise GaitsimError(
                 f"a worker process died while moving {entry}",
-                remedy="resume the run; with --workers 1 the reason may show",
+                remedy="with --workers 1 the reason may show",
             ) from None
+        return joined(self.experiment, parts)
 
 
 def prepare(experiment: Experiment) -> None:
@@ -112,16 +116,32 @@ def prepare(experiment: Experiment) -> None:
 
 
 _experiment: Experiment | None = None
+_failure: GaitsimError | None = None
 
 
 def _begin(toml: str) -> None:
     """Begin a worker process: its own experiment, made from the file's text."""
-    global _experiment  # noqa: PLW0603 - a worker process has one, for its whole life
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
-    _experiment = parse_experiment(toml, "the experiment")
-    prepare(_experiment)
+    global _experiment, _failure  # noqa: PLW0603 - a worker process has one, for its whole life
+    for number in (signal.SIGINT, signal.SIGTERM):  # the parent's to handle: it saves first
+        signal.signal(number, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        _experiment = parse_experiment(toml, "the experiment")
+        prepare(_experiment)
+    except GaitsimError as error:  # raised here, it would only be known that the worker died
+        _failure = error
+
+
+def _end_with_parent() -> None:
+    """End this worker when its parent is gone, which may have been killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _judge_here(genomes: Genomes) -> Evaluation:
+    if _failure is not None:
+        raise _failure
     assert _experiment is not None, "the worker has begun"
     return judge(_experiment, genomes)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes
+from gaitsim.contracts import Genomes, Motion
 from gaitsim.errors import PluginError
 from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
@@ -30,62 +30,118 @@ class Evaluation:
 
 
 def judge(experiment: Experiment, genomes: Genomes) -> Evaluation:
-    """Move and score genomes, (population, genes).
+    """Move and score genomes, (population, genes), which stay as they are.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
     """
-    with containing(experiment.entries["organism"], "moving a population"):
-        motion = experiment.organism.move(genomes)
+    # The body gets its own copy: what it changes in it reaches neither the search nor the
+    # checkpoint. And a writable one: compiled code is compiled once more for arrays that are not.
+    lent = genomes.copy()
+    motion = _moved(experiment, lent)
     with containing(experiment.entries["fitness"], "judging a population"):
         given = experiment.fitness.terms(motion)
+    if not np.array_equal(lent, genomes):
+        raise broken(experiment, "organism", "changes the genomes that it is given")
     if not isinstance(given, dict) or not given:
-        raise _broken(experiment, f"returned {type(given).__name__} {given!r}", "a filled dict")
+        raise broken(
+            experiment, "fitness", f"returned {given!r:.80} from terms()", "a dict with terms"
+        )
     terms = {name: _term(experiment, name, term, len(genomes)) for name, term in given.items()}
     scores = np.zeros(len(genomes))
-    for term in terms.values():  # in the fitness's own order, so that the last bit is too
-        scores += term
+    with np.errstate(over="ignore", invalid="ignore"):
+        for term in terms.values():  # in the fitness's own order, so that the last bit is too
+            scores += term
     reasons = {}
     for index in np.flatnonzero(~np.isfinite(scores)).tolist():
-        wrong = [f"{name} is {term[index]}" for name, term in terms.items()]
-        reasons[index] = ", ".join(w for w in wrong if not w[-1].isdigit()) or "the sum overflows"
+        wrong = [f"{name} is {t[index]}" for name, t in terms.items() if not np.isfinite(t[index])]
+        reasons[index] = ", ".join(wrong) or "the sum of the terms is too large"
         scores[index] = -np.inf
     return Evaluation(scores, terms, reasons)
 
 
+def _moved(experiment: Experiment, genomes: Genomes) -> Motion:
+    """The motion, with the channels that the fitness reads worked out by the body."""
+    with containing(experiment.entries["organism"], "moving a population"):
+        motion: object = experiment.organism.move(genomes)
+    if not isinstance(motion, Motion):
+        raise broken(experiment, "organism", f"moved to a {type(motion).__name__}", "a Motion")
+    for name in experiment.fitness.needs:
+        with containing(experiment.entries["organism"], f"working out the channel {name!r}"):
+            shape = np.shape(motion[name])
+        if shape[:1] != (len(genomes),):
+            raise broken(
+                experiment,
+                "organism",
+                f"gave the channel {name!r} the shape {shape}",
+                f"(population, …) with a population of {len(genomes)}",
+            )
+    return motion
+
+
 def _term(experiment: Experiment, name: object, term: object, population: int) -> Scores:
-    if not isinstance(name, str):
-        raise _broken(experiment, f"named a term {name!r}", "names that are texts")
+    if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
+        raise broken(
+            experiment, "fitness", f"names a term {name!r:.80}", "a printable text, 200 characters"
+        )
     try:
-        values = np.array(term, dtype=np.float64)
+        # A copy: a fitness may return one array again and again.
+        values = np.array(term)
+        if values.dtype.kind not in "fiub":
+            raise TypeError
+        values = values.astype(np.float64, copy=False)
     except (TypeError, ValueError):
-        raise _broken(experiment, f"gave {term!r} for the term {name!r}", "numbers") from None
+        raise broken(
+            experiment, "fitness", f"gave {term!r:.80} for the term {name!r}", "real numbers"
+        ) from None
     if values.shape != (population,):
-        raise _broken(
+        raise broken(
             experiment,
+            "fitness",
             f"gave the term {name!r} the shape {values.shape}",
             f"(population,) = ({population},)",
         )
     return values
 
 
-def _broken(experiment: Experiment, what: str, allowed: str) -> PluginError:
-    entry = experiment.entries["fitness"]
+def broken(experiment: Experiment, kind: str, what: str, allowed: str = "") -> PluginError:
+    """The error of a plugin that breaks its contract; names its package."""
+    entry = experiment.entries[kind]
     return PluginError(
-        f"{entry} {what} from terms()",
+        f"{entry} {what}",
         where=entry.target,
         allowed=allowed,
         remedy=f"update {entry.package}, or report it to its author",
     )
 
 
-def joined(parts: Sequence[Evaluation]) -> Evaluation:
-    """The evaluation of a population from those of its chunks, in order."""
+def hold_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -> None:
+    """Hold a fitness to terms of the same names, in the same order, for every motion.
+
+    Raises:
+        PluginError: the names differ.
+    """
+    if list(before.terms) != list(after.terms):
+        raise broken(
+            experiment,
+            "fitness",
+            f"gave the terms {', '.join(after.terms)} after {', '.join(before.terms)}",
+            "the same names in the same order for every motion",
+        )
+
+
+def joined(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
+    """The evaluation of a population from those of its chunks, in order.
+
+    Raises:
+        PluginError: the chunks have different terms.
+    """
     if len(parts) == 1:
         return parts[0]
     reasons: dict[int, str] = {}
     start = 0
     for part in parts:
+        hold_terms(experiment, parts[0], part)
         reasons.update({start + index: reason for index, reason in part.reasons.items()})
         start += len(part.scores)
     return Evaluation(

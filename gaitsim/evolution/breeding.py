@@ -1,12 +1,13 @@
 """One population from the one before: pure, and a function of seed and generation."""
 
 from enum import IntEnum
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, GenomeSpace
-from gaitsim.errors import PluginError
+from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Plugin
+from gaitsim.evaluation.judge import broken
 from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
 
@@ -27,13 +28,12 @@ def stream(seed: int, generation: int, purpose: Purpose) -> np.random.Generator:
 
 def first_population(experiment: Experiment, space: GenomeSpace) -> Genomes:
     """Generation 1: fresh genomes, (population, genes)."""
+    population = experiment.evolution.population
     with containing(experiment.entries["organism"], "drawing genomes"):
-        genomes = space.random(
-            experiment.evolution.population, stream(experiment.seed, 1, Purpose.FIRST)
-        )
-    if not space.contains(genomes):
-        entry = experiment.entries["organism"]
-        raise PluginError(f"{entry} draws genomes outside its own space", where=entry.target)
+        genomes = space.random(population, stream(experiment.seed, 1, Purpose.FIRST))
+        belongs = space.contains(genomes) and len(genomes) == population
+    if not belongs:
+        raise broken(experiment, "organism", "draws genomes that are not of its own space")
     return genomes
 
 
@@ -62,35 +62,73 @@ def breed(
     Raises:
         PluginError: an operator fails or breaks its contract; names its package.
     """
-    population = len(genomes)
     elites = experiment.evolution.elites
-    wanted = population - elites
-    entries = experiment.entries
-    seed = experiment.seed
-    with containing(entries["selection"], "selecting parents"):
-        selection = experiment.selection.at(generation)
-        crossover = experiment.crossover.at(generation)
-        mutation = experiment.mutation.at(generation)
-        pairs = -(-wanted // crossover.children)
-        parents = selection.parents(scores, pairs, stream(seed, generation, Purpose.SELECTION))
-        _hold(experiment, "selection", parents, (pairs, 2), np.dtype(np.intp))
-        mothers, fathers = genomes[parents[:, 0]], genomes[parents[:, 1]]
-    with containing(entries["crossover"], "crossing parents"):
-        children = crossover.cross(
-            mothers, fathers, space, stream(seed, generation, Purpose.CROSSOVER)
-        )
-        shape = (pairs * crossover.children, space.genes)
-        _hold(experiment, "crossover", children, shape, space.dtype)
-    with containing(entries["mutation"], "mutating children"):
-        children = mutation.mutate(
-            children[:wanted], space, stream(seed, generation, Purpose.MUTATION)
-        )
-        _hold(experiment, "mutation", children, (wanted, space.genes), space.dtype)
-    with containing(entries["organism"], "confining genomes"):
-        children = space.confine(children)
+    wanted = len(genomes) - elites
     # Stable, so that of equal scores the first stays first.
     best = np.argsort(-scores, kind="stable")[:elites]
+    selection = _at(experiment, "selection", experiment.selection, generation)
+    crossover = _at(experiment, "crossover", experiment.crossover, generation)
+    mutation = _at(experiment, "mutation", experiment.mutation, generation)
+    pairs = -(-wanted // crossover.children)
+    # Each operator gets arrays of its own: what it changes in them is seen by no other.
+    with containing(experiment.entries["selection"], "selecting parents"):
+        parents = selection.parents(
+            scores.copy(), pairs, stream(experiment.seed, generation, Purpose.SELECTION)
+        )
+    _hold_parents(experiment, parents, pairs, len(genomes))
+    with containing(experiment.entries["crossover"], "crossing parents"):
+        children = crossover.cross(
+            genomes[parents[:, 0]],
+            genomes[parents[:, 1]],
+            space,
+            stream(experiment.seed, generation, Purpose.CROSSOVER),
+        )
+    _hold_children(experiment, "crossover", children, pairs * crossover.children, space)
+    with containing(experiment.entries["mutation"], "mutating children"):
+        children = mutation.mutate(
+            children[:wanted], space, stream(experiment.seed, generation, Purpose.MUTATION)
+        )
+    _hold_children(experiment, "mutation", children, wanted, space)
+    with containing(experiment.entries["organism"], "confining genomes"):
+        children = space.confine(children)
+        belong = space.contains(children) and len(children) == wanted
+    if not belong:
+        raise broken(experiment, "organism", "confines genomes to ones that are not of its space")
     return np.concatenate([genomes[best], children])
+
+
+_Scheduled = TypeVar("_Scheduled", bound=Plugin)
+
+
+def _at(experiment: Experiment, kind: str, plugin: _Scheduled, generation: int) -> _Scheduled:
+    """The plugin with its options as they are at this generation."""
+    with containing(experiment.entries[kind], "following its schedule"):
+        return plugin.at(generation)
+
+
+def _hold_parents(
+    experiment: Experiment, parents: NDArray[np.intp], pairs: int, population: int
+) -> None:
+    """Hold selection to indices of the population."""
+    _hold(experiment, "selection", parents, (pairs, 2), np.dtype(np.intp))
+    if not ((parents >= 0) & (parents < population)).all():
+        raise broken(
+            experiment,
+            "selection",
+            f"chose the parents {parents.min()} to {parents.max()}",
+            f"indices from 0 to {population - 1}",
+        )
+
+
+def _hold_children(
+    experiment: Experiment, kind: str, children: Genomes, count: int, space: GenomeSpace
+) -> None:
+    """Hold crossover and mutation to genomes that confining can bring into the space."""
+    _hold(experiment, kind, children, (count, space.genes), space.dtype)
+    if children.dtype.kind == "f" and not np.isfinite(children).all():
+        raise broken(experiment, kind, "returned genes that are not finite", "finite genes")
+    if isinstance(space, BitSpace) and not (children <= 1).all():
+        raise broken(experiment, kind, "returned genes that are no bits", "0 and 1")
 
 
 def _hold(
@@ -108,10 +146,4 @@ def _hold(
         if isinstance(result, np.ndarray)
         else type(result).__name__
     )
-    entry = experiment.entries[kind]
-    raise PluginError(
-        f"{entry} returned {came}",
-        where=entry.target,
-        allowed=f"an array of shape {shape}, dtype {dtype}",
-        remedy=f"update {entry.package}, or report it to its author",
-    )
+    raise broken(experiment, kind, f"returned {came}", f"an array of shape {shape}, dtype {dtype}")

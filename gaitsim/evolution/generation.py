@@ -28,7 +28,7 @@ class Progress:
 
 @dataclass(frozen=True, eq=False)
 class Generation:
-    """One evaluated generation.
+    """One evaluated generation; its arrays are frozen as well.
 
     Attributes:
         number: from 1.
@@ -49,6 +49,10 @@ class Generation:
     seconds: float
     is_champion: bool
     stop: str
+
+    def __post_init__(self) -> None:
+        for values in (self.genomes, self.scores, *self.evaluation.terms.values()):
+            values.setflags(write=False)
 
     @property
     def scores(self) -> NDArray[np.float64]:

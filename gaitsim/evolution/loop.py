@@ -14,9 +14,11 @@ from collections.abc import Callable, Iterator
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
+from gaitsim.evaluation.judge import hold_terms
 from gaitsim.evolution.breeding import breed, first_population
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.experiment import Evolution, Experiment
+from gaitsim.registry import containing
 
 
 def evolve(
@@ -33,6 +35,9 @@ def evolve(
 
     Yields:
         Each finished generation; the last one says in `stop` why it is the last.
+
+    Raises:
+        PluginError: a plugin fails or breaks its contract; names its package.
     """
     space = experiment.space()
     while after is None or not stop_reason(experiment.evolution, after.number, after.progress):
@@ -45,6 +50,10 @@ def evolve(
             number, before = after.number + 1, after.progress
             genomes = breed(experiment, space, after.genomes, after.scores, number)
         evaluation = evaluate(genomes)
+        if after is not None:
+            hold_terms(experiment, after.evaluation, evaluation)
+        with containing(experiment.entries["organism"], "measuring diversity"):
+            diversity = float(space.diversity(genomes))
         progress, is_champion = advance(
             before, float(evaluation.scores.max()), len(genomes), experiment.evolution
         )
@@ -53,7 +62,7 @@ def evolve(
             genomes=genomes,
             evaluation=evaluation,
             progress=progress,
-            diversity=space.diversity(genomes),
+            diversity=diversity,
             seconds=time.perf_counter() - start,
             is_champion=is_champion,
             stop=stop_reason(experiment.evolution, number, progress),
@@ -72,8 +81,7 @@ def advance(
     threshold = before.threshold
     is_champion = threshold is not None and best > threshold
     if threshold is not None and is_champion:
-        step = evolution.delta_fitness
-        threshold += step * max(1, math.ceil((best - threshold) / step))
+        threshold = _raised(threshold, best, evolution.delta_fitness)
     rose = best > before.best_score
     progress = Progress(
         evaluations=before.evaluations + evaluated,
@@ -82,6 +90,14 @@ def advance(
         threshold=threshold,
     )
     return progress, is_champion
+
+
+def _raised(threshold: float, best: float, step: float) -> float:
+    """The threshold raised in whole steps to `best` or just above."""
+    steps = (best - threshold) / step
+    raised = threshold + step * math.ceil(steps) if math.isfinite(steps) else best
+    # Rounding may leave it below, and then the same individual would be a champion again.
+    return raised if best <= raised < math.inf else best
 
 
 def stop_reason(evolution: Evolution, number: int, progress: Progress) -> str:

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.registry import containing
 from gaitsim.runs.atomic import write_bytes
-from gaitsim.runs.directory import Run
+from gaitsim.runs.reader import Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +51,19 @@ def gait_of(run: Run, generation: int | None = None) -> Gait:
     with containing(entry, "moving the champion"):
         motion = organism.move(genome[None])
         angles = np.asarray(motion["joint_angles"][0], dtype=np.float64)
-        names = organism.joint_names()
+        names = tuple(str(name) for name in organism.joint_names())
+        frame_rate = float(motion.frame_rate)
     if angles.ndim != 2 or len(names) != angles.shape[1]:
-        raise GaitsimError(
-            f"{entry} names {len(names)} joints, but its joint angles have the shape {angles.shape}"
+        raise PluginError(
+            f"{entry} names {len(names)} joints, but its angles have the shape {angles.shape}",
+            where=entry.target,
+            allowed="a name for each joint of (population, frames, joints)",
         )
-    return Gait(angles, names, motion.frame_rate, number, score)
+    if not 0 < frame_rate < np.inf:
+        raise PluginError(
+            f"{entry} moves at {frame_rate} frames a second", where=entry.target, allowed="above 0"
+        )
+    return Gait(angles, names, frame_rate, number, score)
 
 
 def write_gait(gait: Gait, path: Path, format: str) -> None:
@@ -73,11 +80,20 @@ def write_gait(gait: Gait, path: Path, format: str) -> None:
         RunError: it cannot be written.
     """
     write = {"mat": _mat, "csv": _csv, "npz": _npz}[format]
+    check_folder(path)
+    write_bytes(path, write(gait))
+
+
+def check_folder(path: Path) -> None:
+    """Check that the folder of a file to write is there, before work is done for it.
+
+    Raises:
+        RunError: it is not.
+    """
     if not path.parent.is_dir():
         raise RunError(
             f"cannot write {path}: there is no folder {path.parent}", remedy="make it first"
         )
-    write_bytes(path, write(gait))
 
 
 def _mat(gait: Gait) -> bytes:
@@ -86,7 +102,8 @@ def _mat(gait: Gait) -> bytes:
     file = io.BytesIO()
     names = np.empty(len(gait.joint_names), dtype=object)  # a cell array of texts
     names[:] = gait.joint_names
-    savemat(file, {**_fields(gait), "jointNames": names}, oned_as="column")
+    # The stubs know paths alone.
+    savemat(file, {**_fields(gait), "jointNames": names}, oned_as="column")  # type: ignore[arg-type]
     return file.getvalue()
 
 

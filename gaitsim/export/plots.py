@@ -2,18 +2,24 @@
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import GaitsimError
+from gaitsim.export.gait import check_folder
 from gaitsim.runs.atomic import write_bytes
-from gaitsim.runs.directory import Run
+from gaitsim.runs.reader import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("png", "svg", "pdf")
+_UNDATED: dict[str, dict[str, Any]] = {
+    "png": {},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
 # Okabe & Ito (2008): told apart by colour-blind readers, too.
 BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
 
@@ -29,10 +35,7 @@ def plot_fitness(run: Run, path: Path) -> None:
 
     history = run.history
     if not history:
-        raise RunError(
-            f"the run {run.path} has no finished generation yet",
-            remedy=f"go on with it: gaitsim resume {run.path}",
-        )
+        raise run.unfinished()
     generations, best, mean, spread = (
         history[name] for name in ("generation", "best", "mean", "spread")
     )
@@ -50,8 +53,10 @@ def plot_fitness(run: Run, path: Path) -> None:
     axes.plot(generations, mean, color=BLUE, linewidth=1.2, label="mean")
     axes.plot(generations, best, color=ORANGE, linewidth=1.6, label="best")
     axes.set_xlabel("generation")
-    axes.set_ylabel(f"score ({run.experiment.entries['fitness'].name})")
-    axes.set_title(f"{run.experiment.name}, seed {run.experiment.seed}", fontsize="medium")
+    # Names are no mathematics, whatever dollar signs they hold.
+    axes.set_ylabel(f"score ({run.experiment.entries['fitness'].name})", parse_math=False)
+    title = f"{run.experiment.name}, seed {run.experiment.seed}"
+    axes.set_title(title, fontsize="medium", parse_math=False)
     axes.set_xlim(1, max(2, generations[-1]))
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(alpha=0.3, linewidth=0.5)
@@ -71,16 +76,17 @@ def plot_fitness(run: Run, path: Path) -> None:
 
 def save(figure: "Figure", path: Path) -> None:
     """Write a figure at one stroke, in the format that the name ends with."""
+    from matplotlib import rc_context
+
     format = path.suffix.removeprefix(".").lower()
     if format not in FORMATS:
         raise GaitsimError(
             f"{path} does not end with a format that can be drawn",
             allowed=", ".join(f".{known}" for known in FORMATS),
         )
-    if not path.parent.is_dir():
-        raise RunError(
-            f"cannot write {path}: there is no folder {path.parent}", remedy="make it first"
-        )
+    check_folder(path)
     drawn = io.BytesIO()
-    figure.savefig(drawn, format=format, dpi=200)
+    # The same picture is the same file: without dates, and names in it that are not at random.
+    with rc_context({"svg.hashsalt": "gaitsim"}):
+        figure.savefig(drawn, format=format, dpi=200, metadata=_UNDATED[format])
     write_bytes(path, drawn.getvalue())

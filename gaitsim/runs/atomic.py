@@ -35,7 +35,7 @@ def write_bytes(path: Path, data: bytes) -> None:
     """
     with _named_in_errors(path), _partial(path.parent, data) as partial:
         partial.replace(path)
-        _sync_folder(path.parent)
+        sync_folder(path.parent)
 
 
 def write_rotating(path: Path, previous: Path, data: bytes) -> None:
@@ -52,7 +52,7 @@ def write_rotating(path: Path, previous: Path, data: bytes) -> None:
             with _twin(path) as twin:
                 twin.replace(previous)
         partial.replace(path)
-        _sync_folder(path.parent)
+        sync_folder(path.parent)
 
 
 def set_aside(path: Path, word: str) -> Path:
@@ -76,7 +76,7 @@ def set_aside(path: Path, word: str) -> Path:
         except BaseException:
             target.unlink()
             raise
-        _sync_folder(path.parent)
+        sync_folder(path.parent)
     return target
 
 
@@ -129,7 +129,7 @@ def _twin(path: Path) -> Iterator[Path]:
             twin.unlink(missing_ok=True)
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """Make renames in `folder` survive a power cut, where the system can."""
     if os.name == "nt":
         return

@@ -137,10 +137,16 @@ def read_champion(path: Path) -> Champion:
     return champion
 
 
-def read_with_fallback(path: Path, previous: Path) -> tuple[Checkpoint, str | None]:
+def read_with_fallback(
+    path: Path, previous: Path, *, rename: bool = True
+) -> tuple[Checkpoint, str | None]:
     """Read the checkpoint at `path`, or the one before it where that is missing or damaged.
 
-    A damaged file is renamed, to be looked at: `a.pickle` to `a.damaged-1.pickle`.
+    Args:
+        path: the checkpoint.
+        previous: the one before it.
+        rename: whether a damaged file is renamed, to be looked at: `a.pickle` to
+            `a.damaged-1.pickle`. Only for who will write the next one.
 
     Returns:
         The checkpoint, and a warning where it is the one before.
@@ -168,7 +174,7 @@ def read_with_fallback(path: Path, previous: Path) -> tuple[Checkpoint, str | No
             remedy="bring one back from a copy of the folder, or start the run anew",
         ) from error
     instead = f"{previous.name}, of generation {checkpoint.generation}, is used instead"
-    if not path.exists():
+    if not (rename and path.exists()):
         return checkpoint, f"{damage}; {instead}"
     try:
         return checkpoint, f"{damage}; it is kept as {set_aside(path, 'damaged').name}, {instead}"

@@ -6,6 +6,7 @@ Both only ever grow by whole records; on resuming they are cut back to the check
 import csv
 import io
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -70,30 +71,54 @@ def line(values: Mapping[str, float] | tuple[str, ...]) -> str:
     return text.getvalue()
 
 
+def line_ends(path: Path) -> list[int]:
+    """Where each whole line of a file ends, in bytes from its start; [] where there is no file.
+
+    Raises:
+        RunError: it cannot be read.
+    """
+    return [end.end() for end in re.finditer(b"\n", _read(path))]
+
+
 def read_history(path: Path) -> dict[str, NDArray[np.float64]]:
     """The columns of a history by name, each (generations,); empty where there is no file.
 
+    A last line that is not whole is one that is being written, and left out.
+
     Raises:
-        RunError: a row is damaged.
+        RunError: it cannot be read, or a row is damaged.
     """
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-    except FileNotFoundError:
+    data = _read(path)
+    data = data[: data.rfind(b"\n") + 1]
+    if not data:
         return {}
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise RunError(f"cannot read {path}: {error}") from None
-    if not rows:
-        return {}
-    header, *body = rows
     try:
+        header, *body = csv.reader(io.StringIO(data.decode()))
         table = np.array(body, dtype=np.float64).reshape(len(body), len(header))
-    except ValueError:
-        raise RunError(
-            f"{path} is damaged: a row does not hold {len(header)} numbers",
-            remedy="restore it from a copy; the checkpoint beside it is separate",
-        ) from None
+    except (UnicodeDecodeError, csv.Error, ValueError):
+        raise _damaged(path, "a row does not hold as many numbers as there are columns") from None
+    if tuple(header[: len(COLUMNS)]) != COLUMNS:
+        raise _damaged(path, "its first line does not name the columns of a history")
+    if not np.array_equal(table[:, 0], np.arange(1, len(body) + 1)):
+        raise _damaged(path, "its rows are not those of the generations from 1 on")
     return {name: table[:, column] for column, name in enumerate(header)}
+
+
+def _damaged(path: Path, reason: str) -> RunError:
+    return RunError(
+        f"{path.name} is damaged: {reason}",
+        where=str(path),
+        remedy="restore it from a copy; the checkpoint beside it is separate",
+    )
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return b""
+    except OSError as error:
+        raise RunError(f"cannot read {path}: {error.strerror}") from None
 
 
 def record_type(space: GenomeSpace) -> np.dtype[Any]:
@@ -104,15 +129,12 @@ def record_type(space: GenomeSpace) -> np.dtype[Any]:
 def read_bests(path: Path, space: GenomeSpace) -> NDArray[Any]:
     """Every generation's best: a structured array with `score` and `genome`.
 
+    A last record that is not whole is one that is being written, and left out.
+
     Raises:
         RunError: it cannot be read.
     """
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        data = b""
-    except OSError as error:
-        raise RunError(f"cannot read {path}: {error.strerror}") from None
+    data = _read(path)
     layout = record_type(space)
     return np.frombuffer(data, layout, count=len(data) // layout.itemsize)
 

@@ -20,7 +20,8 @@ class RunLock:
         self._lock = FileLock(folder / ".lock")
         owner = folder / ".lock-owner"
         try:
-            self._lock.acquire(timeout=0)
+            # Not at once: `is_locked` holds the lock of an idle run for a moment, too.
+            self._lock.acquire(timeout=0.5, poll_interval=0.02)
         except Timeout:
             raise RunError(
                 f"the run {folder} is being written by {_read(owner)}",
@@ -50,7 +51,9 @@ def _read(owner: Path) -> str:
 
 
 def is_locked(folder: Path) -> bool:
-    """Whether a process is writing to the run now."""
+    """Whether a process is writing to the run now. Makes no file in the folder."""
+    if not (folder / ".lock").exists():
+        return False
     lock = FileLock(folder / ".lock")
     try:
         lock.acquire(timeout=0)

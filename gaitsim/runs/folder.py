@@ -1,0 +1,148 @@
+"""Run folders: what they are called, how one is made, found and listed."""
+
+import os
+import secrets
+import shlex
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from gaitsim.errors import RunError
+from gaitsim.experiment import Experiment
+from gaitsim.runs.atomic import sync_folder, write_bytes
+from gaitsim.runs.safe_pickle import MAX_BYTES
+
+RUNS = Path("runs")
+EXPERIMENT = "experiment.toml"
+CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
+HISTORY, BESTS = "history.csv", "bests.bin"
+CHAMPIONS, EXPORTS = "champions", "exports"
+
+
+def command(verb: str, path: Path, *more: object) -> str:
+    """A gaitsim command on a run, as a shell takes it."""
+    return shlex.join(["gaitsim", verb, str(path), *map(str, more)])
+
+
+def find_run(reference: str) -> Path:
+    """The folder of a run, given as a path or as a name under `runs/`.
+
+    Raises:
+        RunError: there is none.
+    """
+    places = [Path(place) for place in (reference, RUNS / reference) if reference]
+    for path in places:
+        # os.path, unlike pathlib, answers for names that no file can have, too.
+        if os.path.isfile(path / EXPERIMENT):  # noqa: PTH113
+            return path
+    if any(os.path.isdir(path) for path in places):  # noqa: PTH112
+        raise RunError(
+            f"{reference} is not a run: it holds no {EXPERIMENT}",
+            remedy="'gaitsim runs' lists the runs here",
+        )
+    known = [run.name for run in list_runs(RUNS)]
+    raise RunError(
+        f"there is no run {reference!r}",
+        allowed=", ".join(known) or f"no run is in {RUNS}/ of this folder yet",
+        remedy="give a run's name or the path of its folder; 'gaitsim runs' lists them",
+    )
+
+
+def list_runs(root: Path) -> list[Path]:
+    """The run folders under `root`, oldest first.
+
+    Raises:
+        RunError: `root` is no folder, or may not be read.
+    """
+    found = []
+    try:
+        # A folder whose name begins with a dot is one that create_run is still making.
+        for path in root.iterdir() if root.exists() else ():
+            if not path.name.startswith(".") and os.path.isfile(path / EXPERIMENT):  # noqa: PTH113
+                found.append((_made(path), path.name, path))
+    except OSError as error:
+        raise RunError(
+            f"cannot list {root}: {error.strerror}", remedy="give a folder that holds runs"
+        ) from None
+    return [path for *_, path in sorted(found)]
+
+
+def _made(path: Path) -> float:
+    try:
+        return (path / EXPERIMENT).stat().st_mtime
+    except OSError:  # it was deleted just now
+        return 0.0
+
+
+def create_run(experiment: Experiment, out: Path | None = None) -> Path:
+    """Make the folder of a new run; a name that is taken gets a number: spider-2.
+
+    The folder appears at one stroke, with its experiment in it.
+
+    Args:
+        experiment: written to it, resolved.
+        out: the folder to make; None is `runs/<name of the experiment>`.
+
+    Raises:
+        RunError: it cannot be made, or the population is too large for a checkpoint.
+    """
+    _check_size(experiment)
+    wanted = RUNS / experiment.name if out is None else out
+    if wanted.name in ("", ".."):
+        raise RunError(
+            f"{wanted} is there already, and cannot be made as the folder of a run",
+            remedy="give --out the path of a folder that is to be made",
+        )
+    with writing(wanted):
+        wanted.parent.mkdir(parents=True, exist_ok=True)
+        draft = wanted.parent / f".new-run-{secrets.token_hex(8)}"
+        draft.mkdir()
+        try:
+            write_bytes(draft / EXPERIMENT, experiment.to_toml().encode())
+            (draft / CHAMPIONS).mkdir()
+            (draft / EXPORTS).mkdir()
+            path = _name(draft, wanted)
+            sync_folder(path.parent)
+        except BaseException:
+            shutil.rmtree(draft, ignore_errors=True)
+            raise
+    return path
+
+
+def _check_size(experiment: Experiment) -> None:
+    population, space = experiment.evolution.population, experiment.space()
+    # The other half is room for the scores and their terms.
+    most = MAX_BYTES // 2 // (space.genes * space.dtype.itemsize)
+    if population > most:
+        raise RunError(
+            f"{population:,} individuals with {space.genes} genes are too many for a checkpoint",
+            allowed=f"evolution.population up to {most:,}",
+        )
+
+
+def _name(draft: Path, wanted: Path) -> Path:
+    """Give `draft` the first free name: a, a-2, a-3, …"""
+    number = 1
+    while True:
+        path = wanted if number == 1 else wanted.with_name(f"{wanted.name}-{number}")
+        number += 1
+        if os.path.lexists(path):
+            continue
+        try:
+            return draft.rename(path)
+        except OSError:
+            if not os.path.lexists(path):  # else: another run took the name meanwhile
+                raise
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn errors of the system while `path` is written into a `RunError`."""
+    try:
+        yield
+    except OSError as error:
+        raise RunError(
+            f"cannot write to {path}: {error.strerror}",
+            remedy="free some space on the disk, or allow writing to the folder",
+        ) from None
