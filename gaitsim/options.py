@@ -1,13 +1,22 @@
 """What a plugin's options allow, in words, and values from the command line."""
 
-import tomllib
-from typing import Any, Literal, Union, get_args, get_origin
+import types
+from collections.abc import Iterator
+from enum import Enum
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from gaitsim.errors import GaitsimError
+from gaitsim.toml import literal, parse
+
+NOT_SET = "none"
+"""How a user writes that an option is not set, which TOML has no word for."""
+
 _TYPES = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
-_BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+_BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "multiple_of": "a multiple of"}
+_LENGTHS = {"min_length": "at least", "max_length": "at most"}
 
 
 def unit(field: FieldInfo) -> str:
@@ -18,27 +27,85 @@ def unit(field: FieldInfo) -> str:
 
 def allowed(field: FieldInfo) -> str:
     """What an option takes, such as 'a number ≥ 0.2 and ≤ 5, in Hz'."""
-    bounds = " and ".join(
-        f"{sign} {getattr(item, name):g}"
-        for name, sign in _BOUNDS.items()
-        for item in field.metadata
-        if getattr(item, name, None) is not None
-    )
-    text = f"{_type(field.annotation)} {bounds}".strip()
+    text = f"{_type(field.annotation)} {_bounds(field.metadata)}".strip()
     return f"{text}, in {unit(field)}" if unit(field) else text
 
 
+def meaning(field: FieldInfo) -> str:
+    """What an option does, on one line; '' where its author does not say."""
+    return " ".join((field.description or "").split())
+
+
+def default(field: FieldInfo) -> str:
+    """The value where nothing else is said, as TOML writes it."""
+    if field.is_required():
+        return "required"
+    value = field.get_default(call_default_factory=True)
+    return literal(value.value if isinstance(value, Enum) else value)
+
+
+def _bounds(metadata: list[Any]) -> str:
+    bounds = [
+        f"{sign} {_number(getattr(item, name))}"
+        for name, sign in _BOUNDS.items()
+        for item in metadata
+        if getattr(item, name, None) is not None
+    ]
+    lengths = [
+        f"{words} {getattr(item, name)} long"
+        for name, words in _LENGTHS.items()
+        for item in metadata
+        if getattr(item, name, None) is not None
+    ]
+    return " and ".join(bounds + lengths)
+
+
+def _number(value: Any) -> str:
+    """1000000 as '1,000,000', 0.2 as '0.2', 5.0 as '5'."""
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        value = int(value)
+    return f"{value:,}" if isinstance(value, int | float) else str(value)
+
+
 def _type(annotation: Any) -> str:
-    if get_origin(annotation) is Literal:
-        return " or ".join(
-            f'"{value}"' if isinstance(value, str) else str(value) for value in get_args(annotation)
-        )
-    members = [member for member in get_args(annotation) if member is not type(None)]
-    if get_origin(annotation) is Union or type(annotation).__name__ == "UnionType":
-        return " or ".join(_type(member) for member in members)
-    if get_origin(annotation) in (tuple, list):
-        return f"a list of values, each {_type(members[0])}" if members else "a list"
+    origin, members = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return f"{_type(members[0])} {_bounds(list(members[1:]))}".strip()
+    choices = list(_choices(annotation))
+    if choices:
+        return " or ".join(map(literal, choices))
+    if origin in (Union, types.UnionType):
+        return " or ".join(_type(member) for member in members if member is not type(None))
+    if origin in (tuple, list):
+        if not members:
+            return "a list"
+        if origin is list or members[-1] is Ellipsis:
+            return f"a list of values, each {_type(members[0])}"
+        return f"a list of {len(members)} values: {', '.join(map(_type, members))}"
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return f"a table with the keys {', '.join(annotation.model_fields)}"
     return _TYPES.get(annotation, getattr(annotation, "__name__", str(annotation)))
+
+
+def _choices(annotation: Any) -> Iterator[Any]:
+    """The values of an annotation that lists them: a Literal or an Enum."""
+    if get_origin(annotation) is Literal:
+        yield from get_args(annotation)
+    elif isinstance(annotation, type) and issubclass(annotation, Enum):
+        yield from (member.value for member in annotation)
+
+
+def _members(field: FieldInfo) -> list[Any]:
+    """The types that an option takes, those of a union one by one."""
+    annotation = field.annotation
+    union = get_origin(annotation) in (Union, types.UnionType)
+    return list(get_args(annotation)) if union else [annotation]
+
+
+def words(field: FieldInfo) -> list[str]:
+    """The texts that an option chooses among."""
+    found = [choice for member in _members(field) for choice in _choices(member)]
+    return [choice for choice in found if isinstance(choice, str)]
 
 
 def values(model: BaseModel) -> dict[str, Any]:
@@ -46,20 +113,53 @@ def values(model: BaseModel) -> dict[str, Any]:
     return model.model_dump(mode="json", exclude_none=True)
 
 
-def parse_assignment(text: str) -> tuple[str, Any]:
-    """KEY=VALUE, the value as TOML writes it; a text needs no quotes; 'none' is None.
+def parse_assignment(text: str) -> tuple[str, str]:
+    """KEY=VALUE, taken apart.
 
     Raises:
         ValueError: there is no '=' or no key.
     """
     key, equals, value = text.partition("=")
     key, value = key.strip(), value.strip()
-    if not (key and equals):
-        raise ValueError(f"{text!r} is not KEY=VALUE")
-    if value.lower() == "none":
-        return key, None
+    if not (equals and all(key.split("."))):
+        raise ValueError(f"{literal(text)} is not KEY=VALUE")
+    return key, value
+
+
+def parse_value(text: str) -> Any:
+    """A value as TOML writes it; what is not TOML is a text, which so needs no quotes."""
     try:
-        table = tomllib.loads(f"value = {value}")
-    except tomllib.TOMLDecodeError:
-        return key, value
-    return key, table["value"] if list(table) == ["value"] else value
+        table = parse(f"value = {text}", "")
+    except GaitsimError:
+        return text
+    return table["value"] if list(table) == ["value"] else text
+
+
+def fitting(field: FieldInfo, value: Any, typed: str | None) -> Any:
+    """The value for an option, out of what a file or a command line holds.
+
+    'none' is None where the option may be unset. What was typed on a command line is the
+    text that it looks like where the option takes texts: `--set label=12` needs no quotes.
+
+    Args:
+        field: the option.
+        value: as TOML gives it.
+        typed: as it stood on the command line, None for a value out of a file.
+    """
+    takes = _members(field)
+    if isinstance(value, str):
+        if value.lower() == NOT_SET and type(None) in takes:
+            return None
+        if typed is not None and float in takes and str not in takes:
+            return _decimal(value)
+    elif typed is not None and (typed in words(field) or takes == [str]):
+        return typed
+    return value
+
+
+def _decimal(text: str) -> Any:
+    """The number that Python reads in a text where TOML does not, as in '.5'; else the text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

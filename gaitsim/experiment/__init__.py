@@ -1,0 +1,13 @@
+"""An experiment: everything that a run is a function of. Frozen; to and from TOML."""
+
+from gaitsim.experiment.loading import load_experiment, parse_experiment, with_overrides
+from gaitsim.experiment.model import SCHEMA, Evolution, Experiment
+
+__all__ = [
+    "SCHEMA",
+    "Evolution",
+    "Experiment",
+    "load_experiment",
+    "parse_experiment",
+    "with_overrides",
+]

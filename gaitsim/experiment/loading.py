@@ -1,0 +1,90 @@
+"""Experiments from presets, files and texts."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gaitsim import toml
+from gaitsim.errors import ExperimentError, GaitsimError, PluginError
+from gaitsim.experiment.model import Experiment
+from gaitsim.experiment.reader import Reader
+from gaitsim.presets import read_preset
+
+LARGEST = 1_000_000  # bytes of an experiment file
+
+
+def load_experiment(reference: str, overrides: Sequence[str] = ()) -> Experiment:
+    """The experiment of a preset's name or a TOML file's path.
+
+    Args:
+        reference: a preset's name, or a path; a path has a '/' or ends with '.toml'.
+        overrides: 'KEY=VALUE' each, as 'mutation.rate=0.1'.
+
+    Raises:
+        ExperimentError: with all its problems.
+        GaitsimError: there is no such preset or file, or it cannot be read.
+    """
+    path = Path(reference)
+    if path.suffix == ".toml" or path.name != reference:
+        return parse_experiment(_read(path), str(path), overrides)
+    try:
+        text = read_preset(reference)
+    except PluginError as error:
+        here = [file for file in (path, Path(f"{reference}.toml")) if _is_file(file)]
+        if here:
+            hint = f"for the file of that name, ./{here[0]}"
+            error.remedy = f"{error.remedy} or, {hint}" if error.remedy else hint
+        raise
+    return parse_experiment(text, f"preset {reference}", overrides)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        return False
+
+
+def _read(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST + 1)
+        if len(data) > LARGEST:
+            raise GaitsimError(
+                f"{path} is too large for an experiment file",
+                allowed=f"at most {LARGEST:,} bytes",
+                remedy="start from 'gaitsim experiments show spider'",
+            )
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise GaitsimError(
+            f"{path} is not a text file in UTF-8: {error.reason} at byte {error.start}",
+            remedy="save it as UTF-8, or start from 'gaitsim experiments show spider'",
+        ) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise GaitsimError(
+            f"cannot read the experiment file {path}: {reason}",
+            remedy="check the path, or name a preset: 'gaitsim experiments list'",
+        ) from None
+
+
+def parse_experiment(text: str, source: str, overrides: Sequence[str] = ()) -> Experiment:
+    """The experiment that a TOML text describes, after `overrides`.
+
+    Raises:
+        ExperimentError: with all the problems of file and overrides.
+    """
+    try:
+        data = toml.parse(text, source)
+    except GaitsimError as error:
+        raise ExperimentError([error]) from None
+    return Reader(source).read(data, overrides)
+
+
+def with_overrides(experiment: Experiment, overrides: Sequence[str]) -> Experiment:
+    """The same experiment with options changed.
+
+    Raises:
+        ExperimentError: with all the problems of the overrides.
+    """
+    return parse_experiment(experiment.to_toml(), "the experiment", overrides)

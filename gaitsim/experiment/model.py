@@ -1,0 +1,162 @@
+"""The experiment itself, and how it is written."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+from pydantic import BaseModel, ConfigDict
+
+from gaitsim import options
+from gaitsim.contracts import (
+    Crossover,
+    Fitness,
+    GenomeSpace,
+    Mutation,
+    Organism,
+    Plugin,
+    Selection,
+    option,
+)
+from gaitsim.declarations import PLUGIN
+from gaitsim.errors import PluginError
+from gaitsim.registry import KINDS, Entry, containing
+
+SCHEMA = 1
+
+
+class Evolution(BaseModel):
+    """How long and how large the search is. Options, not a plugin."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    population: int = option(100, "individuals in each generation", ge=2, le=1_000_000)
+    generations: int = option(300, "generations, the first one at random", ge=1, le=100_000_000)
+    elites: int = option(1, "best individuals carried over unchanged", ge=0)
+    target_score: float | None = option(None, "stop once the best score reaches this")
+    max_evaluations: int | None = option(
+        None, "stop before more individuals than this are evaluated", ge=1
+    )
+    stagnation: int | None = option(
+        None, "stop after this many generations without a better best score", ge=1
+    )
+    fitness_threshold: float | None = option(
+        None, "keep a champion once the best score beats this; none keeps none"
+    )
+    delta_fitness: float = option(
+        0.1, "step by which the threshold then rises to the best score", gt=0
+    )
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A body, a fitness, a genetic scheme and a seed.
+
+    Attributes:
+        name: short name; runs are named after it.
+        description: one line for lists.
+        seed: of all randomness.
+        evolution: size and length of the search.
+        organism, fitness, selection, crossover, mutation: the plugins, options set.
+        entries: where each of the five comes from, by kind.
+    """
+
+    name: str
+    description: str
+    seed: int
+    evolution: Evolution
+    organism: Organism
+    fitness: Fitness
+    selection: Selection
+    crossover: Crossover
+    mutation: Mutation
+    entries: Mapping[str, Entry]
+
+    def plugin(self, kind: str) -> Plugin:
+        """The plugin of a kind."""
+        return cast(Plugin, getattr(self, kind))
+
+    def space(self) -> GenomeSpace:
+        """The genome space of the body.
+
+        Raises:
+            PluginError: the body cannot say.
+        """
+        return space_of(self.entries["organism"], self.organism)
+
+    def to_toml(self) -> str:
+        """The experiment as TOML, every option written out with what it means.
+
+        Raises:
+            PluginError: a plugin has an option whose value TOML cannot hold.
+        """
+        import tomlkit
+
+        document = tomlkit.document()
+        document["schema"] = SCHEMA
+        document["name"] = self.name
+        document["description"] = self.description
+        document["seed"] = self.seed
+        document["evolution"] = _table(self.evolution, {})
+        for kind in KINDS:
+            entry = self.entries[kind]
+            with containing(entry, "writing its options"):
+                document[kind] = _table(self.plugin(kind), {PLUGIN: entry.name})
+        return tomlkit.dumps(document)
+
+
+def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
+    """The genome space of a body.
+
+    Raises:
+        PluginError: the body cannot say, or says something else.
+    """
+    with containing(entry, "giving its genome space"):
+        space: object = organism.genome_space()
+    if isinstance(space, GenomeSpace):
+        return space
+    raise PluginError(
+        f"{entry} gave a {type(space).__name__} from genome_space()",
+        where=entry.target,
+        allowed="a RealSpace, a BitSpace or another gaitsim.contracts.GenomeSpace",
+        remedy=f"update {entry.package}, or report it to its author",
+    )
+
+
+def _table(model: BaseModel, head: Mapping[str, str]) -> Any:
+    import tomlkit
+
+    table = tomlkit.table()
+    for key, value in head.items():
+        table[key] = value
+    given = options.values(model)
+    for name, field in type(model).model_fields.items():
+        about = options.meaning(field)
+        note = _one_line(f"{about} ({options.allowed(field)})" if about else options.allowed(field))
+        default = None if field.is_required() else field.get_default(call_default_factory=True)
+        if name not in given and default is None and not field.is_required():
+            table.add(tomlkit.comment(f"{name} is not set: {note}"))
+            continue
+        # Not set although its default is: left out, it would come back as the default.
+        item = tomlkit.item(_inline(given[name]) if name in given else options.NOT_SET)
+        table.add(name, item.comment(note))
+    return table
+
+
+def _one_line(text: str) -> str:
+    """A text as a comment can hold it: a line break in it would end the comment."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def _inline(value: Any) -> Any:
+    """A value for one line: a dict as `{…}`, since a table of its own would end the section."""
+    import tomlkit
+
+    if isinstance(value, dict):
+        table = tomlkit.inline_table()
+        table.update({key: _inline(item) for key, item in value.items()})
+        return table
+    if isinstance(value, list):
+        array = tomlkit.array()
+        array.extend(_inline(item) for item in value)
+        return array
+    return value

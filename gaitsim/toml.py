@@ -1,0 +1,115 @@
+"""TOML as gaitsim reads and shows it: plain values, or one error that says where it stops."""
+
+import json
+import re
+import tomllib
+from collections.abc import Iterator
+from datetime import date, datetime, time
+from typing import Any
+
+from gaitsim.errors import GaitsimError
+
+DEEPEST = 20  # tables and lists within one another
+_PLACE = re.compile(r" \(at (line \d+, column \d+|end of document)\)$")
+_SENTENCES = {
+    "Cannot overwrite a value": ("a key stands twice", "leave one of them"),
+    "Invalid value": (
+        "a value cannot be read",
+        'a text stands in quotes, a number begins with a digit, as "sine" and 0.1',
+    ),
+}
+
+
+def parse(text: str, source: str) -> dict[str, Any]:
+    """The values of a TOML text.
+
+    Args:
+        text: what to read.
+        source: where it comes from, as told in errors.
+
+    Raises:
+        GaitsimError: it is not TOML, has a whole number of more than 64 bits, which TOML does
+            not know, or is nested beyond reason.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise _invalid(str(error), source) from None
+    except RecursionError:
+        raise _too_deep(source, "") from None
+    except ValueError:  # of int(), on thousands of digits
+        raise GaitsimError(
+            "not valid TOML: a whole number is too long", where=source, allowed=_INTEGERS
+        ) from None
+    for key, value, depth in _walk(data):
+        if depth > DEEPEST:
+            raise _too_deep(source, f", key {key[:40]}")
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise GaitsimError(
+                "not valid TOML: a whole number is too long",
+                where=f"{source}, key {key}",
+                allowed=_INTEGERS,
+            )
+    return data
+
+
+_INTEGERS = "whole numbers from −2^63 to 2^63 − 1"
+
+
+def _invalid(message: str, source: str) -> GaitsimError:
+    place = _PLACE.search(message)
+    where = f"{source}, {place[1].replace('of document', 'of the file')}" if place else source
+    sentence = _PLACE.sub("", message)
+    if sentence.startswith("Cannot declare") and sentence.endswith("twice"):
+        sentence = sentence.replace("Cannot declare", "a section stands twice:").removesuffix(
+            " twice"
+        )
+        remedy = "leave one of them"
+    else:
+        sentence, remedy = _SENTENCES.get(sentence, (sentence[:1].lower() + sentence[1:], ""))
+    return GaitsimError(f"not valid TOML: {sentence}", where=where, remedy=remedy)
+
+
+def _too_deep(source: str, key: str) -> GaitsimError:
+    return GaitsimError(
+        "tables or lists are nested too deeply",
+        where=f"{source}{key}",
+        allowed=f"at most {DEEPEST} within one another",
+    )
+
+
+def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
+    """Every key with its value and depth; without recursion, so that no depth does harm."""
+    waiting: list[tuple[str, Any, int]] = [(key, value, 1) for key, value in data.items()]
+    while waiting:
+        key, value, depth = waiting.pop(0)
+        yield key, value, depth
+        if isinstance(value, dict):
+            waiting += [(f"{key}.{name}", item, depth + 1) for name, item in value.items()]
+        elif isinstance(value, list):
+            waiting += [(key, item, depth + 1) for item in value]
+
+
+def literal(value: Any) -> str:
+    """A value as TOML writes it, for messages; a long one is cut."""
+    return shortened(_literal(value))
+
+
+def shortened(text: str, longest: int = 60) -> str:
+    """A text cut to a length that a message bears."""
+    return text if len(text) <= longest else f"{text[: longest - 1]}…"
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, date | time | datetime):
+        return value.isoformat()
+    if isinstance(value, dict):
+        pairs = ", ".join(f"{key} = {_literal(item)}" for key, item in value.items())
+        return f"{{{pairs}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_literal(item) for item in value)}]"
+    return "none" if value is None else str(value)
