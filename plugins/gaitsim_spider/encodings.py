@@ -101,36 +101,43 @@ def _recurrence(genomes: Genomes, _frequency: float) -> Angles:
     return angles
 
 
-def _sine_genes(frequency: float) -> tuple[Genes, ...]:
-    return (
-        Genes("amplitude", body.JOINTS, 0.0, amplitude_limit(frequency), mirror=0.0),
-        Genes("phase", body.JOINTS, -math.pi, math.pi, periodic=True, mirror=math.pi),
-    )
-
-
-def _sine(genomes: Genomes, frequency: float) -> Angles:
-    """θ(t) = A sin(2πft + φ), one amplitude and phase a joint, one frequency for all."""
-    amplitude, phase = np.split(genomes, 2, axis=1)
-    cycle = 2 * math.pi * frequency / body.FRAME_RATE * np.arange(body.FRAMES)
-    # By the addition theorem: two products an angle and hardly a sine.
-    angles: Angles = _column(amplitude * np.cos(phase)) * np.sin(cycle).astype(np.float32)
-    angles += _column(amplitude * np.sin(phase)) * np.cos(cycle).astype(np.float32)
-    return angles
-
-
-def _column(values: _Floats) -> Angles:
-    return values.astype(np.float32)[:, :, None]
-
-
 _FOLLOWERS = tuple(joint for joint in body.JOINTS if not joint.endswith("coxa"))
 
 
-def _cpg_genes(frequency: float) -> tuple[Genes, ...]:
+def _oscillator_genes(frequency: float) -> tuple[Genes, ...]:
+    """An amplitude and a phase for every joint.
+
+    Femur and tibia count their phase from their coxa's, as a lag, so that a leg keeps its
+    step while a mutation shifts it against the others.
+    """
     return (
         Genes("amplitude", body.JOINTS, 0.0, amplitude_limit(frequency), mirror=0.0),
         Genes("phase", body.LEGS, -math.pi, math.pi, periodic=True, mirror=math.pi),
         Genes("lag", _FOLLOWERS, -math.pi, math.pi, periodic=True, mirror=0.0),
     )
+
+
+def _oscillators(genomes: Genomes) -> tuple[_Floats, _Floats, _Floats]:
+    """Amplitudes (population, 24), leg phases (population, 8), lags (population, 8, 3)."""
+    amplitude, phase, lag = np.split(genomes, [24, 32], axis=1)
+    lags = np.zeros((len(genomes), len(body.LEGS), 3))
+    lags[:, :, 1:] = lag.reshape(-1, len(body.LEGS), 2)
+    return amplitude, phase, lags
+
+
+def _sine(genomes: Genomes, frequency: float) -> Angles:
+    """θ(t) = A sin(2πft + φ), one frequency for all joints."""
+    amplitude, phase, lags = _oscillators(genomes)
+    phases = (phase[:, :, None] + lags).reshape(amplitude.shape)
+    cycle = 2 * math.pi * frequency / body.FRAME_RATE * np.arange(body.FRAMES)
+    # By the addition theorem: two products an angle and hardly a sine.
+    angles: Angles = _column(amplitude * np.cos(phases)) * np.sin(cycle).astype(np.float32)
+    angles += _column(amplitude * np.sin(phases)) * np.cos(cycle).astype(np.float32)
+    return angles
+
+
+def _column(values: _Floats) -> Angles:
+    return values.astype(np.float32)[:, :, None]
 
 
 _TETRAPOD = np.array([0.0, math.pi] * 2 + [math.pi, 0.0] * 2)
@@ -144,23 +151,21 @@ def _cpg(genomes: Genomes, frequency: float) -> Angles:
     After Ijspeert (2008, Neural Networks 21), with every leg coupled to every other:
     φ̇ᵢ = 2πf + Σⱼ k sin(φⱼ − φᵢ − (ψⱼ − ψᵢ)), and a critically damped amplitude
     r̈ = a(a/4 (R − r) − ṙ), whose solution from rest is R(1 − e^(−at/2)(1 + at/2)).
-    A joint's angle is r cos(φ + lag); coxae have no lag. The phases begin as those of an
-    alternating tetrapod: were all the same, a gait whose sides alternate would be pulled
-    both ways alike and never find its lags.
+    A joint's angle is r sin(φ + lag). The phases begin as those of an alternating
+    tetrapod: were all the same, a gait whose sides alternate would be pulled both ways
+    alike and never find its lags.
     """
-    amplitude, leg_phase, lag = np.split(genomes, [24, 32], axis=1)
+    amplitude, phase, lags = _oscillators(genomes)
     seconds = np.arange(body.FRAMES) / body.FRAME_RATE
     # u = φ − 2πft − ψ obeys u̇ᵢ = k Σⱼ sin(uⱼ − uᵢ), which a mean field gives in O(legs).
-    deviation = _TETRAPOD - leg_phase
+    deviation = _TETRAPOD - phase
     phases = np.empty((len(genomes), len(body.LEGS), body.FRAMES))
     for frame in range(body.FRAMES):
         phases[:, :, frame] = deviation
         deviation = _runge_kutta(deviation, 1 / body.FRAME_RATE)
-    phases += leg_phase[:, :, None] + 2 * math.pi * frequency * seconds
-    lags = np.zeros((len(genomes), len(body.LEGS), 3))
-    lags[:, :, 1:] = lag.reshape(-1, len(body.LEGS), 2)
+    phases += phase[:, :, None] + 2 * math.pi * frequency * seconds
     growth = 1 - np.exp(-_GAIN / 2 * seconds) * (1 + _GAIN / 2 * seconds)
-    waves = np.cos(phases[:, :, None] + lags[..., None]).reshape(*amplitude.shape, -1)
+    waves = np.sin(phases[:, :, None] + lags[..., None]).reshape(*amplitude.shape, -1)
     return limit_steps((growth * amplitude[:, :, None] * waves).astype(np.float32))
 
 
@@ -193,7 +198,7 @@ def limit_steps(angles: Angles) -> Angles:
 
 
 ENCODINGS: dict[str, Encoding] = {
-    "sine": Encoding(_sine_genes, _sine),
-    "cpg": Encoding(_cpg_genes, _cpg),
+    "sine": Encoding(_oscillator_genes, _sine),
+    "cpg": Encoding(_oscillator_genes, _cpg),
     "recurrence": Encoding(_recurrence_genes, _recurrence),
 }

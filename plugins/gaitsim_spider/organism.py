@@ -58,7 +58,7 @@ class Spider(Organism):
         return self
 
     def genome_space(self) -> GenomeSpace:
-        """48 genes in any encoding: two a joint, or amplitudes, leg phases and joint lags."""
+        """48 genes, two a joint in any encoding; 24 in an alternating gait."""
         return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
 
     def prepare(self) -> None:

@@ -14,12 +14,12 @@ class SpiderWalk(Fitness):
 
     slip_weight: float = option(0.5, "price of a metre that the stance feet slide", ge=0)
     drift_weight: float = option(1.0, "price of a metre of mean distance from the line", ge=0)
-    yaw_weight: float = option(1.0, "price of a radian of root mean square yaw", unit="m", ge=0)
+    yaw_weight: float = option(4.0, "price of a radian of root mean square yaw", unit="m", ge=0)
     slope_weight: float = option(
         2.0, "price of a radian of root mean square tilt of the resting plane", unit="m", ge=0
     )
     safe_margin: float = option(
-        0.015, "stability margin below which a frame counts as unsupported", unit="m", ge=0, le=0.1
+        0.02, "stability margin below which a frame counts as unsupported", unit="m", ge=0, le=0.1
     )
     support_weight: float = option(2.0, "price of being unsupported all the time", unit="m", ge=0)
     vibration_weight: float = option(

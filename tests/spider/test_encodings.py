@@ -40,7 +40,7 @@ def test_the_largest_sine_allowed_keeps_the_limits_at_any_frequency(
     frequency: float, phase: float
 ) -> None:
     spider = Spider(frequency=frequency)
-    genome = np.concatenate([np.full(24, amplitude_limit(frequency)), np.full(24, phase)])
+    genome = np.repeat([amplitude_limit(frequency), phase, 0.0], [24, 8, 16])
     angles = spider.move(genome[None])["joint_angles"]
     assert np.abs(angles).max() <= body.ANGLE_LIMIT + 1e-6
     assert np.abs(np.diff(angles, axis=1)).max() <= body.STEP_LIMIT + 1e-6
@@ -55,8 +55,11 @@ def test_sine_is_the_sine() -> None:
     spider = Spider(frequency=1.3)
     genomes = spider.genome_space().random(3, np.random.default_rng(1))
     seconds = np.arange(300) / 30
-    amplitude, phase = genomes[:, None, :24], genomes[:, None, 24:]
-    expected = amplitude * np.sin(2 * np.pi * 1.3 * seconds[None, :, None] + phase)
+    amplitude, phase, lag = np.split(genomes, [24, 32], axis=1)
+    phases = np.repeat(phase, 3, axis=1)  # a leg's, and its femur's and tibia's lags to it
+    phases.reshape(3, 8, 3)[:, :, 1:] += lag.reshape(3, 8, 2)
+    angle = 2 * np.pi * 1.3 * seconds[None, :, None] + phases[:, None]
+    expected = amplitude[:, None] * np.sin(angle)
     np.testing.assert_allclose(spider.move(genomes)["joint_angles"], expected, atol=1e-6)
 
 
@@ -127,7 +130,7 @@ def test_cpg_phases_follow_scipy_s_integration_of_the_full_network() -> None:
     tetrapod = np.pi * np.array([0, 1, 0, 1, 1, 0, 1, 0])
     phases = solve_ivp(network, (0, 10), tetrapod, t_eval=seconds, rtol=1e-9, atol=1e-9).y
     growth = 1 - np.exp(-5 * seconds) * (1 + 5 * seconds)
-    expected = 0.05 * growth * np.cos(phases)
+    expected = 0.05 * growth * np.sin(phases)
     coxae = spider.move(genome)["joint_angles"][0, :, ::3].T
     np.testing.assert_allclose(coxae, expected, atol=1e-4)
 

@@ -17,11 +17,11 @@ def moved(spider: Spider = SPIDER, count: int = 20) -> Motion:
 
 def test_walk_terms_are_what_their_options_say() -> None:
     motion = moved()
-    terms = SpiderWalk(safe_margin=0.02, support_weight=3).terms(motion)
+    terms = SpiderWalk(safe_margin=0.03, support_weight=3, yaw_weight=1).terms(motion)
     pose = motion["pose"].astype(float)
     np.testing.assert_allclose(terms["forward"], pose[:, -1, 0])
     np.testing.assert_allclose(
-        terms["support"], -3 * (motion["margin"] < np.float32(0.02)).mean(axis=1)
+        terms["support"], -3 * (motion["margin"] < np.float32(0.03)).mean(axis=1)
     )
     np.testing.assert_allclose(terms["drift"], -np.abs(pose[:, :, 1]).mean(axis=1))
     np.testing.assert_allclose(terms["yaw"], -np.sqrt((pose[:, :, 2] ** 2).mean(axis=1)))

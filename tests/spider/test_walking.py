@@ -208,7 +208,10 @@ def test_the_neutral_pose_stands_at_the_published_height() -> None:
 def test_a_mirrored_gait_walks_the_mirrored_way() -> None:
     spider = Spider()
     genomes = spider.genome_space().random(5, np.random.default_rng(8))
-    sides = genomes.reshape(5, 2, 2, 12)[:, :, ::-1].reshape(5, 48)  # left and right swapped
+    groups = np.split(genomes, [24, 32], axis=1)
+    sides = np.concatenate(
+        [np.roll(group, group.shape[1] // 2, axis=1) for group in groups], axis=1
+    )
     pose, mirrored = spider.move(genomes)["pose"], spider.move(sides)["pose"]
     np.testing.assert_allclose(mirrored, pose * [1, -1, -1], atol=1e-4)
 
