@@ -1,0 +1,219 @@
+"""Packages that exist only for a test: a folder with metadata and modules, put on the path."""
+
+import importlib
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+Install = Callable[..., Path]
+
+WORKING = '''
+from enum import Enum
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from gaitsim.contracts import (
+    BitSpace, Crossover, Fitness, Motion, Mutation, Organism, RealSpace, Selection, Skeleton, option,
+)
+
+
+class Body(Organism):
+    """A point that goes as far as its genes add up to."""
+
+    channels: ClassVar = {"distance": "(population,) m"}
+
+    def genome_space(self):
+        return RealSpace(np.full(3, -1.0), np.full(3, 1.0), ("a", "b", "c"))
+
+    def move(self, genomes):
+        return Motion(1.0, {"distance": genomes.sum(axis=1)})
+
+    def skeleton(self, motion, individual):
+        return Skeleton(np.zeros((1, 1, 2, 3)), ("point",), 1.0)
+
+
+class BitBody(Body):
+    """The same of bits."""
+
+    def genome_space(self):
+        return BitSpace(("a", "b", "c"))
+
+
+class Distance(Fitness):
+    """How far it goes."""
+
+    needs: ClassVar = ("distance",)
+
+    def terms(self, motion):
+        return {"distance": motion["distance"]}
+
+
+class First(Selection):
+    """The first two."""
+
+    def parents(self, scores, pairs, rng):
+        return np.tile(np.array([0, 1], dtype=np.intp), (pairs, 1))
+
+
+class Solo(Crossover):
+    """One child, which is the mother's copy; its number is no option."""
+
+    children: ClassVar[int] = 1
+
+    def cross(self, mothers, fathers, space, rng):
+        return mothers.copy()
+
+
+class Still(Mutation):
+    """No mutation."""
+
+    def mutate(self, genomes, space, rng):
+        return genomes.copy()
+'''
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
+    """A function that puts a package on the path and returns the folder that it is in.
+
+    Its arguments are the package's name, the source of its module of that name, and its entry
+    points: kind, then name, then what stands behind the colon.
+    """
+
+    def install(
+        name: str,
+        source: str = "",
+        entries: Mapping[str, Mapping[str, str]] | None = None,
+        files: Mapping[str, str | bytes] | None = None,
+        version: str = "1.0",
+    ) -> Path:
+        folder = tmp_path / name
+        metadata = folder / f"{name}-{version}.dist-info"
+        metadata.mkdir(parents=True)
+        points = [
+            line
+            for kind, names in (entries or {}).items()
+            for line in (
+                f"[gaitsim.{kind}]",
+                *(
+                    f"{key} = {name}{f':{target}' if target else ''}"
+                    for key, target in names.items()
+                ),
+            )
+        ]
+        (metadata / "METADATA").write_text(
+            f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"
+        )
+        (metadata / "entry_points.txt").write_text("\n".join(points))
+        if source:
+            (folder / f"{name}.py").write_text(source)
+        for file, content in (files or {}).items():
+            path = folder / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content.encode() if isinstance(content, str) else content)
+        monkeypatch.syspath_prepend(folder)
+        importlib.invalidate_caches()
+        # Forgotten afterwards, so that the next test can have another module of the name.
+        monkeypatch.setitem(sys.modules, name, None)
+        del sys.modules[name]
+        return folder
+
+    return install
+
+
+@pytest.fixture
+def working() -> str:
+    """The source of a module with a working plugin of each kind."""
+    return WORKING
+
+
+# The plugin package in tests/puppets is a third party's, and is installed by being on the path.
+PUPPETS = Path(__file__).parent / "puppets"
+PUPPET = """
+name = "puppet"
+seed = 1
+[evolution]
+population = 6
+generations = 5
+elites = 2
+[organism]
+plugin = "puppet"
+[fitness]
+plugin = "puppet-reach"
+[selection]
+plugin = "puppet-best"
+[crossover]
+plugin = "puppet-mean"
+[mutation]
+plugin = "puppet-jitter"
+"""
+
+
+@pytest.fixture
+def puppets(monkeypatch):
+    """The module of the puppets' package, as if it were installed."""
+    monkeypatch.syspath_prepend(str(PUPPETS))
+    import gaitsim_puppets
+
+    return gaitsim_puppets
+
+
+@pytest.fixture
+def puppet(puppets):
+    """Makes an experiment of puppets with the overrides asked for."""
+    from gaitsim.experiment import parse_experiment
+
+    return lambda *overrides: parse_experiment(PUPPET, "puppet.toml", overrides)
+
+
+@pytest.fixture
+def puppet_file(tmp_path):
+    """The same experiment as a file."""
+    path = tmp_path / "puppet.toml"
+    path.write_text(PUPPET)
+    return path
+
+
+def _program(folder, arguments, options):
+    paths = os.pathsep.join(filter(None, [str(PUPPETS), os.environ.get("PYTHONPATH")]))
+    return {
+        "args": [sys.executable, "-m", "gaitsim", *map(str, arguments)],
+        "cwd": folder,
+        "env": os.environ | {"PYTHONPATH": paths},
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.PIPE,
+        "text": True,
+    } | options
+
+
+@pytest.fixture
+def gaitsim(tmp_path):
+    """Runs the program in the test's folder, puppets installed; checks its exit code."""
+
+    def run(*arguments, code=0, **options):
+        done = subprocess.run(**_program(tmp_path, arguments, options), check=False, timeout=120)
+        assert done.returncode == code, done.stderr
+        assert "Traceback" not in done.stderr
+        return done
+
+    return run
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Starts the program there and lets it run; it is ended with the test."""
+    started = []
+
+    def begin(*arguments, **options):
+        started.append(subprocess.Popen(**_program(tmp_path, arguments, options)))
+        return started[-1]
+
+    yield begin
+    for process in started:
+        process.kill()
+        process.communicate()

@@ -1,0 +1,223 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitsim.contracts import BitSpace, RealSpace
+from gaitsim.errors import PluginError
+from gaitsim.evolution import breed, first_population
+from gaitsim.evolution.breeding import Purpose, stream
+from gaitsim.experiment import load_experiment
+
+SCORES = np.array([0.5, 2.0, -np.inf, 2.0, -1.0, 0.0])
+
+
+def bred(experiment, generation=2, scores=SCORES):
+    space = experiment.space()
+    genomes = first_population(experiment, space)
+    return genomes, breed(experiment, space, genomes, scores, generation)
+
+
+def test_the_first_population_is_drawn_by_the_seed(puppet):
+    space = puppet().space()
+    one = first_population(puppet(), space)
+    assert one.shape == (6, 3)
+    assert space.contains(one)
+    assert np.array_equal(one, first_population(puppet(), space))
+    assert not np.array_equal(one, first_population(puppet("seed=2"), space))
+
+
+def test_streams_differ_by_seed_generation_and_purpose():
+    draws = {
+        stream(seed, generation, purpose).random()
+        for seed in (0, 1)
+        for generation in (1, 2)
+        for purpose in Purpose
+    }
+    assert len(draws) == 16
+    assert stream(0, 1, Purpose.FIRST).random() in draws
+
+
+def test_a_step_is_a_function_of_its_arguments_and_changes_none_of_them(puppet):
+    space, scores = puppet().space(), SCORES.copy()
+    genomes = first_population(puppet(), space)
+    before = genomes.copy()
+    one = breed(puppet(), space, genomes, scores, 2)
+    assert np.array_equal(one, breed(puppet(), space, genomes, scores, 2))
+    assert not np.array_equal(one, breed(puppet(), space, genomes, scores, 3))
+    assert np.array_equal(genomes, before)
+    assert np.array_equal(scores, SCORES)
+    assert not np.shares_memory(one, genomes)
+
+
+def test_elites_come_first_and_unchanged_the_first_of_equals_first(puppet):
+    genomes, after = bred(puppet("evolution.elites=3"))
+    assert np.array_equal(after[:3], genomes[[1, 3, 0]])
+    assert not any((child == genomes).all(axis=1).any() for child in after[3:])
+
+
+def test_without_elites_all_are_children(puppet):
+    genomes, after = bred(puppet("evolution.elites=0"))
+    assert not any((child == genomes).all(axis=1).any() for child in after)
+
+
+@pytest.mark.parametrize("children", [1, 2])
+def test_children_beyond_the_population_are_dropped(puppet, children):
+    _, after = bred(puppet("evolution.elites=1", f"crossover.children={children}"))
+    assert after.shape == (6, 3)
+
+
+def test_children_that_leave_the_bounds_are_confined(puppet, puppets, monkeypatch):
+    monkeypatch.setattr(puppets.Jitter, "mutate", lambda self, genomes, space, rng: genomes + 100)
+    genomes, after = bred(puppet())
+    assert (after[2:] == 2.0).all()
+    assert np.array_equal(after[:2], genomes[[1, 3]])
+
+
+def test_bits_stay_bits(puppet):
+    _, after = bred(puppet("organism.plugin=bit-puppet"))
+    assert after.dtype == np.uint8
+    assert set(after.ravel()) <= {0, 1}
+
+
+def test_operators_are_used_as_they_are_at_that_generation(puppet, puppets, monkeypatch):
+    asked = []
+
+    def at(self, generation):
+        asked.append((type(self).__name__, generation))
+        return self
+
+    for operator in (puppets.Best, puppets.Mean, puppets.Jitter):
+        monkeypatch.setattr(operator, "at", at)
+    bred(puppet(), generation=7)
+    assert asked == [("Best", 7), ("Mean", 7), ("Jitter", 7)]
+
+
+def test_even_a_population_that_failed_breeds(puppet):
+    genomes, after = bred(puppet(), scores=np.full(6, -np.inf))
+    assert np.array_equal(after[:2], genomes[:2])
+
+
+def test_operators_that_change_what_they_are_given_change_nothing_else(
+    puppet, puppets, monkeypatch
+):
+    honest, real = bred(puppet()), puppets.Best.parents
+
+    def parents(self, scores, pairs, rng):
+        chosen = real(self, scores, pairs, rng)
+        scores.sort()
+        return chosen
+
+    def cross(self, mothers, fathers, space, rng):
+        mothers += fathers
+        mothers /= 2
+        return np.concatenate([mothers] * 2)
+
+    def mutate(self, genomes, space, rng):
+        genomes += rng.normal(0, 0.3, genomes.shape)
+        return genomes
+
+    monkeypatch.setattr(puppets.Best, "parents", parents)
+    monkeypatch.setattr(puppets.Mean, "cross", cross)
+    monkeypatch.setattr(puppets.Jitter, "mutate", mutate)
+    assert np.array_equal(bred(puppet()), honest)
+
+
+def fail(*arguments):
+    raise ZeroDivisionError("by nought")
+
+
+def returns(value):
+    return lambda *arguments: value
+
+
+WRONG = {
+    "selection raises": ("Best", "parents", fail, "ZeroDivisionError: by nought"),
+    "selection exits": ("Best", "parents", lambda *a: exit(0), "SystemExit"),
+    "selection, shape": ("Best", "parents", returns(np.zeros(2, int)), r"shape \(2,\)"),
+    "selection, dtype": ("Best", "parents", returns(np.zeros((2, 2))), "dtype float64"),
+    "selection, nothing": ("Best", "parents", returns(None), "returned NoneType"),
+    "selection, nobody": ("Best", "parents", returns(np.full((2, 2), 6)), "parents 6 to 6"),
+    "selection, counted back": ("Best", "parents", returns(np.full((2, 2), -1)), "parents -1"),
+    "crossover raises": ("Mean", "cross", fail, "ZeroDivisionError"),
+    "crossover, too few": ("Mean", "cross", returns(np.zeros((2, 3))), r"shape \(2, 3\)"),
+    "crossover, NaN": ("Mean", "cross", returns(np.full((4, 3), np.nan)), "not finite"),
+    "mutation raises": ("Jitter", "mutate", fail, "ZeroDivisionError"),
+    "mutation, genes": ("Jitter", "mutate", returns(np.zeros((4, 2))), r"shape \(4, 2\)"),
+    "mutation, dtype": ("Jitter", "mutate", returns(np.zeros((4, 3), "f4")), "dtype float32"),
+    "mutation, infinite": ("Jitter", "mutate", returns(np.full((4, 3), np.inf)), "not finite"),
+    "mutation's schedule": ("Jitter", "at", fail, "following its schedule"),
+}
+
+
+@pytest.mark.parametrize(("plugin", "method", "wrong", "says"), WRONG.values(), ids=WRONG.keys())
+def test_an_operator_that_breaks_its_contract_is_named(
+    puppet, puppets, monkeypatch, plugin, method, wrong, says
+):
+    experiment = puppet()
+    monkeypatch.setattr(getattr(puppets, plugin), method, wrong)
+    with pytest.raises(PluginError, match=says) as error:
+        bred(experiment)
+    kind = {"Best": "selection", "Mean": "crossover", "Jitter": "mutation"}[plugin]
+    assert error.value.what.startswith(f"{kind} 'puppet-")
+    assert "of package gaitsim-puppets 1.0" in error.value.what
+    assert error.value.remedy
+
+
+def test_genes_that_are_no_bits_are_refused(puppet, puppets, monkeypatch):
+    twos = np.full((4, 3), 2, np.uint8)
+    monkeypatch.setattr(puppets.Jitter, "mutate", lambda *arguments: twos)
+    with pytest.raises(PluginError, match=r"mutation 'puppet-jitter'.* no bits"):
+        bred(puppet("organism.plugin=bit-puppet"))
+
+
+@pytest.mark.parametrize(
+    ("method", "wrong", "says"),
+    [
+        ("random", lambda *a: np.full((6, 3), 9.0), "draws genomes"),
+        ("random", lambda *a: np.zeros((5, 3)), "draws genomes"),
+        ("random", fail, "drawing genomes"),
+        ("confine", lambda self, genomes: genomes + 9, "confines genomes"),
+        ("confine", lambda self, genomes: genomes[1:], "confines genomes"),
+        ("confine", fail, "confining genomes"),
+    ],
+)
+def test_a_space_that_lies_is_the_organisms_fault(puppet, monkeypatch, method, wrong, says):
+    monkeypatch.setattr(RealSpace, method, wrong)
+    with pytest.raises(PluginError, match=f"organism 'puppet'.* {says}"):
+        bred(puppet())
+
+
+def test_a_repair_that_is_none_is_the_organisms_fault(puppet, puppets, monkeypatch):
+    space = BitSpace(("a", "b", "c"), repair=lambda genomes: 1 - genomes)
+    monkeypatch.setattr(puppets.BitPuppet, "genome_space", lambda self: space)
+    with pytest.raises(PluginError, match="organism 'bit-puppet'"):
+        bred(puppet("organism.plugin=bit-puppet"))
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(st.data())
+def test_bundled_operators_breed_populations_of_any_size(data):
+    population = data.draw(st.integers(3, 30))
+    elites = data.draw(st.integers(0, population - 1))
+    experiment = load_experiment(
+        "spider-recurrence",
+        [
+            f"evolution.population={population}",
+            f"evolution.elites={elites}",
+            "selection.plugin=tournament",
+            f"crossover.plugin={data.draw(st.sampled_from(['uniform', 'blend', 'none']))}",
+        ],
+    )
+    space = experiment.space()
+    genomes = first_population(experiment, space)
+    scores = data.draw(
+        st.lists(
+            st.floats(-10, 10) | st.just(-np.inf), min_size=population, max_size=population
+        ).map(np.array)
+    )
+    after = breed(experiment, space, genomes, scores, data.draw(st.integers(2, 10**9)))
+    assert space.contains(after)
+    assert len(after) == population
+    best = sorted(range(population), key=lambda index: (-scores[index], index))[:elites]
+    assert np.array_equal(after[:elites], genomes[best])

@@ -1,0 +1,186 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitsim.contracts import RealSpace
+from gaitsim.errors import PluginError
+from gaitsim.evaluation import Evaluation, judge
+from gaitsim.evolution import Progress, breed, evolve, first_population
+from gaitsim.evolution.loop import advance
+from gaitsim.experiment import Evolution
+
+INF = math.inf
+
+
+def course(puppet, scores, *overrides):
+    """The generations of an experiment whose bests are `scores`, one a generation."""
+    experiment = puppet("evolution.generations=100", *overrides)
+    bests = iter(scores)
+
+    def evaluate(genomes):
+        values = np.full(len(genomes), -9.0)
+        values[3] = next(bests)
+        return Evaluation(values, {"reach": values.copy()}, {})
+
+    return list(evolve(experiment, evaluate))
+
+
+def test_generations_follow_one_another_by_breeding(puppet):
+    experiment = puppet()
+    space = experiment.space()
+    generations = list(evolve(experiment, lambda genomes: judge(experiment, genomes)))
+    assert [generation.number for generation in generations] == [1, 2, 3, 4, 5]
+    genomes = first_population(experiment, space)
+    for generation in generations:
+        assert np.array_equal(generation.genomes, genomes)
+        assert np.array_equal(generation.scores, judge(experiment, genomes).scores)
+        assert generation.diversity == space.diversity(genomes)
+        assert generation.progress.evaluations == 6 * generation.number
+        assert generation.scores[generation.best] == generation.scores.max()
+        assert generation.seconds > 0
+        genomes = breed(experiment, space, genomes, generation.scores, generation.number + 1)
+    bests = [generation.progress.best_score for generation in generations]
+    assert bests == sorted(bests)
+
+
+def test_whoever_begins_again_gets_the_same_generations(puppet):
+    experiment = puppet()
+
+    def evaluate(genomes):
+        return judge(experiment, genomes)
+
+    whole = list(evolve(experiment, evaluate))
+    for begun in whole:
+        again = list(evolve(experiment, evaluate, begun))
+        assert [generation.number for generation in again] == list(range(begun.number + 1, 6))
+        for one, other in zip(again, whole[begun.number :], strict=True):
+            assert np.array_equal(one.genomes, other.genomes)
+            assert np.array_equal(one.scores, other.scores)
+            assert one.progress == other.progress
+            assert one.stop == other.stop
+
+
+def test_events_are_frozen_to_the_last_array(puppet):
+    experiment = puppet()
+    generation = next(evolve(experiment, lambda genomes: judge(experiment, genomes)))
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        generation.number = 2
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        generation.progress.evaluations = 2
+    for array in (generation.genomes, generation.scores, *generation.evaluation.terms.values()):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1
+
+
+def test_nothing_is_made_before_it_is_asked_for(puppet):
+    calls = []
+
+    def evaluate(genomes):
+        calls.append(len(genomes))
+        return judge(puppet(), genomes)
+
+    events = evolve(puppet(), evaluate)
+    assert calls == []
+    next(events)
+    assert calls == [6]
+
+
+@pytest.mark.parametrize(
+    ("bests", "override", "reason", "number"),
+    [
+        (range(9), "evolution.generations=3", "3 generations are done", 3),
+        (range(9), "evolution.target_score=2", "the target score 2 is reached", 3),
+        (range(9), "evolution.target_score=1.5", "the target score 1.5 is reached", 3),
+        (range(9), "evolution.max_evaluations=18", "would exceed 18 evaluations", 3),
+        (range(9), "evolution.max_evaluations=23", "would exceed 23 evaluations", 3),
+        ([1, 3, 3, 2, 3], "evolution.stagnation=3", "no better score for 3 generations", 5),
+        ([1, 0, 2, 1, 1, 9], "evolution.stagnation=2", "no better score for 2 generations", 5),
+        ([-INF, -INF, 0], "evolution.stagnation=1", "no better score for 1 generation", 2),
+    ],
+)
+def test_each_stop_condition(puppet, bests, override, reason, number):
+    generations = course(puppet, bests, override)
+    assert len(generations) == number
+    assert reason in generations[-1].stop
+    assert all(generation.stop == "" for generation in generations[:-1])
+    # Nothing follows a generation at which the search had ended.
+    experiment = puppet("evolution.generations=100", override)
+    assert list(evolve(experiment, pytest.fail, generations[-1])) == []
+
+
+def test_without_a_threshold_there_are_no_champions(puppet):
+    generations = course(puppet, [1, 2, 3], "evolution.generations=3")
+    assert not any(generation.is_champion for generation in generations)
+    assert generations[-1].progress.threshold is None
+
+
+def test_champions_beat_a_threshold_that_rises_in_steps(puppet):
+    generations = course(
+        puppet,
+        [0.9, 1.0, 1.1, 1.5, 1.6, 3.1, 3.4, 3.5, 3.6],
+        "evolution.generations=9",
+        "evolution.fitness_threshold=1.0",
+        "evolution.delta_fitness=0.5",
+    )
+    assert [g.is_champion for g in generations] == [0, 0, 1, 0, 1, 1, 0, 0, 1]
+    thresholds = [g.progress.threshold for g in generations]
+    assert thresholds == [1.0, 1.0, 1.5, 1.5, 2.0, 3.5, 3.5, 3.5, 4.0]
+
+
+@settings(derandomize=True, deadline=None, max_examples=300)
+@given(
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.floats(min_value=0, exclude_min=True, allow_infinity=False),
+    st.floats(allow_nan=False, max_value=1e308),
+)
+def test_no_champion_is_one_twice(threshold, step, best):
+    evolution = Evolution(delta_fitness=step)
+    before = Progress(10, 0.0, 3, threshold)
+    after, is_champion = advance(before, best, 5, evolution)
+    assert is_champion == (best > threshold)
+    assert math.isfinite(after.threshold)
+    assert after.threshold >= max(threshold, best if is_champion else threshold)
+    assert not advance(after, best, 5, evolution)[1]
+    if is_champion and step > abs(best - threshold) * 1e-6:
+        assert after.threshold <= best + step * 1.000001
+
+
+def test_a_search_in_which_all_fail_goes_on(puppet):
+    generations = course(
+        puppet, [-INF] * 4, "evolution.generations=4", "evolution.fitness_threshold=0"
+    )
+    assert generations[-1].progress == Progress(24, -9.0, 3, 0.0)
+
+    def failing(genomes):
+        scores = np.full(len(genomes), -INF)
+        return Evaluation(scores, {"reach": scores.copy()}, dict.fromkeys(range(6), "reach is nan"))
+
+    generations = list(evolve(puppet("evolution.fitness_threshold=0"), failing))
+    assert len(generations) == 5
+    assert generations[-1].progress == Progress(30, -INF, 4, 0.0)
+    assert generations[-1].best == 0
+    assert not generations[-1].is_champion
+
+
+def test_terms_that_change_their_names_are_refused(puppet):
+    names = iter([("a", "b"), ("a", "b"), ("b", "a")])
+
+    def evaluate(genomes):
+        zeros = np.zeros(len(genomes))
+        return Evaluation(zeros, dict.fromkeys(next(names), zeros), {})
+
+    events = evolve(puppet(), evaluate)
+    next(events), next(events)
+    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* b, a after a, b"):
+        next(events)
+
+
+def test_a_space_that_cannot_measure_diversity_is_named(puppet, monkeypatch):
+    monkeypatch.setattr(RealSpace, "diversity", lambda self, genomes: 1 / 0)
+    experiment = puppet()
+    with pytest.raises(PluginError, match=r"gaitsim-puppets.* measuring diversity"):
+        next(evolve(experiment, lambda genomes: judge(experiment, genomes)))

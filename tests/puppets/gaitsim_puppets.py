@@ -1,0 +1,103 @@
+"""A package of plugins in plain Python, as a third party's: cheap, and to be spoilt by tests."""
+
+import time
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from gaitsim.contracts import (
+    BitSpace,
+    Crossover,
+    Fitness,
+    Measure,
+    Motion,
+    Mutation,
+    Organism,
+    RealSpace,
+    Selection,
+    Skeleton,
+    option,
+)
+
+FRAMES = 5
+
+
+class Puppet(Organism):
+    """Three joints that turn to the angles that the genes say."""
+
+    pause: float = option(0.0, "how long it thinks before it moves", unit="s", ge=0)
+
+    threads: ClassVar[bool] = False
+    channels: ClassVar[Mapping[str, str]] = {
+        "joint_angles": "(population, 5, 3) rad",
+        "reach": "(population,) m",
+    }
+
+    def genome_space(self):
+        return RealSpace(np.full(3, -1.0), np.full(3, 2.0), ("a", "b", "c"))
+
+    def move(self, genomes):
+        time.sleep(self.pause)
+        steps = np.linspace(0, 1, FRAMES)[:, None]
+        return Motion(
+            4.0,
+            {"joint_angles": genomes[:, None] * steps},
+            {("reach",): lambda: {"reach": np.sin(genomes).sum(axis=1)}},
+        )
+
+    def skeleton(self, motion, individual):
+        return Skeleton(np.zeros((FRAMES, 3, 2, 3)), ("a", "b", "c"), motion.frame_rate)
+
+    def measures(self, motion):
+        return {"reach": Measure(motion["reach"], "m", "how far it reaches")}
+
+    def joint_names(self):
+        return ("shoulder", "elbow", "wrist")
+
+
+class BitPuppet(Puppet):
+    """A puppet whose joints are turned or not."""
+
+    def genome_space(self):
+        return BitSpace(("a", "b", "c"))
+
+    def move(self, genomes):
+        return super().move(genomes.astype(float))
+
+
+class Reach(Fitness):
+    """As far as possible, with a price for each joint that is turned."""
+
+    price: float = option(0.1, "of a turned joint", unit="m/rad", ge=0)
+
+    needs: ClassVar[tuple[str, ...]] = ("joint_angles", "reach")
+
+    def terms(self, motion):
+        turned = np.abs(motion["joint_angles"][:, -1]).sum(axis=1)
+        return {"reach": motion["reach"], "price": -self.price * turned}
+
+
+class Best(Selection):
+    """The best one is everybody's mother."""
+
+    def parents(self, scores, pairs, rng):
+        fathers = rng.integers(len(scores), size=pairs, dtype=np.intp)
+        return np.stack([np.full(pairs, np.argmax(scores), dtype=np.intp), fathers], axis=1)
+
+
+class Mean(Crossover):
+    """Half of each; for bits the mother's."""
+
+    def cross(self, mothers, fathers, space, rng):
+        child = (mothers + fathers) / 2 if space.dtype.kind == "f" else mothers.copy()
+        return np.concatenate([child] * self.children)
+
+
+class Jitter(Mutation):
+    """A little noise; for bits now and then another one."""
+
+    def mutate(self, genomes, space, rng):
+        if space.dtype.kind == "f":
+            return genomes + rng.normal(0, 0.3, genomes.shape)
+        return genomes ^ (rng.random(genomes.shape) < 0.1).astype(np.uint8)
