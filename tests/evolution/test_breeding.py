@@ -1,3 +1,5 @@
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -133,7 +135,7 @@ def returns(value):
 
 WRONG = {
     "selection raises": ("Best", "parents", fail, "ZeroDivisionError: by nought"),
-    "selection exits": ("Best", "parents", lambda *a: exit(0), "SystemExit"),
+    "selection exits": ("Best", "parents", lambda *a: sys.exit(0), "SystemExit"),
     "selection, shape": ("Best", "parents", returns(np.zeros(2, int)), r"shape \(2,\)"),
     "selection, dtype": ("Best", "parents", returns(np.zeros((2, 2))), "dtype float64"),
     "selection, nothing": ("Best", "parents", returns(None), "returned NoneType"),

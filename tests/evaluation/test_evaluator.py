@@ -1,0 +1,125 @@
+import os
+import signal
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evaluation import evaluator as module
+from gaitsim.evolution import first_population
+from gaitsim.experiment import load_experiment
+from gaitsim.registry import containing
+
+
+@pytest.fixture
+def installed(monkeypatch, puppets):
+    """Puppets are installed for worker processes, too."""
+    monkeypatch.setenv("PYTHONPATH", os.path.dirname(puppets.__file__))  # noqa: PTH120
+
+
+def assert_same(one, other):
+    assert one.scores.tobytes() == other.scores.tobytes()
+    assert list(one.terms) == list(other.terms)
+    for name, values in one.terms.items():
+        assert values.tobytes() == other.terms[name].tobytes()
+    assert one.reasons == other.reasons
+
+
+@pytest.mark.parametrize("workers", [2, 3, 50])
+@pytest.mark.parametrize("population", [2, 7, 100])
+def test_threads_give_the_same_bits_as_none(workers, population):
+    experiment = load_experiment("spider-recurrence", [f"evolution.population={population}"])
+    genomes = first_population(experiment, experiment.space())
+    genomes.setflags(write=False)
+    with Evaluator(experiment, 1) as one, Evaluator(experiment, workers) as many:
+        many.prepare()
+        assert_same(one.evaluate(genomes), many.evaluate(genomes))
+
+
+def test_no_chunk_is_empty_and_none_outgrows_the_cache(puppet, puppets, monkeypatch):
+    monkeypatch.setattr(puppets.Puppet, "threads", True)
+    sizes = []
+
+    def judged(experiment, genomes):
+        sizes.append(len(genomes))
+        return judge(experiment, genomes)
+
+    monkeypatch.setattr(module, "judge", judged)
+    for population, workers in [(5, 8), (64, 2), (65, 2), (1000, 3)]:
+        sizes.clear()
+        with Evaluator(puppet(), workers) as evaluator:
+            assert len(evaluator.evaluate(np.zeros((population, 3))).scores) == population
+        assert sum(sizes) == population
+        assert 0 < min(sizes) <= max(sizes) <= module.IN_CACHE
+        assert len(sizes) % workers == 0 or len(sizes) == population
+
+
+def test_bodies_in_plain_python_get_one_worker_unless_more_are_asked_for(puppet):
+    with Evaluator(puppet()) as evaluator:
+        assert evaluator.workers == 1
+    with Evaluator(load_experiment("spider-recurrence")) as evaluator:
+        assert evaluator.workers == module.cores()
+
+
+def test_processes_give_the_same_bits_as_none(puppet, installed):
+    genomes = first_population(puppet("evolution.population=7"), puppet().space())
+    with Evaluator(puppet(), 2) as evaluator:
+        assert_same(evaluator.evaluate(genomes), judge(puppet(), genomes))
+
+
+def test_a_plugin_that_fails_in_a_worker_is_named(puppet, installed):
+    with Evaluator(puppet(), 2) as evaluator:
+        with pytest.raises(PluginError, match=r"package gaitsim-puppets 1\.0") as error:
+            evaluator.evaluate(np.zeros((4, 2)).astype(str))
+        assert error.value.remedy
+        # The workers are as good as new.
+        assert evaluator.evaluate(np.zeros((4, 3))).scores.tolist() == [0, 0, 0, 0]
+
+
+def test_a_worker_that_cannot_begin_says_why(puppet, capfd, monkeypatch):
+    experiment = puppet()
+    monkeypatch.setattr(sys, "path", [path for path in sys.path if "puppets" not in path])
+    with (
+        Evaluator(experiment, 2) as evaluator,
+        pytest.raises(GaitsimError, match="unknown organism plugin 'puppet'"),
+    ):
+        evaluator.evaluate(np.zeros((4, 3)))
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def kill_workers(executor):
+    while len(executor._processes) < 2:
+        time.sleep(0.01)
+    for pid in list(executor._processes):
+        os.kill(pid, signal.SIGKILL)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_a_worker_that_dies_is_told_of(puppet, installed):
+    with Evaluator(puppet("organism.pause=60"), 2) as evaluator:
+        killer = threading.Thread(target=kill_workers, args=[evaluator._executor])
+        killer.start()
+        with pytest.raises(GaitsimError, match="a worker process died while moving organism"):
+            evaluator.evaluate(np.zeros((4, 3)))
+        killer.join()
+
+
+def test_what_fails_at_preparing_is_named(puppet, puppets, monkeypatch):
+    monkeypatch.setattr(puppets.Reach, "prepare", lambda self: 1 / 0)
+    with (
+        Evaluator(puppet()) as evaluator,
+        pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* being prepared"),
+    ):
+        evaluator.prepare()
+
+
+def test_errors_keep_their_parts_on_the_way_from_a_worker(puppet):
+    import pickle
+
+    with pytest.raises(PluginError) as error, containing(puppet().entries["organism"], "moving"):
+        raise ValueError("wrong")
+    assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
