@@ -1,23 +1,33 @@
 """What a user sees while a run evolves: live, in plain lines, or as JSON lines."""
 
+import math
 import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from datetime import timedelta
 from types import TracebackType
 from typing import Protocol, Self
 
 import numpy as np
-from rich.console import Group, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.constrain import Constrain
 from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gaitsim.cli.console import number, output, print_json, table
+from gaitsim.cli.console import notice, number, output, print_json, table, visible
 from gaitsim.evolution import Generation
-from gaitsim.runs.directory import RunWriter
-from gaitsim.runs.history import row
+from gaitsim.runs.history import MEAN, row
+from gaitsim.runs.writer import RunWriter
 
 BLOCKS = "▁▂▃▄▅▆▇█"
+COURSES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
 BEST_SHOWN = 5
+WIDEST = 100  # characters; a longer line of sight helps no one
+VALUE = 7  # characters that most numbers fit in
+HEIGHT_ABOVE_TERMS = 8  # lines, the table's header and the cursor's line counted
+STOPPING = "Stopping after this generation; again to stop at once."
 
 
 class Display(Protocol):
@@ -32,6 +42,9 @@ class Display(Protocol):
     ) -> None: ...
     def update(self, generation: Generation) -> None:
         """Show a finished generation."""
+
+    def stopping(self) -> None:
+        """Say that the run stops after this generation; called by a signal's handler."""
 
 
 def display(writer: RunWriter, json: bool) -> Display:
@@ -57,6 +70,10 @@ class Silent:
     ) -> None:
         pass
 
+    def stopping(self) -> None:
+        """Say so beside the output."""
+        notice(STOPPING)
+
 
 class JsonLines(Silent):
     """One object a generation: the columns of the history."""
@@ -69,14 +86,15 @@ class JsonLines(Silent):
 class PlainLines(Silent):
     """A line now and then, for pipes and logs: first, last, and every two seconds."""
 
-    def __init__(self, writer: RunWriter) -> None:
+    def __init__(self, writer: RunWriter, clock: Callable[[], float] = time.monotonic) -> None:
         self._total = writer.experiment.evolution.generations
-        self._printed = -1e9
-        print(f"run {writer.path}", flush=True)
+        self._clock = clock
+        self._printed = -math.inf
+        print(f"run {visible(str(writer.path))}", flush=True)
 
     def update(self, generation: Generation) -> None:
         """Print a line if it is time."""
-        now = time.monotonic()
+        now = self._clock()
         if generation.stop or now - self._printed > 2:
             self._printed = now
             values = row(generation)
@@ -88,32 +106,40 @@ class PlainLines(Silent):
 
 
 class LiveView:
-    """Progress bar, sparklines of best and mean, and the best individuals with their terms."""
+    """Progress, the courses of best, mean and diversity, and the best individuals' terms.
 
-    def __init__(self, writer: RunWriter) -> None:
-        self._progress = Progress(
-            TextColumn("[bold]{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[speed]}"),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-        )
-        last = writer.last
-        self._task = self._progress.add_task(
-            writer.path.name,
-            total=writer.experiment.evolution.generations,
-            completed=last.number if last else 0,
-            speed="",
-        )
-        history = writer.run.history if last else {}
-        self._best = [*history.get("best", [])]
-        self._mean = [*history.get("mean", [])]
-        self._generation = last
-        self._begun, self._done = time.monotonic(), 0
-        self._live = Live(self, console=output(), refresh_per_second=8)
+    Terms stand below one another, as in a sum: any number of them with any names fits a
+    narrow terminal, where only fewer individuals are shown.
+
+    Args:
+        writer: the run.
+        console: where to show it; standard output by default.
+        clock: seconds from any beginning.
+    """
+
+    def __init__(
+        self,
+        writer: RunWriter,
+        console: Console | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._name = visible(writer.path.name)
+        self._total = writer.experiment.evolution.generations
+        self._generation = writer.last
+        self._row = row(writer.last) if writer.last else {}
+        history = writer.run.history if writer.last else {}
+        self._courses = {name: [*history.get(name, [])] for name in COURSES}
+        self._clock = clock
+        # When each of the latest generations ended: how fast it goes now, not on average.
+        self._ends = deque([(clock(), self._done)], maxlen=1000)
+        self._begun = clock()
+        self._note = ""
+        self._ended = False
+        self._live = Live(self, console=console or output(), refresh_per_second=8)
 
     def __enter__(self) -> Self:
+        self._begun = self._clock()
+        self._ends[0] = (self._begun, self._done)
         self._live.start()
         return self
 
@@ -123,53 +149,127 @@ class LiveView:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self._ended = True
         self._live.stop()
 
     def update(self, generation: Generation) -> None:
         """Take note; the screen follows eight times a second, whatever the search's speed."""
-        values = row(generation)
-        self._best.append(values["best"])
-        self._mean.append(values["mean"])
-        self._generation = generation
-        self._done += len(generation.genomes)
-        rate = self._done / max(time.monotonic() - self._begun, 1e-9)
-        self._progress.update(
-            self._task, completed=generation.number, speed=f"{rate:,.0f} evaluations/s"
-        )
+        self._row = row(generation)
+        for name, course in self._courses.items():
+            course.append(self._row[name])
+        self._ends.append((self._clock(), generation.number))
+        self._generation = generation  # last: the screen is drawn by another thread
 
-    def __rich__(self) -> RenderableType:
-        parts: list[RenderableType] = [self._progress]
+    def stopping(self) -> None:
+        """Say so in the view: printed beside it, the next refresh would overwrite it."""
+        self._note = STOPPING
+
+    @property
+    def _done(self) -> int:
+        return self._generation.number if self._generation else 0
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        width = min(options.max_width, WIDEST)
+        parts: list[RenderableType] = [self._head(width)]
         if self._generation is not None:
-            parts += [self._curves(), "", self._table(self._generation)]
-        return Group(*parts)
+            parts += [self._curves(width), self._foot(self._generation)]
+            # At the end, the summary tells of the champion.
+            if not (self._ended and self._generation.stop):
+                rows = (options.height or console.height) - HEIGHT_ABOVE_TERMS
+                parts += ["", self._terms(self._generation, width, rows)]
+        yield Constrain(Group(*parts), width)
 
-    def _curves(self) -> Table:
+    def _head(self, width: int) -> Table:
+        head = Table.grid(padding=(0, 1), expand=True)
+        head.add_column(no_wrap=True, overflow="ellipsis", max_width=width // 3)
+        head.add_column(ratio=1)
+        head.add_column(no_wrap=True)
+        head.add_column(no_wrap=True)
+        bar = ProgressBar(total=self._total, completed=self._done)
+        name = Text(self._name, style="bold")
+        head.add_row(name, bar, f"{self._done:,}/{self._total:,}", self._time())
+        return head
+
+    def _time(self) -> str:
+        if self._ended:
+            return f"in {_clock_face(self._clock() - self._begun)}"
+        speed = self._speed()
+        return f"{_clock_face((self._total - self._done) / speed)} left" if speed else ""
+
+    def _speed(self) -> float:
+        """Generations a second, 0 where none is finished yet."""
+        (start, first), (end, last) = self._ends[0], self._ends[-1]
+        return (last - first) / (end - start) if end > start else 0.0
+
+    def _curves(self, width: int) -> Table:
         curves = Table.grid(padding=(0, 1))
-        for name, values, colour in (("best", self._best, "green"), ("mean", self._mean, "cyan")):
-            curves.add_row(name, Text(sparkline(values, 48), style=colour), number(values[-1]))
+        curves.add_column()
+        curves.add_column(justify="right", min_width=VALUE, no_wrap=True)
+        curves.add_column(no_wrap=True)
+        for name, colour in COURSES.items():
+            course = self._courses[name]
+            room = width - max(map(len, COURSES)) - max(len(number(course[-1])), VALUE) - 2
+            curve = Text(sparkline(course, max(room, 1)), style=colour)
+            curves.add_row(name, number(course[-1]), curve)
         return curves
 
-    def _table(self, generation: Generation) -> Table:
-        terms = generation.evaluation.terms
-        columns = ("score", *terms)
-        made = table("#", *columns, numbers=("#", *columns))
-        for rank, index in enumerate(np.argsort(-generation.scores, kind="stable")[:BEST_SHOWN]):
-            cells = [generation.scores[index], *(values[index] for values in terms.values())]
-            made.add_row(str(rank + 1), *(number(float(cell)) for cell in cells))
+    def _foot(self, generation: Generation) -> Text:
+        foot = Text(style="dim", no_wrap=True, overflow="ellipsis")
+        if self._note and not self._ended:
+            return foot.append(self._note, style="not dim yellow")
+        rate = self._speed() * len(generation.genomes)
+        if rate:
+            foot.append(f"{rate:,.0f} evaluations/s, ")
+        return foot.append(
+            f"best of generation {generation.number - generation.progress.stagnation:,}"
+        )
+
+    def _terms(self, generation: Generation, width: int, rows: int) -> Table:
+        """The sum of each of the best, as many of them and of their terms as there is room for."""
+        best = np.argsort(-generation.scores, kind="stable")[:BEST_SHOWN]
+        lines = {"score": (generation.scores, self._row["mean"])}
+        for name, values in generation.evaluation.terms.items():
+            lines[name] = (values, self._row[MEAN + name])
+        cells = {
+            name: [number(float(value)) for value in (*values[best], mean)]
+            for name, (values, mean) in lines.items()
+        }
+        cell = max(VALUE, *(len(text) for texts in cells.values() for text in texts))
+        fit = (width - max(map(len, cells))) // (cell + 2) - 1
+        shown = min(max(fit, 1), len(best))
+        columns = [*(f"#{rank + 1}" for rank in range(shown)), "mean"]
+        made = table("", *columns, numbers=(*columns,))
+        made.columns[0].overflow = "ellipsis"
+        for column in made.columns:
+            column.no_wrap = True
+        for column in made.columns[1:]:
+            column.min_width = cell
+        hidden = len(cells) - max(rows, 3)
+        names = [*cells][: -hidden - 1] if hidden > 0 else [*cells]
+        for name in names:
+            style = "bold" if name == "score" else ""
+            made.add_row(Text(name), *cells[name][:shown], cells[name][-1], style=style)
+        if hidden > 0:
+            made.add_row(f"… and {hidden + 1} more")
         return made
 
 
-def sparkline(values: list[float], width: int) -> str:
+def _clock_face(seconds: float) -> str:
+    return str(timedelta(seconds=round(seconds)))
+
+
+def sparkline(values: Sequence[float], width: int) -> str:
     """A row of blocks, one a stretch of the values' course; gaps where nothing is finite."""
     course = np.asarray(values, dtype=float)
     if len(course) > width:
         # The last value of each stretch, so that the newest one is always shown.
         course = course[np.linspace(len(course) / width - 1, len(course) - 1, width).astype(int)]
-    finite = course[np.isfinite(course)]
-    if not len(finite):
+    alive = np.isfinite(course)
+    if not alive.any():
         return " " * len(course)
-    low, high = finite.min(), finite.max()
-    scale = (len(BLOCKS) - 1) / (high - low) if high > low else 0.0
-    return "".join(
-        BLOCKS[round((value - low) * scale)] if np.isfinite(value) else " " for value in course
-    )
+    # Half of each, so that the widest range of finite values is finite, too.
+    heights = np.where(alive, course, course[alive][0]) / 2
+    heights -= heights.min()
+    top = heights.max()
+    steps = np.rint(heights / top * (len(BLOCKS) - 1) if top > 0 else heights).astype(int)
+    return "".join(BLOCKS[step] if shown else " " for step, shown in zip(steps, alive, strict=True))

@@ -1,0 +1,240 @@
+"""What is shown while a run evolves: drawn to a console of fixed size, by a fixed clock."""
+
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from gaitsim.cli.progress import BLOCKS, STOPPING, JsonLines, LiveView, PlainLines, sparkline
+from gaitsim.evaluation import Evaluation
+from gaitsim.evolution import Generation, Progress
+
+CLASSIC = {
+    "movement": 3.5,
+    "band": 2.0,
+    "low movement": -0.25,
+    "penetration": -0.021,
+    "variance": -0.048,
+    "overlapping legs": -0.428,
+    "angle change": -0.239,
+}
+
+
+def generation(
+    number: int, terms: dict[str, float] | None = None, *, population: int = 20, stop: str = ""
+) -> Generation:
+    """A generation whose n-th best has the terms less n thousandths."""
+    less = np.arange(population) / 1000
+    parts = {name: value - less for name, value in (terms or {"forward": 1.0}).items()}
+    scores = np.sum(list(parts.values()), axis=0)
+    return Generation(
+        number=number,
+        genomes=np.zeros((population, 2)),
+        evaluation=Evaluation(scores, parts, {}),
+        progress=Progress(population * number, float(scores.max()), 3, None),
+        diversity=0.25,
+        seconds=0.1,
+        is_champion=False,
+        stop=stop,
+    )
+
+
+def writer(total: int = 300, last: Generation | None = None, **history: list[float]) -> Any:
+    return SimpleNamespace(
+        path=Path("runs/spider"),
+        experiment=SimpleNamespace(evolution=SimpleNamespace(generations=total)),
+        last=last,
+        run=SimpleNamespace(history={name: np.array(values) for name, values in history.items()}),
+    )
+
+
+class Clock:
+    """One that stands still until it is set."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def drawn(view: LiveView, width: int = 80, height: int = 24) -> list[str]:
+    console = Console(file=io.StringIO(), width=width, height=height, record=True)
+    console.print(view)
+    return console.export_text().splitlines()
+
+
+def at_work(clock: Clock, terms: dict[str, float] | None = None, generations: int = 10) -> LiveView:
+    """A view of a run that has gone on for so many generations, half a second each."""
+    view = LiveView(writer(), Console(file=io.StringIO()), clock)
+    for number in range(1, generations + 1):
+        clock.now += 0.5
+        view.update(generation(number, terms))
+    return view
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+class TestSparkline:
+    def test_goes_from_the_lowest_to_the_highest_block(self) -> None:
+        assert sparkline([0, 1, 2, 3, 4, 5, 6, 7], 8) == BLOCKS
+        assert sparkline([7, 0], 8) == "█▁"
+
+    def test_a_level_course_is_low(self) -> None:
+        assert sparkline([2.5, 2.5, 2.5], 8) == "▁▁▁"
+
+    def test_what_is_not_finite_is_a_gap(self) -> None:
+        assert sparkline([-np.inf, 0, np.nan, 1], 8) == " ▁ █"
+        assert sparkline([np.nan, -np.inf], 8) == "  "
+        assert sparkline([], 8) == ""
+
+    def test_the_widest_range_of_floats_has_a_middle(self) -> None:
+        assert sparkline([-1.7e308, 0.0, 1.7e308], 8) in ("▁▄█", "▁▅█")
+        assert set(sparkline([0.0, 5e-324], 8)) <= {*BLOCKS}
+
+    @given(
+        st.lists(st.floats(width=64), min_size=1, max_size=300),
+        st.integers(min_value=1, max_value=120),
+    )
+    def test_fits_its_width_and_ends_with_the_newest(self, values: list[float], width: int) -> None:
+        drawn = sparkline(values, width)
+        assert len(drawn) == min(len(values), width)
+        assert {*drawn} <= {*BLOCKS, " "}
+        assert (drawn[-1] == " ") == (not np.isfinite(values[-1]))
+
+
+class TestPlainLines:
+    def test_first_last_and_one_every_two_seconds(
+        self, capsys: pytest.CaptureFixture[str], clock: Clock
+    ) -> None:
+        with PlainLines(writer(12), clock) as lines:
+            for number in range(1, 13):
+                lines.update(generation(number, stop="done" if number == 12 else ""))
+                clock.now += 0.5
+        assert capsys.readouterr().out.splitlines() == [
+            "run runs/spider",
+            "generation 1/12  best 1.0000  mean 0.9905  diversity 0.250",
+            "generation 6/12  best 1.0000  mean 0.9905  diversity 0.250",
+            "generation 11/12  best 1.0000  mean 0.9905  diversity 0.250",
+            "generation 12/12  best 1.0000  mean 0.9905  diversity 0.250",
+        ]
+
+    def test_says_beside_the_output_that_it_stops(self, capsys: pytest.CaptureFixture[str]) -> None:
+        PlainLines(writer()).stopping()
+        printed = capsys.readouterr()
+        assert STOPPING in printed.err
+        assert STOPPING not in printed.out
+
+
+def test_json_lines_are_the_history(capsys: pytest.CaptureFixture[str]) -> None:
+    with JsonLines() as lines:
+        lines.update(generation(1))
+    row = json.loads(capsys.readouterr().out)
+    assert row["best"] == 1.0
+    assert row["mean forward"] == pytest.approx(0.9905)
+
+
+class TestLiveView:
+    def test_shows_progress_courses_and_terms(self, clock: Clock) -> None:
+        lines = drawn(at_work(clock, CLASSIC))
+        assert lines[0].startswith("spider ━")
+        assert lines[0].endswith(" 10/300 0:02:25 left")
+        assert [line.split()[:2] for line in lines[1:4]] == [
+            ["best", "4.514"],
+            ["mean", "4.447"],
+            ["diversity", "0.250"],
+        ]
+        assert lines[4] == "40 evaluations/s, best of generation 7"
+        assert lines[6].split() == ["#1", "#2", "#3", "#4", "#5", "mean"]
+        assert lines[7].split() == ["score", "4.514", "4.507", "4.500", "4.493", "4.486", "4.447"]
+        assert [line.split("  ")[0] for line in lines[8:15]] == [*CLASSIC]
+        assert "overlapping legs   −0.428   −0.429" in lines[13]
+
+    @pytest.mark.parametrize(("width", "height"), [(40, 16), (80, 24), (160, 48)])
+    def test_fits_the_terminal(self, clock: Clock, width: int, height: int) -> None:
+        lines = drawn(at_work(clock, CLASSIC, 250), width, height)
+        assert len(lines) < height  # the cursor's line is free
+        assert max(map(len, lines)) <= min(width, 100)
+        assert not any("…" in line for line in lines[1:])
+        assert any(line.startswith("angle change") for line in lines)
+
+    def test_numbers_stand_below_one_another(self, clock: Clock) -> None:
+        lines = drawn(at_work(clock, CLASSIC))
+        points = [[at for at, char in enumerate(line) if char == "."] for line in lines[7:15]]
+        assert all(columns == points[0] for columns in points)
+
+    def test_leaves_out_individuals_where_it_is_narrow(self, clock: Clock) -> None:
+        assert drawn(at_work(clock, CLASSIC), 50)[6].split() == ["#1", "#2", "mean"]
+        assert drawn(at_work(clock, CLASSIC), 36)[6].split() == ["#1", "mean"]
+
+    def test_leaves_out_terms_where_it_is_low(self, clock: Clock) -> None:
+        many = {f"term {n}": 1.0 for n in range(100)}
+        lines = drawn(at_work(clock, many))
+        assert len(lines) == 23
+        assert lines[-2].startswith("term 13")
+        assert lines[-1].strip() == "… and 86 more"
+
+    def test_numbers_of_any_size_are_whole(self, clock: Clock) -> None:
+        assert "−12345678901.000" in "".join(drawn(at_work(clock, {"depth": -12345678901.0})))
+
+    def test_has_nothing_to_say_before_the_first_generation(self, clock: Clock) -> None:
+        (line,) = drawn(LiveView(writer(), Console(file=io.StringIO()), clock))
+        assert line.startswith("spider ")
+        assert line.rstrip().endswith("0/300")
+
+    def test_time_left_follows_the_speed_of_late(self, clock: Clock) -> None:
+        view = LiveView(writer(4000), Console(file=io.StringIO()), clock)
+        for number in range(1, 2001):
+            clock.now += 1.0 if number <= 1000 else 0.1
+            view.update(generation(number))
+        assert drawn(view)[0].endswith("0:03:20 left")
+
+    def test_goes_on_where_a_resumed_run_stood(self, clock: Clock) -> None:
+        resumed = writer(20, generation(10), best=[0.5, 1.0], mean=[0.1, 0.9], diversity=[0.3, 0.2])
+        view = LiveView(resumed, Console(file=io.StringIO()), clock)
+        lines = drawn(view)
+        assert lines[0].rstrip().endswith("10/20")
+        assert [line.split() for line in lines[1:4]] == [
+            ["best", "1.000", "▁█"],
+            ["mean", "0.900", "▁█"],
+            ["diversity", "0.200", "█▁"],
+        ]
+        clock.now += 2
+        view.update(generation(11))
+        assert drawn(view)[0].endswith("11/20 0:00:18 left")
+
+    def test_says_in_itself_that_it_stops(self, clock: Clock) -> None:
+        view = at_work(clock)
+        view.stopping()
+        assert STOPPING in drawn(view)
+
+    def test_leaves_the_champion_to_the_summary_at_the_end(self, clock: Clock) -> None:
+        lines = ended(clock, lambda view: view.update(generation(300, stop="done")))
+        assert lines[0].endswith("300/300 in 0:01:00")
+        assert len(lines) == 5
+
+    def test_keeps_the_terms_when_it_is_stopped(self, clock: Clock) -> None:
+        lines = ended(clock, lambda view: (view.update(generation(7)), view.stopping()))
+        assert lines[0].endswith("7/300 in 0:01:00")
+        assert STOPPING not in lines
+        assert lines[8].startswith("forward")
+
+
+def ended(clock: Clock, work: Callable[[LiveView], object]) -> list[str]:
+    """What stands on the screen after a minute's work."""
+    view = LiveView(writer(), Console(file=io.StringIO(), width=80, height=24), clock)
+    with view:
+        clock.now += 60
+        work(view)
+    return drawn(view)
