@@ -2,6 +2,7 @@
 
 import os
 import socket
+from contextlib import suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -36,7 +37,8 @@ class RunLock:
             owner.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
         except OSError:
             # The name of the owner is a courtesy; the lock itself holds.
-            owner.unlink(missing_ok=True)
+            with suppress(OSError):
+                owner.unlink(missing_ok=True)
 
     def release(self) -> None:
         """Give the run free."""

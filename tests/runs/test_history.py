@@ -1,0 +1,208 @@
+import errno
+import math
+import os
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitsim.contracts import BitSpace, RealSpace
+from gaitsim.errors import RunError
+from gaitsim.evaluation import Evaluation
+from gaitsim.evolution import Generation, Progress
+from gaitsim.runs.history import (
+    COLUMNS,
+    Growing,
+    line,
+    line_ends,
+    read_bests,
+    read_history,
+    record_type,
+    row,
+)
+
+INF = math.inf
+scores = st.floats(-1e6, 1e6)
+
+
+def generation(scores, terms=None, number=3):
+    scores = np.array(scores, dtype=float)
+    terms = {"reach": scores} if terms is None else terms
+    return Generation(
+        number=number,
+        genomes=np.zeros((len(scores), 2)),
+        evaluation=Evaluation(scores.copy(), {k: np.array(v) for k, v in terms.items()}, {}),
+        progress=Progress(70, 1.0, 0, None),
+        diversity=0.25,
+        seconds=0.125,
+        is_champion=False,
+        stop="",
+    )
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.lists(scores, min_size=1, max_size=9))
+def test_a_row_holds_what_numpy_says(scores):
+    values = row(generation(scores))
+    expected = {
+        "generation": 3,
+        "evaluations": 70,
+        "best": np.max(scores),
+        "mean": np.mean(scores),
+        "median": np.median(scores),
+        "worst": np.min(scores),
+        "spread": np.std(scores),
+        "diversity": 0.25,
+        "seconds": 0.125,
+        "reach": np.max(scores),
+        "mean reach": np.mean(scores),
+    }
+    assert list(values) == list(expected)
+    assert list(values)[:9] == list(COLUMNS)
+    assert values == pytest.approx(expected, rel=1e-12)
+
+
+def test_terms_are_those_of_the_best_then_means():
+    values = row(generation([1.0, 5.0, 5.0], {"far": [1.0, 2.0, 3.0], "near": [0.0, 3.0, 2.0]}))
+    assert list(values)[9:] == ["far", "near", "mean far", "mean near"]
+    assert [values[name] for name in ("far", "near", "mean far")] == [2.0, 3.0, 2.0]
+
+
+def test_failed_individuals_count_for_the_worst_alone():
+    values = row(generation([1.0, -INF, 3.0], {"far": [1.0, math.nan, 3.0]}))
+    assert values["worst"] == -INF
+    assert (values["best"], values["mean"], values["median"]) == (3.0, 2.0, 2.0)
+    assert (values["spread"], values["mean far"]) == (1.0, 2.0)
+
+
+def test_a_generation_that_failed_has_a_row():
+    values = row(generation([-INF, -INF], {"far": [math.nan, INF]}))
+    assert [values[name] for name in ("best", "mean", "median", "worst")] == [-INF] * 4
+    assert values["spread"] == 0.0
+    assert math.isnan(values["far"])
+    assert math.isnan(values["mean far"])
+
+
+def table(*generations):
+    rows = [row(one) for one in generations]
+    return "".join([line(tuple(rows[0])), *map(line, rows)])
+
+
+@settings(derandomize=True, deadline=None, max_examples=50)
+@given(st.lists(st.lists(scores | st.just(-INF), min_size=1, max_size=4), min_size=1, max_size=4))
+def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory, bests):
+    path = tmp_path_factory.getbasetemp() / "history.csv"
+    generations = [generation(scores, number=n) for n, scores in enumerate(bests, start=1)]
+    path.write_text(table(*generations))
+    read = read_history(path)
+    for number, one in enumerate(generations):
+        for name, value in row(one).items():
+            assert repr(float(read[name][number])) == repr(float(value))
+
+
+def test_names_with_commas_and_quotes_are_read(tmp_path):
+    path = tmp_path / "history.csv"
+    path.write_text(table(generation([1.0], {'a, "b" é': [2.0]}, number=1)))
+    assert read_history(path)['mean a, "b" é'].tolist() == [2.0]
+
+
+def test_a_last_row_that_is_not_whole_is_left_out(tmp_path):
+    path = tmp_path / "history.csv"
+    text = table(generation([1.0], number=1), generation([2.0], number=2))
+    ends = np.cumsum([len(line) for line in text.splitlines(keepends=True)]).tolist()
+    for cut in range(len(text)):
+        path.write_text(text[:cut])
+        whole = text[:cut].count("\n")
+        assert line_ends(path) == ends[:whole]
+        assert len(read_history(path).get("best", [])) == max(whole - 1, 0)
+    assert read_history(tmp_path / "missing.csv") == {}
+    assert line_ends(tmp_path / "missing.csv") == []
+
+
+GOOD = table(generation([1.0], number=1), generation([2.0], number=2))
+DAMAGED = {
+    "another table": "a,b\n1,2\n",
+    "no header": GOOD.split("\n", 1)[1],
+    "another header": GOOD.replace("median", "middle"),
+    "a word": GOOD.replace("0.125", "soon"),
+    "a cell less": GOOD.replace("0.125,", "", 1),
+    "a row missing": GOOD.replace("\n1,", "\n2,", 1),
+    "an empty line": GOOD.replace("\n2,", "\n\n2,"),
+    "a zero byte": GOOD.replace("70", "7\0"),
+    "no text": GOOD.encode("utf-16"),
+    "an open quote": GOOD.replace("median", '"median'),
+}
+
+
+@pytest.mark.parametrize("content", DAMAGED.values(), ids=DAMAGED.keys())
+def test_a_damaged_history_is_one_message(tmp_path, content):
+    path = tmp_path / "history.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(RunError, match=r"history\.csv is damaged") as error:
+        read_history(path)
+    assert error.value.where == str(path)
+
+
+def test_what_cannot_be_read_is_one_message(tmp_path):
+    for read in (read_history, line_ends, lambda path: read_bests(path, BitSpace(("a",)))):
+        with pytest.raises(RunError, match=f"cannot read {tmp_path}: Is a directory"):
+            read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "space", [RealSpace(np.zeros(3), np.ones(3), ("a", "b", "c")), BitSpace(("a", "b", "c"))]
+)
+def test_bests_are_records_of_score_and_genome(tmp_path, space):
+    path = tmp_path / "bests.bin"
+    records = np.zeros(4, record_type(space))
+    records["score"] = [1.5, -INF, 2.0, 3.0]
+    records["genome"] = space.random(4, np.random.default_rng(0))
+    assert records.dtype.itemsize == 8 + 3 * space.dtype.itemsize
+    data = records.tobytes()
+    for cut in range(len(data) + 1):
+        path.write_bytes(data[:cut])
+        read = read_bests(path, space)
+        assert read.tobytes() == data[: cut - cut % records.dtype.itemsize]
+    assert len(read_bests(tmp_path / "missing.bin", space)) == 0
+
+
+def test_a_file_grows_and_is_cut_back(tmp_path):
+    path = tmp_path / "file"
+    path.write_bytes(b"onetwo")
+    file = Growing(path, 3)
+    assert path.read_bytes() == b"one"
+    file.append(b"three")
+    assert path.read_bytes() == b"onethree"
+    file.close()
+
+
+def test_a_record_is_on_the_disk_when_it_is_added(tmp_path, monkeypatch):
+    synced, real = [], os.fsync
+    monkeypatch.setattr(
+        os, "fsync", lambda fd: (synced.append((tmp_path / "f").read_bytes()), real(fd))
+    )
+    file = Growing(tmp_path / "f", 0)
+    file.append(b"one")
+    assert synced == [b"one"]
+    file.close()
+
+
+def test_a_record_is_written_on_when_the_system_takes_it_in_parts(tmp_path, monkeypatch):
+    real = os.write
+    monkeypatch.setattr(os, "write", lambda fd, data: real(fd, data[:2]))
+    file = Growing(tmp_path / "f", 0)
+    file.append(b"12345")
+    file.close()
+    assert (tmp_path / "f").read_bytes() == b"12345"
+
+
+def test_a_full_disk_is_said_by_the_system(tmp_path, monkeypatch):
+    def full(fd, data):
+        raise OSError(errno.ENOSPC, "full")
+
+    file = Growing(tmp_path / "f", 0)
+    monkeypatch.setattr(os, "write", full)
+    with pytest.raises(OSError, match="full"):
+        file.append(b"1")
+    file.close()
