@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+from pydantic_core import to_jsonable_python
 
 from gaitsim.errors import GaitsimError
 from gaitsim.toml import literal, parse
@@ -14,8 +15,14 @@ from gaitsim.toml import literal, parse
 NOT_SET = "none"
 """How a user writes that an option is not set, which TOML has no word for."""
 
-_TYPES = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
-_BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "multiple_of": "a multiple of"}
+_TYPES = {
+    int: "a whole number",
+    float: "a number",
+    str: "a text",
+    bool: "true or false",
+    Any: "anything",
+}
+_BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "multiple_of": "divisible by"}
 _LENGTHS = {"min_length": "at least", "max_length": "at most"}
 
 
@@ -41,7 +48,7 @@ def default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     value = field.get_default(call_default_factory=True)
-    return literal(value.value if isinstance(value, Enum) else value)
+    return literal(to_jsonable_python(value, serialize_unknown=True))
 
 
 def _bounds(metadata: list[Any]) -> str:

@@ -182,7 +182,7 @@ def load_entry(entry: Entry) -> "type[Plugin]":
     expected: type[Plugin] = getattr(contracts, entry.kind.capitalize())
     if not (isinstance(loaded, type) and issubclass(loaded, expected)):
         raise PluginError(
-            f"{entry} is not a {expected.__name__}, but {_describe(loaded)}",
+            f"{entry} is no {expected.__name__}, but {_describe(loaded)}",
             where=entry.target,
             allowed=f"a subclass of gaitsim.contracts.{expected.__name__}",
             remedy=f"correct the entry point in the pyproject.toml of {entry.package}",

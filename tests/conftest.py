@@ -18,7 +18,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from gaitsim.contracts import (
-    BitSpace, Crossover, Fitness, Motion, Mutation, Organism, RealSpace, Selection, Skeleton, option,
+    BitSpace, Crossover, Fitness, Motion, Mutation, Organism, RealSpace, Selection, Skeleton,
+    option,
 )
 
 

@@ -23,8 +23,21 @@ def override(data: dict[str, Any], overrides: Sequence[str], problems: Problems)
         except ValueError as error:
             problems.found.append(GaitsimError(str(error), where="command line", allowed=_EXAMPLE))
             continue
+        if not _is_unicode(text):
+            problems.found.append(
+                GaitsimError(f"{text!a} is not text in UTF-8", where="command line")
+            )
+            continue
         problems.typed[key] = typed
         _assign(data, key, typed, problems)
+
+
+def _is_unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:  # bytes of the command line that are no characters
+        return False
+    return True
 
 
 def _assign(data: dict[str, Any], key: str, typed: str, problems: Problems) -> None:

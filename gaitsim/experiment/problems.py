@@ -59,7 +59,13 @@ class Problems:
                 field = model.model_fields[name]
                 self._of_option(f"{section}.{name}", field, data.get(name), detail)
             else:
-                self.report(section, _sentence(detail))
+                self._of_section(section, _sentence(detail))
+
+    def _of_section(self, section: str, what: str) -> None:
+        """Options that are allowed one by one, but not together."""
+        changed = [key for key in self.typed if key.startswith(f"{section}.")]
+        also = f", with {', '.join(changed)} of the command line" if changed else ""
+        self.found.append(GaitsimError(what, where=f"{self.source}, section {section}{also}"))
 
     def _of_option(self, key: str, field: FieldInfo, given: Any, detail: Any) -> None:
         about = options.meaning(field)

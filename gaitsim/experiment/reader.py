@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from gaitsim import options, registry
 from gaitsim.declarations import PLUGIN
-from gaitsim.errors import ExperimentError, GaitsimError, PluginError, nearest
+from gaitsim.errors import ExperimentError, GaitsimError, PluginError
 from gaitsim.experiment.combination import check_combination, check_sizes
 from gaitsim.experiment.model import SCHEMA, Evolution, Experiment
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
@@ -115,19 +115,19 @@ class Reader:
         entries: dict[str, Entry],
         plugins: dict[str, Any],
     ) -> None:
-        names = ", ".join(registry.entries(kind)) or f"no installed package has any {kind}"
         section = data.get(kind, {})
         key = f"{kind}.{PLUGIN}"
         if not isinstance(section, dict):
-            self._not_a_section(kind, section, f'plugin = "{names.partition(",")[0]}"')
+            self._not_a_section(kind, section, f'{PLUGIN} = "…"')
             return
-        if PLUGIN not in section:
-            remedy = nearest(PLUGIN, list(section)) and f"a line {PLUGIN} = …"
-            self._report(key, f"no {kind} is chosen", names, remedy)
-            return
-        name = section[PLUGIN]
+        name = section.get(PLUGIN)
         if not isinstance(name, str):
-            self._report(key, f"{literal(name)} is not the name of a plugin", names)
+            what = f"{literal(name)} is not the name of a plugin"
+            self._report(
+                key,
+                what if PLUGIN in section else f"no {kind} is chosen",
+                ", ".join(registry.entries(kind)) or f"no installed package has any {kind}",
+            )
             return
         try:
             entry = registry.find(kind, name)
@@ -145,10 +145,8 @@ class Reader:
             entries[kind], plugins[kind] = entry, plugin
 
     def _not_a_section(self, section: str, value: Any, example: str) -> None:
-        twice = isinstance(value, list) and all(isinstance(item, dict) for item in value)
-        what = (
-            f"[[{section}]] is a list of sections" if twice else f"{literal(value)} is no section"
-        )
+        listed = isinstance(value, list) and value and isinstance(value[0], dict)
+        what = "is a list of sections, [[…]]" if listed else f"is {literal(value)}, not a section"
         self._report(section, f"{section} {what}", f"[{section}] and below it {example}")
 
     def _options(

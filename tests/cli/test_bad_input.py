@@ -1,0 +1,319 @@
+"""Whatever is typed, a user's mistake is one clear message on standard error and exit code 2."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gaitsim import cli
+from gaitsim.presets import read_preset
+from gaitsim.registry import KINDS
+
+SPIDER = read_preset("spider")
+
+
+@pytest.fixture
+def gaitsim(monkeypatch, capsys, tmp_path):
+    """Run a command in an empty folder: exit code, standard output, standard error."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["gaitsim", *map(str, arguments)])
+        with pytest.raises(SystemExit) as raised:
+            cli.main()
+        captured = capsys.readouterr()
+        return raised.value.code or 0, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def refused(gaitsim):
+    """Run a command that is wrong: the message."""
+
+    def run(*arguments):
+        code, out, message = gaitsim(*arguments)
+        assert (code, out) == (2, ""), message
+        assert "Traceback" not in message
+        assert "Error" in message
+        return message
+
+    return run
+
+
+def shell(*arguments, path=None, **settings):
+    environment = {**os.environ, "COLUMNS": "80", **settings.pop("env", {})}
+    if path:
+        environment["PYTHONPATH"] = str(path)
+    return subprocess.run(
+        [sys.executable, "-m", "gaitsim", *arguments],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        env=environment,
+        check=False,
+        **settings,
+    )
+
+
+@pytest.mark.parametrize("command", ["run", "experiments show"])
+def test_an_unknown_experiment_is_told_with_the_nearest_and_the_file(refused, command):
+    message = refused(*command.split(), "spidr")
+    assert message.startswith("Error: unknown experiment 'spidr'\n")
+    assert "  allowed: spider" in message
+    assert "  try:     did you mean 'spider'?" in message
+    Path("spidr").write_text(SPIDER)
+    assert "for the file of that name, ./spidr" in refused(*command.split(), "spidr")
+
+
+def test_all_problems_of_file_and_command_line_are_told_at_once(refused):
+    Path("mine.toml").write_text(SPIDER.replace('"sine"', '"sin"').replace("size =", "siz ="))
+    message = refused("run", "mine.toml", "--set", "mutation.rate=7", "--population", "1")
+    assert message.startswith("Error: the experiment has 4 problems:\n")
+    for line in (
+        "where:   mine.toml, key organism.encoding",
+        "where:   mine.toml, key selection.siz",
+        "where:   command line, key mutation.rate",
+        "where:   command line, key evolution.population",
+        "allowed: a whole number ≥ 2 and ≤ 1,000,000",
+        "try:     did you mean 'sine'?",
+    ):
+        assert f"\n  {line}\n" in f"{message}\n"
+    assert list(Path().iterdir()) == [Path("mine.toml")]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"",
+        b"name = '\xe9'",
+        SPIDER.encode("utf-16"),
+        b"a = 1\na = 2",
+        b"a =",
+        b"\0",
+        b"a = " + b"[" * 5000,
+        b"a." * 5000 + b"a = 1",
+        b"seed = " + b"9" * 5000,
+        b"seed = 0x" + b"f" * 5000,
+        b"evolution = 3",
+        b"[[organism]]",
+        b"organism = 2020-01-01",
+        b"#" * 1_000_001,
+        SPIDER.replace("= 200", "= true").encode(),
+        SPIDER.replace("0.25", "nan").encode(),
+        SPIDER.replace("elites = 2", "elites = 200").encode(),
+        SPIDER.replace("seed = 0", "schema = 2").encode(),
+        b"'\\e[31m' = 1\n'[bold]' = 2\n" + SPIDER.encode(),
+    ],
+)
+@pytest.mark.parametrize("command", ["run", "experiments show"])
+def test_a_wrong_file_is_refused(refused, command, text):
+    Path("x.toml").write_bytes(text)
+    assert "x.toml" in refused(*command.split(), "x.toml")
+
+
+@pytest.mark.parametrize(
+    "reference", ["no.toml", "no/such", "folder.toml", ".", "", "x" * 300, f"{'x' * 300}.toml", "/"]
+)
+def test_what_is_no_file_is_refused(refused, reference):
+    Path("folder.toml").mkdir()
+    refused("run", reference)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "",
+        "x",
+        "=",
+        "=3",
+        "evolution=3",
+        "a.b=1",
+        "evolution.population.x=1",
+        "seed=[",
+        "seed=x\ny",
+        "seed=é",
+        "name=a/b",
+        "mutation.plugin=bit-flip",
+        "fitness.plugin=no",
+        "seed=" + "9" * 5000,
+    ],
+)
+def test_an_odd_change_is_refused(refused, change):
+    assert "command line" in refused("run", "spider", "--set", change)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["bogus"], "No such command 'bogus'"),
+        (["experiments", "shw"], "Did you mean 'show'?"),
+        (["run"], "Missing argument"),
+        (["run", "spider", "--nope"], "No such option: --nope"),
+        (["run", "spider", "--seed", "x"], "'--seed'"),
+        (["run", "spider", "--workers", "0"], "'--workers'"),
+        (["run", "spider", "--set"], "requires an argument"),
+        (["plugins", "show", "spidr"], "did you mean 'spider'?"),
+        (["plugins", "show", "[bold]"], "unknown plugin '[bold]'"),
+        (["run", "[bold]"], "unknown experiment '[bold]'"),
+        (["run", "a/:bug:.toml"], "a/:bug:.toml"),
+        (["run", "\x1b[31mred.toml"], "\\x1b[31mred.toml"),
+        (["run", "\udcff.toml"], "\\udcff.toml"),
+    ],
+)
+def test_a_wrong_command_line_is_refused(refused, arguments, message):
+    assert message in refused(*arguments)
+
+
+@pytest.mark.parametrize("name", ["[bold]", "[/]", ":spider:", "[red]x[/red]"])
+def test_what_looks_like_markup_is_shown_as_it_is(gaitsim, install, name):
+    install(
+        "fake",
+        files={
+            "fake/__init__.py": "",
+            "fake/hop.toml": f"description = '{name}'",
+            "fake-1.0.dist-info/entry_points.txt": "[gaitsim.experiments]\nhop = fake\n",
+        },
+    )
+    code, out, _ = gaitsim("experiments", "list")
+    assert code == 0
+    assert name in out
+    Path("x.toml").write_text(SPIDER.replace("a spider", name))
+    assert f'description = "{name} ' in gaitsim("experiments", "show", "x.toml")[1]
+
+
+def test_what_show_prints_can_be_run_again(gaitsim):
+    code, text, message = gaitsim("experiments", "show", "spider")
+    assert (code, message) == (0, "")
+    Path("mine.toml").write_text(text)
+    assert gaitsim("experiments", "show", "mine.toml") == (0, text, "")
+
+
+def test_a_broken_plugin_is_told_by_its_package(gaitsim, refused, install):
+    install("fake", "raise SystemExit(0)", {kind: {"broken": "X"} for kind in KINDS})
+    for kind in KINDS:
+        message = refused("run", "spider", "--set", f"{kind}.plugin=broken")
+        assert f"{kind} 'broken' of package fake 1.0 failed while being imported" in message
+        assert f"where:   command line, key {kind}.plugin: fake:X" in message
+    refused("plugins", "show", "broken")
+    code, out, message = gaitsim("plugins", "list")
+    assert (code, message) == (0, "")
+    assert out.count("fake 1.0") == len(KINDS)
+    assert gaitsim("experiments", "show", "spider")[0] == 0
+
+
+def test_a_conflict_of_two_packages_is_told_where_it_matters(gaitsim, refused, install, working):
+    install("one", working, {"mutation": {"still": "Still"}})
+    install("two", working, {"mutation": {"still": "Still"}})
+    message = refused("run", "spider", "--set", "mutation.plugin=still")
+    assert "one 1.0" in message
+    assert "two 1.0" in message
+    assert "conflict" in gaitsim("plugins", "list")[1]
+    refused("plugins", "show", "still")
+    assert gaitsim("experiments", "show", "spider")[0] == 0
+
+
+def test_damaged_entry_points_are_told_and_do_no_harm(gaitsim, install):
+    install("fake", files={"fake-1.0.dist-info/entry_points.txt": b"[gaitsim.organism]\n\xe9=x\n"})
+    code, out, message = gaitsim("plugins", "list")
+    assert code == 0
+    assert "spider-walk" in out
+    assert "fake-1.0.dist-info cannot be read" in message
+
+
+def test_a_broken_preset_stands_in_the_list(gaitsim, install):
+    points = "[gaitsim.experiments]\nhop = fake\nskip = nowhere\n"
+    files = {
+        "fake/__init__.py": "raise SystemExit",
+        "fake/hop.toml": "a = " + "[" * 5000,
+        "fake-1.0.dist-info/entry_points.txt": points,
+    }
+    install("fake", files=files)
+    code, out, message = gaitsim("experiments", "list")
+    assert (code, message) == (0, "")
+    lines = {line.split()[0]: line for line in out.splitlines()}
+    assert "broken: tables or lists are nested too deeply" in lines["hop"]
+    assert "broken: " in lines["skip"]
+    assert "a spider" in lines["spider"]
+
+
+def test_a_plugin_of_another_package_is_shown(gaitsim, install, working):
+    source = (
+        "class X(Body):\n    '''A [bold] body.'''\n"
+        "    size: float = option(1e6, 'how [large]', unit='m', le=1e6)\n    bare: bool = True\n"
+    )
+    install("fake", f"{working}\n{source}", {"organism": {"x": "X", "plain": "Body"}})
+    code, out, _ = gaitsim("plugins", "show", "x")
+    assert code == 0
+    assert "organism of fake 1.0" in out
+    assert "A [bold] body." in out
+    assert "how [large]" in out
+    assert "a number ≤ 1,000,000, in m" in out
+    assert "true" in out
+    assert "It has no options." in gaitsim("plugins", "show", "plain")[1]
+
+
+# In a shell
+
+
+def test_a_third_partys_package_is_found_by_the_shell(install, working, tmp_path):
+    folder = install("fake", working, {"organism": {"point": "Body"}, "fitness": {"far": "Nope"}})
+    done = shell("plugins", "list", path=folder, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "point" in done.stdout
+    done = shell("run", "spider", "--set", "fitness.plugin=far", path=folder, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "fitness 'far' of package fake 1.0 failed while being imported" in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell with pipes")
+@pytest.mark.parametrize("command", ["experiments list", "experiments show spider", "plugins list"])
+def test_a_reader_may_leave(tmp_path, command):
+    line = f"{sys.executable} -m gaitsim {command} | head -n 1"
+    done = subprocess.run(
+        line, shell=True, capture_output=True, text=True, cwd=tmp_path, check=False
+    )
+    assert done.stdout.count("\n") == 1
+    assert done.stderr == ""
+    closed = f"{sys.executable} -m gaitsim {command} | true"
+    done = subprocess.run(closed, shell=True, capture_output=True, cwd=tmp_path, check=False)
+    assert done.stderr == b""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("command", ["experiments list", "experiments show spider"])
+def test_a_full_disk_is_told(tmp_path, command):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "gaitsim", *command.split()],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=tmp_path,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "No space left on device" in done.stderr
+
+
+def test_a_poor_encoding_does_no_harm(tmp_path):
+    poor = {"PYTHONIOENCODING": "ascii"}
+    done = shell("plugins", "show", "spider", cwd=tmp_path, env=poor)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "a number ? 0.2" in done.stdout
+    # TOML is UTF-8 whatever the terminal is.
+    done = shell("experiments", "show", "spider", cwd=tmp_path, env=poor)
+    assert "a number ≥ 0.2" in done.stdout
+
+
+def test_colours_only_where_they_are_wanted(tmp_path):
+    def message(**env):
+        return shell("run", "spidr", cwd=tmp_path, env=env).stderr
+
+    assert "\x1b[31m" in message(FORCE_COLOR="1", TERM="xterm")
+    assert "\x1b[" not in message(TERM="xterm")
+    assert "\x1b[3" not in message(FORCE_COLOR="1", NO_COLOR="1", TERM="xterm")

@@ -1,0 +1,139 @@
+"""Help is quick, and readable at 80 columns."""
+
+import subprocess
+import sys
+
+import pytest
+
+from gaitsim import cli
+from gaitsim.cli.help import arranged
+from gaitsim.registry import EXPERIMENTS, KINDS, entries
+
+HEAVY = ("numpy", "numba", "scipy", "matplotlib", "textual", "tomlkit")
+COMMANDS = {
+    (): False,
+    ("run",): True,
+    ("resume",): True,
+    ("runs",): False,
+    ("show",): True,
+    ("export",): True,
+    ("plot",): True,
+    ("experiments",): False,
+    ("experiments", "list"): False,
+    ("experiments", "show"): True,
+    ("plugins",): False,
+    ("plugins", "list"): False,
+    ("plugins", "show"): True,
+}
+"""Every command, and whether its help has examples."""
+
+
+@pytest.fixture
+def gaitsim(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "dumb")
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["gaitsim", *arguments])
+        with pytest.raises(SystemExit) as raised:
+            cli.main()
+        captured = capsys.readouterr()
+        assert captured.err == ""
+        assert not raised.value.code
+        return captured.out
+
+    return run
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_help_of_each_command_fits_80_columns(gaitsim, command):
+    text = gaitsim(*command, "--help")
+    assert text == gaitsim(*command, "-h")
+    assert all(len(line) <= 80 for line in text.splitlines())
+    assert "<bool>" not in text
+    assert "[bold]" not in text
+    assert "Usage: gaitsim" in text
+
+
+@pytest.mark.parametrize("command", [command for command, shown in COMMANDS.items() if shown])
+def test_examples_stand_one_a_line(gaitsim, command):
+    lines = [line.strip() for line in gaitsim(*command, "--help").splitlines()]
+    (start,) = (index for index, line in enumerate(lines) if line in ("Example", "Examples"))
+    examples = lines[start + 1 : lines.index("", start)]
+    assert examples
+    assert all(line.startswith("gaitsim ") for line in examples)
+    assert any(line.startswith(f"gaitsim {' '.join(command)}") for line in examples)
+
+
+def test_examples_are_drawn_together():
+    text = "What.\n\nMore.\n\n[bold]Examples[/bold]\n\na\n\n  b\n"
+    assert arranged(text) == "What.\n\nMore.\n\n[bold]Examples[/bold]\na\nb"
+    assert arranged("What.\n\nMore.") == "What.\n\nMore."
+    assert arranged("") == ""
+
+
+def test_each_command_is_in_this_test():
+    import typer
+    from typer.core import TyperGroup
+
+    from gaitsim.cli.app import app
+
+    def commands(command, path):
+        yield path
+        if isinstance(command, TyperGroup):
+            for name, inner in command.commands.items():
+                yield from commands(inner, (*path, name))
+
+    assert set(commands(typer.main.get_command(app), ())) == set(COMMANDS)
+
+
+def test_the_version_is_printed(gaitsim):
+    from importlib.metadata import version
+
+    assert gaitsim("--version") == f"gaitsim {version('gaitsim')}\n"
+
+
+def test_the_lists_name_all_there_is(gaitsim):
+    text = gaitsim("plugins", "list")
+    for kind in KINDS:
+        for name in entries(kind):
+            assert any(line.split()[:2] == [kind, name] for line in text.splitlines())
+    text = gaitsim("experiments", "list")
+    assert all(
+        any(line.startswith(f"{name} ") for line in text.splitlines())
+        for name in entries(EXPERIMENTS)
+    )
+
+
+def imported(*arguments, path=()):
+    """The top packages that a command imports, and what it prints to standard error."""
+    code = (
+        f"import sys; sys.path[:0] = {list(map(str, path))}; sys.argv = {['gaitsim', *arguments]}\n"
+        "from gaitsim.cli import main\n"
+        "try: main()\n"
+        "finally: print(*{m.partition('.')[0] for m in sys.modules}, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stderr.split())
+
+
+def test_help_imports_neither_numpy_nor_pydantic_nor_anything_heavy():
+    found = imported("--help")
+    assert "typer" in found
+    assert not found & {*HEAVY, "pydantic"}
+
+
+@pytest.mark.parametrize("command", ["plugins list", "experiments list"])
+def test_lists_import_no_plugin_and_nothing_heavy(install, command):
+    folder = install(
+        "fakes",
+        files={
+            "fakes/__init__.py": "raise SystemExit('imported')",
+            "fakes/hop.toml": "description = 'hops'",
+            "fakes-1.0.dist-info/entry_points.txt": "[gaitsim.experiments]\nhop = fakes\n"
+            "[gaitsim.organism]\nhopper = fakes:Hopper\n",
+        },
+    )
+    found = imported(*command.split(), path=[folder])
+    assert "rich" in found
+    assert not found & {*HEAVY, "fakes", "gaitsim_spider", "gaitsim_operators"}
