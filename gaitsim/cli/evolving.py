@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -82,8 +83,11 @@ def evolve_run(
 
 
 def _leave_at_once(path: Path) -> NoReturn:
-    """End the program without waiting for threads, which compiled code may keep busy."""
+    """End the program now: the run folder is whole at any time."""
     notice(f"Stopped, as of the last saved generation. Go on with: {command('resume', path)}")
+    if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
+        sys.exit(INTERRUPTED)
+    # Python would wait for threads, which compiled code may keep busy.
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
             stream.flush()

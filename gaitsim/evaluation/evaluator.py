@@ -69,10 +69,14 @@ class Evaluator:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._executor is not None:
-            # Who wants to stop at once does not wait for the chunks that are being moved.
-            at_once = isinstance(error, KeyboardInterrupt)
-            self._executor.shutdown(wait=not at_once, cancel_futures=True)
+        if self._executor is None:
+            return
+        # Who wants to stop at once does not wait for the chunks that are being moved.
+        at_once = isinstance(error, KeyboardInterrupt)
+        if at_once and self._in_processes:
+            for child in multiprocessing.active_children():
+                child.kill()
+        self._executor.shutdown(wait=self._in_processes or not at_once, cancel_futures=True)
 
     def prepare(self) -> None:
         """Do once what the first generation would otherwise pay for, such as compiling.

@@ -85,11 +85,13 @@ def write_gait(gait: Gait, path: Path, format: str) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Check that the folder of a file to write is there, before work is done for it.
+    """Check that a file can be called so, before work is done for it.
 
     Raises:
-        RunError: it is not.
+        RunError: its folder is not there, or it is a folder itself.
     """
+    if path.is_dir():
+        raise RunError(f"cannot write {path}: it is a folder", remedy="give the path of a file")
     if not path.parent.is_dir():
         raise RunError(
             f"cannot write {path}: there is no folder {path.parent}", remedy="make it first"

@@ -11,8 +11,9 @@ from gaitsim.errors import RunError
 
 _PREFIX, _SUFFIX = ".gaitsim-", ".partial"
 
-_FULL = "free some space on the disk, or choose another folder, and go on from the last checkpoint"
+_FULL = "free some space on the disk, or choose another folder"
 _FORBIDDEN = "choose another folder, or allow writing to this one"
+_NO_FOLDER = "choose a folder: part of this path is a file"
 _REMEDIES = {
     errno.ENOSPC: _FULL,
     errno.EDQUOT: _FULL,
@@ -21,7 +22,8 @@ _REMEDIES = {
     errno.EACCES: _FORBIDDEN,
     errno.EPERM: _FORBIDDEN,
     errno.ENOENT: "make the folder first, or choose one that exists",
-    errno.ENOTDIR: "choose a folder: part of this path is a file",
+    errno.ENOTDIR: _NO_FOLDER,
+    errno.EEXIST: _NO_FOLDER,
     errno.EISDIR: "move the folder of that name away",
 }
 _NO_FOLDER_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EACCES}
@@ -33,7 +35,7 @@ def write_bytes(path: Path, data: bytes) -> None:
     Raises:
         RunError: the file cannot be written; `path` is whole, and most likely as it was.
     """
-    with _named_in_errors(path), _partial(path.parent, data) as partial:
+    with writing(path), _partial(path.parent, data) as partial:
         partial.replace(path)
         sync_folder(path.parent)
 
@@ -47,7 +49,7 @@ def write_rotating(path: Path, previous: Path, data: bytes) -> None:
     Raises:
         RunError: the files cannot be written; both are whole, and most likely as they were.
     """
-    with _named_in_errors(path), _partial(path.parent, data) as partial:
+    with writing(path), _partial(path.parent, data) as partial:
         if path.exists():
             with _twin(path) as twin:
                 twin.replace(previous)
@@ -61,7 +63,7 @@ def set_aside(path: Path, word: str) -> Path:
     Raises:
         RunError: the file cannot be renamed.
     """
-    with _named_in_errors(path):
+    with writing(path):
         number = 1
         while True:
             target = path.with_name(f"{path.stem}.{word}-{number}{path.suffix}")
@@ -86,9 +88,22 @@ def remove_partials(folder: Path) -> None:
     Raises:
         RunError: one of them cannot be removed.
     """
-    with _named_in_errors(folder):
+    with writing(folder):
         for partial in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
             partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn errors of the system while `path` is written into a `RunError`."""
+    try:
+        yield
+    except OSError as error:
+        raise RunError(
+            f"{path.name or path} cannot be written: {error.strerror or error}",
+            where=str(path),
+            remedy=_REMEDIES.get(error.errno or 0, "check the disk and the path, then try again"),
+        ) from error
 
 
 def _new_name(folder: Path) -> Path:
@@ -142,15 +157,3 @@ def sync_folder(folder: Path) -> None:
     except OSError as error:
         if error.errno not in _NO_FOLDER_SYNC:
             raise
-
-
-@contextmanager
-def _named_in_errors(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise RunError(
-            f"{path.name} cannot be written: {error.strerror or error}",
-            where=str(path),
-            remedy=_REMEDIES.get(error.errno or 0, "check the disk and the path, then try again"),
-        ) from error

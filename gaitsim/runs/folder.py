@@ -4,13 +4,13 @@ import os
 import secrets
 import shlex
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+import time
+from contextlib import suppress
 from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
-from gaitsim.runs.atomic import sync_folder, write_bytes
+from gaitsim.runs.atomic import sync_folder, write_bytes, writing
 from gaitsim.runs.safe_pickle import MAX_BYTES
 
 RUNS = Path("runs")
@@ -18,6 +18,7 @@ EXPERIMENT = "experiment.toml"
 CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
 HISTORY, BESTS = "history.csv", "bests.bin"
 CHAMPIONS, EXPORTS = "champions", "exports"
+_DRAFT = ".new-run-"
 
 
 def command(verb: str, path: Path, *more: object) -> str:
@@ -96,7 +97,8 @@ def create_run(experiment: Experiment, out: Path | None = None) -> Path:
         )
     with writing(wanted):
         wanted.parent.mkdir(parents=True, exist_ok=True)
-        draft = wanted.parent / f".new-run-{secrets.token_hex(8)}"
+        _remove_drafts(wanted.parent)
+        draft = wanted.parent / f"{_DRAFT}{secrets.token_hex(8)}"
         draft.mkdir()
         try:
             write_bytes(draft / EXPERIMENT, experiment.to_toml().encode())
@@ -108,6 +110,14 @@ def create_run(experiment: Experiment, out: Path | None = None) -> Path:
             shutil.rmtree(draft, ignore_errors=True)
             raise
     return path
+
+
+def _remove_drafts(folder: Path) -> None:
+    """Remove drafts of runs that a program left when it was killed: those an hour old."""
+    for draft in folder.glob(f"{_DRAFT}*"):
+        with suppress(OSError):
+            if draft.stat().st_mtime < time.time() - 3600:
+                shutil.rmtree(draft)
 
 
 def _check_size(experiment: Experiment) -> None:
@@ -134,15 +144,3 @@ def _name(draft: Path, wanted: Path) -> Path:
         except OSError:
             if not os.path.lexists(path):  # else: another run took the name meanwhile
                 raise
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turn errors of the system while `path` is written into a `RunError`."""
-    try:
-        yield
-    except OSError as error:
-        raise RunError(
-            f"cannot write to {path}: {error.strerror}",
-            remedy="free some space on the disk, or allow writing to the folder",
-        ) from None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import KINDS, containing, entries
+from gaitsim.runs.atomic import writing
 from gaitsim.runs.checkpoint import Checkpoint, read_with_fallback
 from gaitsim.runs.folder import (
     BESTS,
@@ -22,7 +23,6 @@ from gaitsim.runs.folder import (
     HISTORY,
     PREVIOUS,
     command,
-    writing,
 )
 from gaitsim.runs.history import COLUMNS, read_bests, read_history, record_type
 

@@ -15,7 +15,7 @@ from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress, stop_reason
 from gaitsim.experiment import Evolution, with_overrides
 from gaitsim.runs import history
-from gaitsim.runs.atomic import remove_partials, write_bytes
+from gaitsim.runs.atomic import remove_partials, write_bytes, writing
 from gaitsim.runs.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
 from gaitsim.runs.folder import (
     BESTS,
@@ -25,7 +25,6 @@ from gaitsim.runs.folder import (
     HISTORY,
     PREVIOUS,
     command,
-    writing,
 )
 from gaitsim.runs.lock import RunLock
 from gaitsim.runs.reader import Run, versions

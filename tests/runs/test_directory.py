@@ -2,6 +2,7 @@ import errno
 import math
 import os
 import shutil
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -129,10 +130,10 @@ def test_a_folder_that_cannot_be_made_is_refused(puppet, out):
 
 def test_a_file_for_a_folder_is_one_message(puppet):
     Path("file").touch()
-    with pytest.raises(RunError, match=r"cannot write to file/run: (Not a directory|File exists)"):
+    with pytest.raises(RunError, match=r"run cannot be written: (Not a directory|File exists)"):
         create_run(puppet(), Path("file/run"))
     Path("runs").touch()
-    with pytest.raises(RunError, match="cannot write to runs/puppet"):
+    with pytest.raises(RunError, match="puppet cannot be written"):
         create_run(puppet())
 
 
@@ -156,6 +157,15 @@ def test_a_run_that_cannot_be_made_leaves_nothing(puppet, monkeypatch, number, c
         create_run(puppet())
     assert error.value.remedy
     assert names(Path("runs")) == set()
+
+
+def test_drafts_of_killed_programs_are_removed_after_an_hour(puppet):
+    for name, age in [("runs/.new-run-old", 3700), ("runs/.new-run-fresh", 60)]:
+        (Path(name) / "champions").mkdir(parents=True)
+        made = time.time() - age
+        os.utime(name, (made, made))
+    create_run(puppet())
+    assert names(Path("runs")) == {".new-run-fresh", "puppet"}
 
 
 def test_a_population_too_large_for_a_checkpoint_is_refused(puppet, monkeypatch):
