@@ -1,0 +1,255 @@
+"""Files that are wrong are refused at their place, with all their problems at once."""
+
+import errno
+from pathlib import Path
+
+import pytest
+
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.experiment import (
+    load_experiment,
+    with_overrides,
+)
+from gaitsim.presets import read_preset
+from gaitsim.registry import KINDS
+
+SPIDER = read_preset("spider")
+
+
+def changed(old, new):
+    assert old in SPIDER
+    return SPIDER.replace(old, new)
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "what"),
+    [
+        (SPIDER + "\nrate = 0.3\n", "x.toml, line 3", "a key stands twice"),
+        (SPIDER + "\n[mutation]\n", "x.toml, line 3", "a section stands twice: ('mutation',)"),
+        (changed("[mutation]", "[[mutation]]"), "x.toml, key mutation", "is a list of sections"),
+        (changed("= 200", "= true"), "x.toml, key evolution.population", "true is not allowed"),
+        (changed("= 200", "= 200.0"), "x.toml, key evolution.population", "200.0 is not allowed"),
+        (changed("= 200", "= '200'"), "x.toml, key evolution.population", '"200" is not allowed'),
+        (changed("= 200", "= [200]"), "x.toml, key evolution.population", "[200] is not allowed"),
+        (changed("= 200", "= {a = 1}"), "x.toml, key evolution.population", "{a = 1} is not"),
+        (changed("= 200", "= 2020-01-02"), "x.toml, key evolution.population", "2020-01-02 is not"),
+        (changed('"sine"', "2020-01-02"), "x.toml, key organism.encoding", "2020-01-02 is not"),
+        (changed('"sine"', "3"), "x.toml, key organism.encoding", "3 is not allowed"),
+        (changed("0.25", "nan"), "x.toml, key evolution.delta_fitness", "nan is not a finite"),
+        (changed("0.25", "inf"), "x.toml, key evolution.delta_fitness", "inf is not a finite"),
+        (changed("0.25", "1e400"), "x.toml, key evolution.delta_fitness", "inf is not a finite"),
+        (changed("= 200", f"= {'9' * 5000}"), "x.toml", "a whole number is too long"),
+        (changed("seed = 0", f"seed = 0x{'f' * 5000}"), "x.toml, key seed", "too long"),
+        (changed("seed = 0", f"seed = {2**63}"), "x.toml, key seed", "too long"),
+        (changed("seed = 0", "seed = -1"), "x.toml, key seed", "-1 is out of range"),
+        (changed("seed = 0", "seed = true"), "x.toml, key seed", "true is not a whole number"),
+        (changed("seed = 0", "seed = 1.0"), "x.toml, key seed", "1.0 is not a whole number"),
+        (changed("seed = 0", "schema = 2"), "x.toml, key schema", "by a newer gaitsim"),
+        (changed("seed = 0", "schema = 0"), "x.toml, key schema", "there is no schema 0"),
+        (changed("seed = 0", "schema = '1'"), "x.toml, key schema", '"1" is not a whole number'),
+        (changed("seed = 0", "sead = 0"), "x.toml, key sead", 'unknown key "sead"'),
+        (changed("seed = 0", "'' = 0"), "x.toml, key ", 'unknown key ""'),
+        (changed("elites = 2", "elites = 200"), "x.toml, key evolution.elites", "200 elites leave"),
+        (
+            changed("elites = 2", "max_evaluations = 199"),
+            "x.toml, key evolution.max_evaluations",
+            "199 evaluations are fewer",
+        ),
+        (changed("rate = 0.08", "rate = -0.1"), "x.toml, key mutation.rate", "-0.1 is not allowed"),
+        (changed("rate = 0.08", "rat = 0.1"), "x.toml, key mutation.rat", 'unknown key "rat"'),
+        (
+            changed('plugin = "spider-walk"', "plugin = 3"),
+            "x.toml, key fitness.plugin",
+            "3 is not the name of a plugin",
+        ),
+        (
+            changed('plugin = "spider-walk"', ""),
+            "x.toml, key fitness.plugin",
+            "no fitness is chosen",
+        ),
+        (
+            changed('plugin = "spider-walk"', 'plugin = "spider-wlak"'),
+            "x.toml, key fitness.plugin",
+            "unknown fitness plugin 'spider-wlak'",
+        ),
+        (SPIDER + "\0", "x.toml, line", "not valid TOML"),
+        (f"a = {'[' * 5000}", "x.toml", "nested too deeply"),
+        (f"{'a.' * 5000}a = 1", "x.toml", "nested too deeply"),
+        (changed("= 200", f"= {'[' * 21}{']' * 21}"), "x.toml, key evolution", "nested too deeply"),
+    ],
+)
+def test_a_wrong_file_is_refused_at_its_place(problem, text, where, what):
+    found = problem(text=text)
+    assert found.where.startswith(where)
+    assert what in found.what
+
+
+def test_a_section_that_is_a_value_is_refused(problems):
+    text = "evolution = 3\norganism = 'spider'\n[fitness]" + SPIDER.partition("[fitness]")[2]
+    found = {one.where: one for one in problems(text=text)}
+    assert found["x.toml, key evolution"].what == "evolution is 3, not a section"
+    assert found["x.toml, key organism"].what == 'organism is "spider", not a section'
+    assert "[organism]" in found["x.toml, key organism"].allowed
+
+
+def test_an_empty_file_lacks_the_five_plugins(problems):
+    found = problems(text="")
+    assert [one.where for one in found] == [f"x.toml, key {kind}.plugin" for kind in KINDS]
+    assert all(one.allowed for one in found)
+
+
+def test_all_problems_are_told_at_once(parsed, problems):
+    text = (
+        changed("population = 200", "population = 1")
+        .replace('"sine"', '"sin"')
+        .replace("size = 3", "siz = 3")
+        .replace('"uniform"', '"unifrm"')
+        .replace("seed = 0", "sed = 0")
+    )
+    found = problems("mutation.rate=7", "seed=x", text=text)
+    by_place = {one.where: one for one in found}
+    assert list(by_place) == [
+        "x.toml, key sed",
+        "command line, key seed",
+        "x.toml, key evolution.population",
+        "x.toml, key organism.encoding",
+        "x.toml, key selection.siz",
+        "x.toml, key crossover.plugin",
+        "command line, key mutation.rate",
+    ]
+    hints = ("'seed'", "'sine'", "'size'", "'uniform'")
+    for place, hint in zip(("sed", "encoding", "siz", "crossover.plugin"), hints, strict=True):
+        (one,) = (one for where, one in by_place.items() if where.endswith(place))
+        assert one.remedy == f"did you mean {hint}?"
+    assert by_place["x.toml, key evolution.population"].allowed == (
+        "a whole number ≥ 2 and ≤ 1,000,000"
+    )
+    assert by_place["command line, key mutation.rate"].allowed == "a number ≥ 0 and ≤ 1"
+    with pytest.raises(ExperimentError, match="7 problems"):
+        parsed("mutation.rate=7", "seed=x", text=text)
+
+
+@pytest.mark.parametrize("name", ["[bold]", "ü 2", "a.b", "名前", "x" * 200, "12"])
+def test_a_name_that_a_folder_can_have_is_taken(parsed, name):
+    assert parsed(f"name='{name}'").name == name
+    assert with_overrides(parsed(f"name='{name}'"), []).name == name
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        " ",
+        "a/b",
+        "..",
+        ".",
+        ".hidden",
+        "-x",
+        "a\\\\b",
+        "a:b",
+        "x" * 201,
+        "é" * 101,
+        " a",
+        "a\\n",
+        "a\\u001b[31m",
+        "a\\u0000",
+        "a\\u2028b",
+    ],
+)
+def test_a_name_that_no_folder_can_have_is_refused(problem, name):
+    found = problem(text=changed('name = "spider"', f'name = "{name}"'))
+    assert found.where == "x.toml, key name"
+    assert "cannot name a folder" in found.what
+
+
+def test_a_description_is_one_line(parsed, problem):
+    assert "is not one line" in problem('description="a\\nb"').what
+    assert parsed("description=[red]a\tb".replace("\t", " ")).description == "[red]a b"
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_file_is_found_by_its_path(here):
+    (here / "mine.toml").write_text(SPIDER)
+    (here / "mine").write_text(SPIDER)
+    for reference in ("mine.toml", "./mine", str(here / "mine")):
+        assert load_experiment(reference) == load_experiment("spider")
+
+
+def test_a_byte_order_mark_and_foreign_line_ends_do_no_harm(here):
+    (here / "mine.toml").write_bytes(b"\xef\xbb\xbf" + SPIDER.replace("\n", "\r\n").encode())
+    assert load_experiment("mine.toml") == load_experiment("spider")
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        (b"name = '\xe9'", "not a text file in UTF-8"),
+        (SPIDER.encode("utf-16"), "not a text file in UTF-8"),
+        (b"#" * 1_000_001, "too large"),
+        (b"", "5 problems"),
+        (b"\x80\x04\x95", "not a text file in UTF-8"),
+    ],
+)
+def test_a_file_that_is_no_text_is_refused(here, content, what):
+    (here / "x.toml").write_bytes(content)
+    with pytest.raises(GaitsimError, match=what):
+        load_experiment("x.toml")
+
+
+@pytest.mark.parametrize(
+    ("reference", "what"),
+    [
+        ("no.toml", "No such file"),
+        ("no/such", "No such file"),
+        ("folder.toml", "Is a directory"),
+        (".", "Is a directory"),
+        ("./..", "Is a directory"),
+        (f"{'x' * 300}.toml", "name too long"),
+        ("file.toml/x", "Not a directory"),
+        ("nul\0.toml", "null byte"),
+        ("/dev/zero", "too large"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_told(here, reference, what):
+    (here / "folder.toml").mkdir()
+    (here / "file.toml").write_text(SPIDER)
+    with pytest.raises(GaitsimError, match=what):
+        load_experiment(reference)
+
+
+def test_a_file_without_permission_is_told(here, monkeypatch):
+    def refuse(*_args, **_options):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    (here / "x.toml").write_text(SPIDER)
+    monkeypatch.setattr(Path, "open", refuse)  # root, as in many containers, may read all files
+    with pytest.raises(GaitsimError, match=r"x\.toml: Permission denied"):
+        load_experiment("x.toml")
+
+
+@pytest.mark.parametrize("reference", ["", "..", "nul\0", "x" * 5000, "[bold]", "\udcff", "no"])
+def test_an_unknown_preset_is_refused(here, reference):
+    with pytest.raises(GaitsimError, match="unknown experiment") as raised:
+        load_experiment(reference)
+    assert "spider" in raised.value.allowed
+    assert raised.value.remedy == ""
+
+
+def test_an_unknown_preset_is_refused_with_the_nearest_and_the_file_of_that_name(here):
+    with pytest.raises(GaitsimError) as raised:
+        load_experiment("spidr")
+    assert raised.value.remedy == "did you mean 'spider'?"
+    (here / "spidr.toml").write_text(SPIDER)
+    with pytest.raises(GaitsimError) as raised:
+        load_experiment("spidr")
+    assert raised.value.remedy.endswith("for the file of that name, ./spidr.toml")
+    assert raised.value.remedy.startswith("did you mean 'spider'?")
+    (here / "mine").write_text(SPIDER)
+    with pytest.raises(GaitsimError) as raised:
+        load_experiment("mine")
+    assert raised.value.remedy == "for the file of that name, ./mine"

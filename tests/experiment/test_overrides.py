@@ -1,0 +1,128 @@
+"""A command line changes any option, and is refused where it does not."""
+
+import tomllib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitsim.errors import ExperimentError
+from gaitsim.experiment import (
+    load_experiment,
+    with_overrides,
+)
+from gaitsim.registry import KINDS
+
+
+def test_every_option_is_reached_from_the_command_line(parsed):
+    experiment = load_experiment("spider")
+    data = tomllib.loads(experiment.to_toml())
+    sections = {"evolution": experiment.evolution}
+    sections.update({kind: experiment.plugin(kind) for kind in KINDS})
+    for section, model in sections.items():
+        for name in type(model).model_fields:
+            value = data[section].get(name, 500)  # those not set take a whole number
+            shown = f'"{value}"' if isinstance(value, str) else str(value)
+            again = with_overrides(experiment, [f"{section}.{name}={shown}"])
+            found = getattr(again, section)
+            assert getattr(found, name) == value
+    assert parsed("seed=7", "name=n", "description=d").seed == 7
+
+
+def test_the_last_of_two_changes_counts(parsed):
+    assert parsed("seed=1", "seed=2").seed == 2
+
+
+def test_an_option_is_unset_by_none(parsed):
+    assert parsed("evolution.fitness_threshold=none").evolution.fitness_threshold is None
+    assert parsed().evolution.fitness_threshold == 0.0
+
+
+def test_a_plugin_of_the_name_none_is_chosen(parsed):
+    assert parsed("crossover.plugin=none").entries["crossover"].name == "none"
+
+
+def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_typed(parsed, problem):
+    experiment = parsed("fitness.slip_weight=3")
+    other = with_overrides(experiment, ["fitness.plugin=spider-classic"])
+    assert other.entries["fitness"].name == "spider-classic"
+    assert other.fitness == type(other.fitness)()
+    for changes in (
+        ["mutation.rate=0.5", "mutation.plugin=reset"],
+        ["mutation.plugin=reset", "mutation.rate=0.5"],
+    ):
+        assert parsed(*changes).mutation.rate == 0.5
+    assert parsed("fitness.plugin=spider-walk").fitness == parsed().fitness
+    assert "slip_weight" in problem("fitness.plugin=spider-classic", "fitness.slip_weight=1").what
+
+
+@pytest.mark.parametrize(
+    ("change", "where", "what"),
+    [
+        ("", "command line", '"" is not KEY=VALUE'),
+        ("seed", "command line", '"seed" is not KEY=VALUE'),
+        ("=3", "command line", '"=3" is not KEY=VALUE'),
+        ("evolution..population=3", "command line", "is not KEY=VALUE"),
+        ("evolution=3", "command line, key evolution", '"evolution" is a section'),
+        ("organism={plugin='spider'}", "command line, key organism", '"organism" is a section'),
+        ("evol.population=3", "command line, key evol.population", 'unknown section "evol"'),
+        ("évolution.population=3", "command line, key évolution", 'unknown section "évolution"'),
+        ("a.b.c=3", "command line, key a.b.c", 'unknown section "a"'),
+        ("population=3", "command line, key population", 'unknown key "population"'),
+        ("evolution.popul=3", "command line, key evolution.popul", 'unknown key "popul"'),
+        (
+            "evolution.population.x=1",
+            "command line, key evolution.population.x",
+            '"evolution.population" is an option, not a section',
+        ),
+        ("evolution.population=", "command line, key evolution.population", '"" is not allowed'),
+        ("evolution.population=1e3", "command line, key evolution.population", "1e3 is not"),
+        ("evolution.population=none", "command line, key evolution.population", "none is not"),
+        ("evolution.population=\0", "command line, key evolution.population", "is not allowed"),
+        ("mutation.rate=1\nseed=2", "command line, key mutation.rate", "is not allowed"),
+        ("mutation.rate=[bold]", "command line, key mutation.rate", "[bold] is not allowed"),
+        ("mutation.rate=nan", "command line, key mutation.rate", "nan is not a finite number"),
+        ("mutation.rate=0,1", "command line, key mutation.rate", "0,1 is not allowed"),
+        ("organism.encoding=\udcff", "command line", "is not text in UTF-8"),
+        ("organism.plugin=3", "command line, key organism.plugin", "unknown organism plugin '3'"),
+        ("seed=" + "9" * 5000, "command line, key seed", "is not a whole number"),
+        ("seed=" + "[" * 5000, "command line, key seed", "is not a whole number"),
+        ("evolution.elites=200", "command line, key evolution.elites", "200 elites leave no room"),
+    ],
+)
+def test_an_odd_change_is_refused(problem, change, where, what):
+    found = problem(change)
+    assert found.where.startswith(where)
+    assert what in found.what
+    assert len(str(found)) < 600
+
+
+@pytest.mark.parametrize(
+    ("key", "hint"),
+    [
+        ("population", "'evolution.population'"),
+        ("rate", "'mutation.rate'"),
+        ("sead", "'seed'"),
+        ("evolution.populatoin", "'population'"),
+        ("mutaton.rate", "'mutation'"),
+    ],
+)
+def test_a_key_is_refused_with_the_nearest(problem, key, hint):
+    assert problem(f"{key}=3").remedy == f"did you mean {hint}?"
+
+
+@given(st.text())
+@settings(derandomize=True, deadline=None, max_examples=25)
+def test_any_change_is_taken_or_refused(parsed, text):
+    for change in (text, f"seed={text}", f"mutation.rate={text}", f"{text}=1"):
+        try:
+            parsed(change)
+        except ExperimentError:
+            continue
+
+
+@given(st.text())
+@settings(derandomize=True, deadline=None, max_examples=200)
+def test_any_text_is_refused_as_a_file(parsed, text):
+    with pytest.raises(ExperimentError):
+        parsed(text=text)

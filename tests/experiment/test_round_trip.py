@@ -1,0 +1,247 @@
+"""Experiments come back from TOML as they were."""
+
+import dataclasses
+import functools
+import tomllib
+from typing import Literal, get_args, get_origin
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from gaitsim import registry
+from gaitsim.contracts import Fitness
+from gaitsim.errors import ExperimentError
+from gaitsim.experiment import (
+    SCHEMA,
+    Evolution,
+    Experiment,
+    load_experiment,
+    parse_experiment,
+    with_overrides,
+)
+from gaitsim.registry import EXPERIMENTS, KINDS
+
+
+@pytest.mark.parametrize("name", registry.entries(EXPERIMENTS))
+def test_each_preset_comes_back_from_its_toml(name):
+    experiment = load_experiment(name)
+    text = experiment.to_toml()
+    again = parse_experiment(text, "again")
+    assert again == experiment
+    assert again.to_toml() == text
+
+
+def test_every_option_is_written_with_its_meaning():
+    experiment = load_experiment("spider")
+    text = experiment.to_toml()
+    for model in (experiment.evolution, *(experiment.plugin(kind) for kind in KINDS)):
+        for name, field in type(model).model_fields.items():
+            (line,) = (
+                line for line in text.splitlines() if line.startswith((f"{name} ", f"# {name} "))
+            )
+            assert " ".join(field.description.split()) in line
+    assert tomllib.loads(text)["schema"] == SCHEMA
+    assert "individuals in each generation (a whole number ≥ 2 and ≤ 1,000,000)" in text
+
+
+def test_an_experiment_is_frozen():
+    experiment = load_experiment("spider")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        experiment.seed = 3
+    with pytest.raises(ValidationError):
+        experiment.evolution.population = 3
+    with pytest.raises(ValidationError):
+        experiment.mutation.rate = 0.3
+
+
+def values_of(field):
+    """Values that an option may have, of those that its declaration allows."""
+    bounds = {
+        name: getattr(item, name)
+        for item in field.metadata
+        for name in ("ge", "gt", "le", "lt")
+        if getattr(item, name, None) is not None
+    }
+    members = get_args(field.annotation)
+    if get_origin(field.annotation) is Literal:
+        return st.sampled_from(members)
+    kind = next(kind for kind in (bool, int, float, str) if kind in (field.annotation, *members))
+    low, high = bounds.get("ge", bounds.get("gt")), bounds.get("le", bounds.get("lt"))
+    drawn = {
+        bool: st.booleans(),
+        int: st.integers(
+            low if low is not None else -(2**63), high if high is not None else 2**63 - 1
+        ),
+        float: st.floats(
+            low,
+            high,
+            exclude_min="gt" in bounds,
+            exclude_max="lt" in bounds,
+            allow_nan=False,
+            allow_infinity=False,
+        ),
+        str: st.text(),
+    }[kind]
+    return st.none() | drawn if type(None) in members else drawn
+
+
+@st.composite
+def models(draw, model):
+    options = {name: draw(values_of(field)) for name, field in model.model_fields.items()}
+    try:
+        return model(**options)
+    except ValidationError:  # options that do not go together
+        assume(False)
+
+
+@functools.cache
+def installed(kind):
+    return registry.scan(kind)[0]
+
+
+def fits(plugin, organism):
+    if issubclass(plugin, Fitness):
+        return set(plugin.needs) <= set(organism.channels)
+    return isinstance(organism.genome_space(), plugin.spaces)
+
+
+@st.composite
+def experiments(draw):
+    evolution = draw(models(Evolution))
+    size = {"population": evolution.population}
+    size["elites"] = draw(st.integers(0, evolution.population - 1))
+    size["max_evaluations"] = draw(st.none() | st.integers(evolution.population, 2**63 - 1))
+    plugins, entries = {}, {}
+    for kind in KINDS:
+        able = [
+            name
+            for name, plugin in installed(kind).items()
+            if kind in ("organism", "selection") or fits(plugin, plugins["organism"])
+        ]
+        name = draw(st.sampled_from(able))
+        entries[kind] = registry.find(kind, name)
+        plugins[kind] = draw(models(installed(kind)[name]))
+    letters = st.characters(codec="utf-8", exclude_categories=["Cc", "Cs", "Zl", "Zp"])
+    name = "n" + draw(st.text(letters, max_size=40)).translate(str.maketrans("", "", '/\\:*?"<>|'))
+    return Experiment(
+        name=name.strip(),
+        description=draw(st.text(letters)),
+        seed=draw(st.integers(0, 2**63 - 1)),
+        evolution=evolution.model_copy(update=size),
+        **plugins,
+        entries=entries,
+    )
+
+
+@given(experiments())
+@settings(derandomize=True, deadline=None, max_examples=40)
+def test_any_experiment_comes_back_from_its_toml(experiment):
+    assert parse_experiment(experiment.to_toml(), "again") == experiment
+
+
+ODD_OPTIONS = '''
+from enum import StrEnum
+from pydantic import BaseModel, Field
+
+class Colour(StrEnum):
+    red = "red"
+    blue = "blue"
+
+class Leg(BaseModel, extra="forbid"):
+    length: float = 0.1
+    names: list[str] = Field(default_factory=list)
+
+class Odd(Body):
+    """Options of many types."""
+    flag: bool = option(False, "a flag")
+    label: str = option("", "two\\nlines of help")
+    unset: float | None = option(3.0, "not set though its default is")
+    unset_text: str | None = option(None, "text or nothing")
+    pair: tuple[float, float] = option((0.0, 1.0), "two numbers")
+    table: dict[str, int] = option({}, "names and numbers")
+    leg: Leg = option(Leg(), "a leg")
+    legs: list[Leg] = option([], "legs")
+    colour: Colour = option(Colour.red, "a colour")
+    bare: int = 3
+    last: int = option(1, "the last")
+'''
+
+
+def odd(install, working, custom, parsed, **options):
+    install(
+        "fake",
+        working + ODD_OPTIONS,
+        {"organism": {"odd": "Odd"}, "fitness": {"distance": "Distance"}},
+    )
+    text = custom(organism="odd", fitness="distance")
+    experiment = parsed(text=text)
+    kind = type(experiment.organism)
+    return dataclasses.replace(experiment, organism=kind(**options))
+
+
+def test_options_of_any_type_come_back(parsed, custom, install, working):
+    experiment = odd(
+        install,
+        working,
+        custom,
+        parsed,
+        flag=True,
+        label='"[bold]"\n\t\\ é \0 🕷 #',
+        unset=None,
+        pair=(0.1, 1e22),
+        table={"a b": 1, "": 2, 'c"': -3},
+        leg={"length": 0.3, "names": ["x", "none"]},
+        legs=[{"length": 1.0}, {"names": [""]}],
+        colour="blue",
+        last=7,
+    )
+    text = experiment.to_toml()
+    again = parse_experiment(text, "again")
+    assert again == experiment
+    assert again.organism.last == 7
+    assert again.organism.unset is None
+    assert again.to_toml() == text
+
+
+@given(label=st.text(st.characters(codec="utf-8")), name=st.text(st.characters(codec="utf-8")))
+@settings(
+    derandomize=True,
+    deadline=None,
+    max_examples=40,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],  # it is only read
+)
+def test_any_text_comes_back(experiment_of_odd_options, label, name):
+    kind = type(experiment_of_odd_options.organism)
+    organism = kind(label=label, table={name: 1}, unset_text=label)
+    experiment = dataclasses.replace(experiment_of_odd_options, organism=organism)
+    again = parse_experiment(experiment.to_toml(), "again").organism
+    assert (again.label, again.table) == (label, {name: 1})
+    if label.lower() != "none":
+        assert again.unset_text == label
+
+
+@pytest.fixture
+def experiment_of_odd_options(parsed, custom, install, working):
+    return odd(install, working, custom, parsed)
+
+
+def test_options_of_any_type_are_set_from_the_command_line(parsed, custom, install, working):
+    experiment = odd(install, working, custom, parsed)
+    changes = [
+        "organism.flag=true",
+        "organism.label=12",
+        "organism.unset=none",
+        "organism.unset_text=[bold]",
+        "organism.pair=[1, 2.5]",
+        "organism.table.b=4",
+        "organism.leg.length=0.7",
+        "organism.colour=blue",
+    ]
+    body = with_overrides(experiment, changes).organism
+    assert (body.flag, body.label, body.unset, body.unset_text) == (True, "12", None, "[bold]")
+    assert (body.pair, body.table, body.leg.length) == ((1.0, 2.5), {"b": 4}, 0.7)
+    assert body.colour == "blue"
+    with pytest.raises(ExperimentError, match="a table with the keys length, names"):
+        with_overrides(experiment, ["organism.leg.lenght=1"])

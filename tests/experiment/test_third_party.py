@@ -1,0 +1,136 @@
+"""Plugins of other packages, which may be broken, unfit for each other, or old."""
+
+import numpy as np
+import pytest
+
+from gaitsim.evolution.breeding import breed
+from gaitsim.experiment import (
+    load_experiment,
+    parse_experiment,
+)
+from gaitsim.registry import KINDS
+
+
+def test_an_operator_that_does_not_work_on_the_genomes_is_refused_with_those_that_do(
+    parsed, problem, custom, install, working
+):
+    install("fake", working, {"organism": {"bits": "BitBody"}, "fitness": {"far": "Distance"}})
+    found = problem("mutation.plugin=bit-flip")
+    assert "'bit-flip' does not work on the real genomes of the organism 'spider'" in found.what
+    assert "gaussian" in found.allowed.split(", ")
+    assert "bit-flip" not in found.allowed.split(", ")
+    found = problem(text=custom(organism="bits", fitness="far"))
+    assert found.where == "x.toml, key mutation.plugin"
+    assert "'gaussian' does not work on the bit genomes of the organism 'bits'" in found.what
+    assert "bit-flip" in found.allowed.split(", ")
+    for name in found.allowed.split(", "):
+        assert parsed(f"mutation.plugin={name}", text=custom(organism="bits", fitness="far"))
+
+
+def test_a_fitness_without_its_channels_is_refused_with_those_that_have_them(
+    problem, custom, install, working
+):
+    install("fake", working, {"organism": {"point": "Body"}, "fitness": {"far": "Distance"}})
+    found = problem(text=custom(organism="point"))
+    assert "'spider-walk' reads the channels" in found.what
+    assert found.allowed == "far"
+    found = problem("fitness.plugin=far")
+    assert "reads the channels distance, which the organism 'spider' does not have" in found.what
+    assert "spider-walk" in found.allowed
+
+
+def test_another_broken_plugin_does_not_stand_in_the_way(parsed, problem, install):
+    install("fake", "raise SystemExit", {kind: {"broken": "X"} for kind in KINDS})
+    assert parsed() == load_experiment("spider")
+    assert "gaussian" in problem("mutation.plugin=bit-flip").allowed
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("def genome_space(self): 1 / 0", "failed while giving its genome space: ZeroDivision"),
+        ("def genome_space(self): return 3", "gave a int from genome_space()"),
+        ("def model_post_init(self, _): raise SystemExit(0)", "SystemExit"),
+        ("def __init__(self, **_): 1 / 0", "failed while taking its options: ZeroDivision"),
+        ("needed: int", "organism.needed is required"),
+    ],
+)
+def test_a_body_that_fails_is_told_among_the_other_problems(
+    problems, custom, install, working, source, reason
+):
+    install(
+        "fake",
+        f"{working}\nclass X(Body):\n    {source}\n",
+        {"organism": {"x": "X"}, "fitness": {"far": "Distance"}},
+    )
+    text = custom(organism="x", fitness="far")
+    found = problems("seed=x", "mutation.rate=7", text=text)
+    assert len(found) == 3
+    (one,) = (one for one in found if "organism" in one.where)
+    assert one.where.startswith("x.toml, key organism")
+    assert reason in one.what
+    if "required" not in reason:
+        assert "package fake 1.0" in one.what
+        assert "fake:X" in one.where
+
+
+def test_a_validators_own_words_are_told(problem, custom, install, working):
+    source = """
+from pydantic import field_validator, model_validator
+from gaitsim.errors import GaitsimError
+
+class X(Body):
+    legs: int = option(4, "legs")
+    arms: int = option(0, "arms")
+
+    @field_validator("legs")
+    @classmethod
+    def _even(cls, legs):
+        if legs == 1:
+            raise GaitsimError("one leg is too few")
+        assert legs % 2 == 0, "legs come in pairs"
+        return legs
+
+    @model_validator(mode="after")
+    def _together(self):
+        if self.legs + self.arms > 8:
+            raise ValueError("at most 8 limbs")
+        return self
+"""
+    install("fake", working + source, {"organism": {"x": "X"}, "fitness": {"far": "Distance"}})
+    text = custom(organism="x", fitness="far")
+    found = problem("organism.legs=3", text=text)
+    assert found.what == "3 is not allowed: legs come in pairs"
+    found = problem("organism.arms=8", text=text)
+    assert found.what == "at most 8 limbs"
+    assert found.where == "x.toml, section organism, with organism.arms of the command line"
+    found = problem("organism.legs=1", text=text)
+    assert found.what == "one leg is too few"
+    assert "package fake 1.0" in found.where
+
+
+def test_a_crossover_with_its_number_of_children_in_the_class_breeds(
+    parsed, problem, custom, install, working
+):
+    names = {"organism": "Body", "fitness": "Distance", "crossover": "Solo", "mutation": "Still"}
+    install("fake", working, {kind: {"x": target} for kind, target in names.items()})
+    experiment = parsed(text=custom(**dict.fromkeys(names, "x")))
+    assert experiment.crossover.children == 1
+    assert parse_experiment(experiment.to_toml(), "again") == experiment
+    space = experiment.space()
+    genomes = space.random(200, np.random.default_rng(0))
+    bred = breed(experiment, space, genomes, genomes.sum(axis=1), 2)
+    assert bred.shape == genomes.shape
+    assert space.contains(bred)
+    found = problem("crossover.children=2", text=custom(**dict.fromkeys(names, "x")))
+    assert found.what == 'unknown key "children"'
+    assert found.allowed == "none"
+
+
+def test_a_plugin_that_is_gone_is_told(parsed, problem, custom, install, working):
+    install("fake", working, {"organism": {"point": "Body"}, "fitness": {"far": "Distance"}})
+    experiment = parsed(text=custom(organism="point", fitness="far"))
+    text = experiment.to_toml().replace('"point"', '"pont"')
+    found = problem(text=text)
+    assert found.where == "x.toml, key organism.plugin"
+    assert found.remedy == "did you mean 'point'?"
