@@ -1,0 +1,102 @@
+import errno
+import os
+import sys
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.export.plots import plot_fitness
+from gaitsim.runs.directory import Run, create_run
+
+STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+
+
+@pytest.mark.parametrize("format", STARTS)
+def test_a_plot_is_drawn_in_the_format_of_its_name_and_always_the_same(spider, tmp_path, format):
+    one, two = tmp_path / f"one.{format}", tmp_path / f"two.{format.upper()}"
+    plot_fitness(spider, one)
+    plot_fitness(spider, two)
+    assert one.read_bytes().startswith(STARTS[format])
+    assert one.read_bytes() == two.read_bytes()
+    assert not list(tmp_path.glob(".gaitsim*"))
+
+
+def test_the_plot_names_what_it_shows(spider, tmp_path):
+    plot_fitness(spider, tmp_path / "fitness.svg")
+    drawn = (tmp_path / "fitness.svg").read_text()
+    for text in (
+        "generation",
+        "score (spider-classic)",
+        "spider-recurrence, seed 0",
+        "best",
+        "mean ± standard deviation",
+    ):
+        assert f"<!-- {text} -->" in drawn  # beside its glyphs
+
+
+def test_the_picture_is_wide_enough_for_print(spider, tmp_path):
+    plot_fitness(spider, tmp_path / "fitness.png")
+    assert matplotlib.image.imread(tmp_path / "fitness.png").shape[:2] == (640, 1000)
+
+
+def test_one_generation_is_a_plot(puppet_run, tmp_path):
+    plot_fitness(puppet_run("evolution.generations=1"), tmp_path / "a.svg")
+
+
+def test_names_are_no_mathematics(puppet_run, tmp_path):
+    run = puppet_run("name=a$_{b$")
+    plot_fitness(run, tmp_path / "a.svg")
+    assert "a$_{b$, seed 1" in (tmp_path / "a.svg").read_text()
+
+
+@pytest.mark.parametrize("failing", ["some", "all"])
+def test_generations_without_a_finite_score_are_left_out(
+    puppet_run, puppets, monkeypatch, tmp_path, failing
+):
+    calls = iter(range(100))
+
+    def terms(self, motion):
+        fails = failing == "all" or next(calls) == 1
+        return {"reach": motion["reach"] * (np.nan if fails else 1)}
+
+    monkeypatch.setattr(puppets.Reach, "terms", terms)
+    run = puppet_run("evolution.elites=0")
+    assert np.isinf(run.history["best"]).sum() == (5 if failing == "all" else 1)
+    plot_fitness(run, tmp_path / "a.svg")
+    assert "generations without a finite score are left out" in (tmp_path / "a.svg").read_text()
+
+
+def test_a_run_without_a_generation_has_no_plot(puppet, tmp_path):
+    run = Run(create_run(puppet(), tmp_path / "run"))
+    with pytest.raises(RunError, match="no finished generation"):
+        plot_fitness(run, tmp_path / "a.png")
+
+
+@pytest.mark.parametrize("name", ["a.gif", "a", "a.", ".png", "a.png.txt"])
+def test_other_formats_are_refused(spider, tmp_path, name):
+    with pytest.raises(GaitsimError, match="does not end with a format") as error:
+        plot_fitness(spider, tmp_path / name)
+    assert error.value.allowed == ".png, .svg, .pdf"
+
+
+def test_a_file_that_cannot_be_written_is_one_message(spider, tmp_path, monkeypatch):
+    with pytest.raises(RunError, match="there is no folder"):
+        plot_fitness(spider, tmp_path / "missing" / "a.png")
+    (tmp_path / "b.png").mkdir()
+    with pytest.raises(RunError, match="it is a folder"):
+        plot_fitness(spider, tmp_path / "b.png")
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(RunError, match=r"a\.png cannot be written: No space left"):
+        plot_fitness(spider, tmp_path / "a.png")
+    assert [path.name for path in tmp_path.iterdir()] == ["b.png"]
+
+
+def test_nothing_asks_for_a_display(spider, tmp_path):
+    plot_fitness(spider, tmp_path / "a.png")
+    assert "matplotlib.pyplot" not in sys.modules
