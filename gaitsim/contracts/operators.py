@@ -28,6 +28,18 @@ class Selection(Plugin):
             Indices of mother and father of each pair, (pairs, 2).
         """
 
+    def parents_each(
+        self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
+    ) -> NDArray[np.intp]:
+        """Choose parents in each of several populations, (populations, population).
+
+        Returns:
+            Indices into each population, (populations, pairs, 2). For one population it
+            is what `parents` chooses. A selection that many repeats use can do better
+            than this, which takes one population after the other.
+        """
+        return np.stack([self.parents(row, pairs, rng) for row in scores])
+
 
 class Crossover(Plugin):
     """Makes children of pairs of parents.

@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Plugin
+from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Plugin, Selection
 from gaitsim.evaluation.judge import broken
 from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
@@ -28,13 +28,19 @@ def stream(seed: int, generation: int, purpose: Purpose) -> np.random.Generator:
 
 def first_population(experiment: Experiment, space: GenomeSpace) -> Genomes:
     """Generation 1: fresh genomes, (population, genes)."""
-    population = experiment.evolution.population
+    only: Genomes = first_populations(experiment, space, 1)[0]
+    return only
+
+
+def first_populations(experiment: Experiment, space: GenomeSpace, populations: int) -> Genomes:
+    """Generation 1 of several populations, (populations, population, genes)."""
+    size = experiment.evolution.population
     with containing(experiment.entries["organism"], "drawing genomes"):
-        genomes = space.random(population, stream(experiment.seed, 1, Purpose.FIRST))
-        belongs = space.contains(genomes) and len(genomes) == population
+        genomes = space.random(populations * size, stream(experiment.seed, 1, Purpose.FIRST))
+        belongs = space.contains(genomes) and len(genomes) == populations * size
     if not belongs:
         raise broken(experiment, "organism", "draws genomes that are not of its own space")
-    return genomes
+    return genomes.reshape(populations, size, space.genes)
 
 
 def breed(
@@ -62,39 +68,77 @@ def breed(
     Raises:
         PluginError: an operator fails or breaks its contract; names its package.
     """
+    only: Genomes = breed_each(experiment, space, genomes[None], scores[None], generation)[0]
+    return only
+
+
+def breed_each(
+    experiment: Experiment,
+    space: GenomeSpace,
+    genomes: Genomes,
+    scores: NDArray[np.float64],
+    generation: int,
+) -> Genomes:
+    """`breed` for several populations that share the random streams of a generation.
+
+    Args:
+        experiment: its scheme and seed.
+        space: the genome space.
+        genomes: the populations before, (populations, population, genes); not changed.
+        scores: (populations, population), more is better.
+        generation: number of the generation that is made, from 2.
+
+    Returns:
+        (populations, population, genes); one population alone is as `breed` makes it.
+
+    Raises:
+        PluginError: an operator fails or breaks its contract; names its package.
+    """
+    populations, size, genes = genomes.shape
     elites = experiment.evolution.elites
-    wanted = len(genomes) - elites
+    wanted = size - elites
     # Stable, so that of equal scores the first stays first.
-    best = np.argsort(-scores, kind="stable")[:elites]
+    best = np.argsort(-scores, axis=1, kind="stable")[:, :elites]
     selection = _at(experiment, "selection", experiment.selection, generation)
     crossover = _at(experiment, "crossover", experiment.crossover, generation)
     mutation = _at(experiment, "mutation", experiment.mutation, generation)
     pairs = -(-wanted // crossover.children)
     # Each operator gets arrays of its own: what it changes in them is seen by no other.
-    with containing(experiment.entries["selection"], "selecting parents"):
-        parents = selection.parents(
-            scores.copy(), pairs, stream(experiment.seed, generation, Purpose.SELECTION)
-        )
-    _hold_parents(experiment, parents, pairs, len(genomes))
+    parents = _parents(
+        experiment,
+        selection,
+        scores.copy(),
+        pairs,
+        stream(experiment.seed, generation, Purpose.SELECTION),
+    )
+    # All populations in one list of individuals, for operators that see rows alone.
+    everyone = genomes.reshape(-1, genes)
+    rows = (parents + size * np.arange(populations)[:, None, None]).reshape(-1, 2)
     with containing(experiment.entries["crossover"], "crossing parents"):
         children = crossover.cross(
-            genomes[parents[:, 0]],
-            genomes[parents[:, 1]],
+            everyone[rows[:, 0]],
+            everyone[rows[:, 1]],
             space,
             stream(experiment.seed, generation, Purpose.CROSSOVER),
         )
-    _hold_children(experiment, "crossover", children, pairs * crossover.children, space)
+    _hold_children(experiment, "crossover", children, len(rows) * crossover.children, space)
+    # First children of all pairs, then second ones: brought together by population.
+    families = children.reshape(crossover.children, populations, pairs, genes)
+    families = families.swapaxes(0, 1).reshape(populations, -1, genes)[:, :wanted]
     with containing(experiment.entries["mutation"], "mutating children"):
         children = mutation.mutate(
-            children[:wanted], space, stream(experiment.seed, generation, Purpose.MUTATION)
+            families.reshape(-1, genes),
+            space,
+            stream(experiment.seed, generation, Purpose.MUTATION),
         )
-    _hold_children(experiment, "mutation", children, wanted, space)
+    _hold_children(experiment, "mutation", children, populations * wanted, space)
     with containing(experiment.entries["organism"], "confining genomes"):
         children = space.confine(children)
-        belong = space.contains(children) and len(children) == wanted
+        belong = space.contains(children) and len(children) == populations * wanted
     if not belong:
         raise broken(experiment, "organism", "confines genomes to ones that are not of its space")
-    return np.concatenate([genomes[best], children])
+    kept = np.take_along_axis(genomes, best[:, :, None], axis=1)
+    return np.concatenate([kept, children.reshape(populations, wanted, genes)], axis=1)
 
 
 _Scheduled = TypeVar("_Scheduled", bound=Plugin)
@@ -106,18 +150,30 @@ def _at(experiment: Experiment, kind: str, plugin: _Scheduled, generation: int) 
         return plugin.at(generation)
 
 
-def _hold_parents(
-    experiment: Experiment, parents: NDArray[np.intp], pairs: int, population: int
-) -> None:
-    """Hold selection to indices of the population."""
-    _hold(experiment, "selection", parents, (pairs, 2), np.dtype(np.intp))
-    if not ((parents >= 0) & (parents < population)).all():
+def _parents(
+    experiment: Experiment,
+    selection: Selection,
+    scores: NDArray[np.float64],
+    pairs: int,
+    rng: np.random.Generator,
+) -> NDArray[np.intp]:
+    """Select in every population, (populations, pairs, 2); held to indices of the population."""
+    populations, size = scores.shape
+    with containing(experiment.entries["selection"], "selecting parents"):
+        if populations == 1:
+            parents = selection.parents(scores[0], pairs, rng)
+        else:
+            parents = selection.parents_each(scores, pairs, rng)
+    shape = (pairs, 2) if populations == 1 else (populations, pairs, 2)
+    _hold(experiment, "selection", parents, shape, np.dtype(np.intp))
+    if not ((parents >= 0) & (parents < size)).all():
         raise broken(
             experiment,
             "selection",
             f"chose the parents {parents.min()} to {parents.max()}",
-            f"indices from 0 to {population - 1}",
+            f"indices from 0 to {size - 1}",
         )
+    return parents.reshape(populations, pairs, 2)
 
 
 def _hold_children(

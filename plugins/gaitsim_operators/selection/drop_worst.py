@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Selection
-from gaitsim_operators.selection.ranking import best_first
 
 
 class DropWorst(Selection):
@@ -18,12 +17,20 @@ class DropWorst(Selection):
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
         """Scores (population,) -> pairs of different individuals, if there are two, (pairs, 2)."""
-        kept = best_first(scores)[: max(1, len(scores) - 1)]
-        rounds = -(-2 * pairs // len(kept))
-        turns = rng.permuted(np.tile(kept, (rounds, 1)), axis=1).ravel()
-        if len(kept) % 2 and len(kept) > 1:
-            _part_twins(turns, len(kept))
-        return turns[: 2 * pairs].reshape(pairs, 2)
+        return self.parents_each(scores[None], pairs, rng)[0]
+
+    def parents_each(
+        self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
+    ) -> NDArray[np.intp]:
+        """Scores (populations, population) -> pairs of each, (populations, pairs, 2)."""
+        populations, size = scores.shape
+        count = max(1, size - 1)
+        kept = np.argsort(-scores, axis=1, kind="stable")[:, :count]
+        rounds = -(-2 * pairs // count)
+        turns = rng.permuted(np.repeat(kept, rounds, axis=0), axis=1).reshape(populations, -1)
+        if count % 2 and count > 1:
+            _part_twins(turns, count)
+        return turns[:, : 2 * pairs].reshape(populations, pairs, 2)
 
 
 def _part_twins(turns: NDArray[np.intp], count: int) -> None:
@@ -32,6 +39,7 @@ def _part_twins(turns: NDArray[np.intp], count: int) -> None:
     Every second round then begins with a father, whose mother ended the round
     before. If they are the same individual, the next in turn becomes the father.
     """
-    fathers = np.arange(count, len(turns), 2 * count)
-    twins = fathers[turns[fathers] == turns[fathers - 1]]
-    turns[twins], turns[twins + 1] = turns[twins + 1], turns[twins]
+    fathers = np.arange(count, turns.shape[1], 2 * count)
+    rows, columns = np.nonzero(turns[:, fathers] == turns[:, fathers - 1])
+    twins = fathers[columns]
+    turns[rows, twins], turns[rows, twins + 1] = turns[rows, twins + 1], turns[rows, twins]
