@@ -49,15 +49,8 @@ class Plugin(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    def prepare(self) -> None:
-        """Do once what the first call would otherwise pay for, such as compiling kernels.
-
-        Called in every process before the first evaluation; a user is told when
-        it takes long.
-        """
-
     def at(self, generation: int) -> Self:
-        """This plugin with its options as they are at `generation`, counted from 0.
+        """This plugin with its options as they are when `generation` is bred, counted from 1.
 
         For schedules, such as a mutation strength that decays. The default is
         the plugin itself.

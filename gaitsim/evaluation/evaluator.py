@@ -82,7 +82,7 @@ class Evaluator:
         """Do once what the first generation would otherwise pay for, such as compiling.
 
         Raises:
-            PluginError: a plugin fails at it.
+            PluginError: the body or the fitness fails or breaks its contract.
         """
         prepare(self.experiment)
 
@@ -112,11 +112,10 @@ class Evaluator:
 
 
 def prepare(experiment: Experiment) -> None:
-    """Prepare body and fitness in this process."""
-    with containing(experiment.entries["organism"], "being prepared"):
-        experiment.organism.prepare()
-    with containing(experiment.entries["fitness"], "being prepared"):
-        experiment.fitness.prepare()
+    """Compile in this process what judging takes, or load it from the cache: judge one genome."""
+    with containing(experiment.entries["organism"], "drawing genomes"):
+        genome = experiment.organism.genome_space().random(1, np.random.default_rng(0))
+    judge(experiment, genome)
 
 
 _experiment: Experiment | None = None

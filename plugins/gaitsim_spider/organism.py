@@ -61,13 +61,6 @@ class Spider(Organism):
         """48 genes, two a joint in any encoding; 24 in an alternating gait."""
         return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
 
-    def prepare(self) -> None:
-        """Compile the kernels, or load them from the cache."""
-        space = self.genome_space()
-        motion = self.move(space.random(1, np.random.default_rng(0)))
-        for channel in self.channels:
-            motion[channel]
-
     def move(self, genomes: Genomes) -> Motion:
         """Decode to joint angles; feet, contact and travel are worked out when first read."""
         angles = ENCODINGS[self.encoding].angles(
