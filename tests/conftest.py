@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -193,8 +194,26 @@ def _program(folder, arguments, options):
 
 
 @pytest.fixture
-def gaitsim(tmp_path):
-    """Runs the program in the test's folder, puppets installed; checks its exit code."""
+def gaitsim(tmp_path, puppets, monkeypatch, capsys):
+    """Runs the command line in this process, in the test's folder; checks its exit code."""
+    from gaitsim.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments, code=0):
+        monkeypatch.setattr(sys, "argv", ["gaitsim", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        written = capsys.readouterr()
+        assert (ended.value.code or 0) == code, written.err
+        return SimpleNamespace(stdout=written.out, stderr=written.err)
+
+    return run
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Runs the program as a process of its own, puppets installed; checks its exit code."""
 
     def run(*arguments, code=0, **options):
         done = subprocess.run(**_program(tmp_path, arguments, options), check=False, timeout=120)

@@ -26,7 +26,7 @@ FRAMES = 5
 class Puppet(Organism):
     """Three joints that turn to the angles that the genes say."""
 
-    pause: float = option(0.0, "how long it thinks before it moves", unit="s", ge=0)
+    pause: float = option(0.0, "how long several think before they move", unit="s", ge=0)
 
     threads: ClassVar[bool] = False
     channels: ClassVar[Mapping[str, str]] = {
@@ -38,7 +38,8 @@ class Puppet(Organism):
         return RealSpace(np.full(3, -1.0), np.full(3, 2.0), ("a", "b", "c"))
 
     def move(self, genomes):
-        time.sleep(self.pause)
+        if len(genomes) > 1:  # not when one is moved to prepare, or to be shown
+            time.sleep(self.pause)
         steps = np.linspace(0, 1, FRAMES)[:, None]
         return Motion(
             4.0,

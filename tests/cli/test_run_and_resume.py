@@ -1,0 +1,404 @@
+import json
+import os
+import pty
+import re
+import select
+import shutil
+import signal
+import sys
+import time
+
+import pytest
+
+posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+SPIDER = ("spider-recurrence", "--population", 10)
+SLOW = ("--set", "organism.pause=0.05", "--generations", 1000)
+
+
+@pytest.fixture
+def fingerprint(gaitsim):
+    """The fingerprint of a run, which is all that is printed."""
+
+    def fingerprint(run):
+        shown = gaitsim("show", run, "--fingerprint")
+        assert shown.stderr == ""
+        assert re.fullmatch(r"[0-9a-f]{64}\n", shown.stdout)
+        return shown.stdout
+
+    return fingerprint
+
+
+def wait_for(path, generation=None, seconds=60):
+    """Until a file is there, or a history has come to a generation."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if path.exists() and (generation is None or path.read_text().count("\n") > generation):
+            return
+        time.sleep(0.01)
+    raise AssertionError(f"{path} did not come")
+
+
+def test_a_run_is_printed_in_plain_lines(program, puppet_file, tmp_path):
+    done = program("run", puppet_file)
+    assert done.stderr == ""
+    assert "\x1b" not in done.stdout
+    assert "\r" not in done.stdout
+    lines = done.stdout.splitlines()
+    assert lines[0] == "run runs/puppet"
+    assert lines[1].startswith("generation 1/5  best ")
+    assert any(line.startswith("generation 5/5") for line in lines)
+    assert "runs/puppet: 5 generations are done" in lines
+    assert any(line.startswith("  gaitsim resume runs/puppet --generations 8") for line in lines)
+    assert (tmp_path / "runs/puppet/experiment.toml").exists()
+
+
+def strict(text):
+    """JSON as the standard has it, without NaN."""
+
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_json_is_a_line_a_generation_and_a_summary(gaitsim, puppet_file, fingerprint):
+    done = gaitsim("run", puppet_file, "--json")
+    assert done.stderr == ""
+    *rows, summary = map(strict, done.stdout.splitlines())
+    assert [row["generation"] for row in rows] == [1, 2, 3, 4, 5]
+    assert [row["evaluations"] for row in rows] == [6, 12, 18, 24, 30]
+    assert summary["run"] == "runs/puppet"
+    assert summary["finished"] == "5 generations are done"
+    assert summary["score"] == max(row["best"] for row in rows)
+    assert summary["score"] == pytest.approx(sum(summary["terms"].values()))
+    assert summary["fingerprint"] + "\n" == fingerprint("puppet")
+    # Of a run that is finished, the summary alone.
+    again = gaitsim("resume", "puppet", "--json")
+    assert list(map(strict, again.stdout.splitlines())) == [summary]
+
+
+FAILING = """
+import numpy as np
+from gaitsim_puppets import Reach
+class Failing(Reach):
+    def terms(self, motion):
+        return {"reach": motion["reach"] * np.nan, "price": motion["reach"] * -np.inf}
+"""
+
+
+def test_a_run_in_which_all_fail_goes_on_and_says_why(gaitsim, puppet_file, install, monkeypatch):
+    folder = install("failing", FAILING, {"fitness": {"failing": "Failing"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+    done = gaitsim("run", puppet_file, "--set", "fitness.plugin=failing")
+    assert "Every individual failed" in done.stdout
+    assert re.search(r"Individual 0: reach is nan, price is -?inf", done.stdout)
+    done = gaitsim("resume", "puppet", "--generations", 7, "--json")
+    *rows, summary = map(strict, done.stdout.splitlines())
+    assert [row["generation"] for row in rows] == [6, 7]
+    assert {row["best"] for row in rows} == {row["reach"] for row in rows} == {None}
+    assert (summary["generation"], summary["score"]) == (7, None)
+    assert "Every individual failed" in gaitsim("show", "puppet").stdout
+    assert strict(gaitsim("show", "puppet", "--json").stdout)["champion"] is None
+    for command in ("export", "plot"):
+        gaitsim(command, "puppet", code=0 if command == "plot" else 2)
+
+
+def test_the_spider_is_the_same_in_one_go_resumed_and_with_any_workers(gaitsim, fingerprint):
+    gaitsim("run", *SPIDER, "--generations", 12, "--out", "whole")
+    gaitsim("run", *SPIDER, "--generations", 5, "--out", "parts", "--workers", 1)
+    gaitsim("resume", "parts", "--generations", 8, "--workers", 3)
+    gaitsim("resume", "parts", "--generations", 12)
+    assert fingerprint("parts") == fingerprint("whole")
+    gaitsim("run", *SPIDER, "--generations", 12, "--out", "other", "--seed", 1)
+    assert fingerprint("other") != fingerprint("whole")
+
+
+def test_a_body_in_plain_python_is_the_same_with_worker_processes(
+    gaitsim, puppet_file, fingerprint
+):
+    gaitsim("run", puppet_file, "--out", "one")
+    gaitsim("run", puppet_file, "--out", "two", "--workers", 2)
+    assert fingerprint("one") == fingerprint("two")
+
+
+@posix
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_run_killed_again_and_again_is_the_same(
+    gaitsim, start, puppet_file, fingerprint, tmp_path, workers
+):
+    experiment = (puppet_file, "--generations", 40, "--set", "organism.pause=0.01")
+    gaitsim("run", *experiment, "--out", "whole")
+    run = tmp_path / "killed"
+    # During start-up, about the first generation, and later on.
+    for moment in (0.1, 0.5, 5, 15, 25):
+        begun = (run / "experiment.toml").exists()
+        arguments = ("resume", run) if begun else ("run", *experiment, "--out", run)
+        process = start(*arguments, "--workers", workers)
+        if moment < 1:
+            time.sleep(moment)
+        else:
+            wait_for(run / "history.csv", moment)
+        process.kill()
+        process.wait()
+    gaitsim("resume", run)
+    assert fingerprint(run) == fingerprint("whole")
+    assert (run / "bests.bin").read_bytes() == (tmp_path / "whole/bests.bin").read_bytes()
+
+
+def test_a_run_killed_before_its_first_checkpoint_begins_anew(
+    gaitsim, start, puppet_file, fingerprint, tmp_path
+):
+    experiment = (puppet_file, "--generations", 2, "--set", "organism.pause=0.5")
+    gaitsim("run", *experiment, "--out", "whole")
+    process = start("run", *experiment, "--out", "killed")
+    wait_for(tmp_path / "killed/history.csv")
+    process.kill()
+    process.wait()
+    assert not (tmp_path / "killed/population.pickle").exists()
+    assert "No generation is finished yet" in gaitsim("show", "killed").stdout
+    gaitsim("resume", "killed")
+    assert fingerprint("killed") == fingerprint("whole")
+
+
+@posix
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_saves_and_says_how_to_go_on(
+    gaitsim, start, puppet_file, tmp_path, number, workers
+):
+    run = tmp_path / "my run"
+    process = start(
+        "run", puppet_file, *SLOW, "--out", "my run", "--workers", workers, start_new_session=True
+    )
+    wait_for(run / "history.csv", 3)
+    # As a terminal does: to the workers, too.
+    os.killpg(process.pid, number)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert stderr.splitlines() == [
+        "Stopping after this generation; again to stop at once.",
+        "Stopped and saved. Go on with: gaitsim resume 'my run'",
+    ]
+    shown = strict(gaitsim("show", "my run", "--json").stdout)
+    rows = (run / "history.csv").read_text().count("\n") - 1
+    assert shown["generation"] == rows >= 3
+    gaitsim("resume", "my run", "--generations", rows + 1)
+
+
+@posix
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_second_interrupt_is_granted_at_once(start, puppet_file, tmp_path, workers):
+    arguments = ("--set", "organism.pause=1000", "--out", "run", "--workers", workers)
+    process = start("run", puppet_file, *arguments)
+    assert process.stdout.readline() == "run run\n"
+    time.sleep(0.5)  # preparing takes a puppet no time
+    process.send_signal(signal.SIGINT)
+    assert "again to stop at once" in process.stderr.readline()
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert stderr == "Stopped, as of the last saved generation. Go on with: gaitsim resume run\n"
+
+
+SLEEPY = """
+import time
+from gaitsim_puppets import Puppet
+class Sleepy(Puppet):
+    def move(self, genomes):
+        print("moving", len(genomes), flush=True)
+        time.sleep(1000)
+"""
+
+
+@posix
+def test_an_interrupt_while_preparing_is_granted_at_once(
+    gaitsim, start, puppet_file, install, monkeypatch
+):
+    folder = install("sleepy", SLEEPY, {"organism": {"sleepy": "Sleepy"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+    process = start("run", puppet_file, "--set", "organism.plugin=sleepy")
+    assert process.stdout.readline() == "run runs/puppet\n"
+    assert process.stdout.readline() == "moving 1\n"
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Go on with: gaitsim resume runs/puppet" in stderr
+    assert "Traceback" not in stderr
+    assert "0/5" in gaitsim("runs").stdout
+
+
+@posix
+def test_workers_end_with_a_killed_program(start, puppet_file, tmp_path):
+    process = start("run", puppet_file, *SLOW, "--workers", 2, "--out", "run")
+    wait_for(tmp_path / "run/history.csv", 2)
+    process.kill()
+    process.wait()
+    # The pipe ends when the last worker that holds it does.
+    assert select.select([process.stdout], [], [], 60)[0]
+    while os.read(process.stdout.fileno(), 1000):
+        assert select.select([process.stdout], [], [], 60)[0]
+
+
+SPOILT = """
+from pathlib import Path
+import gaitsim_puppets as puppets
+from gaitsim.contracts import Motion, option
+calls = 0
+class Body(puppets.Puppet):
+    how: str = option("", "what goes wrong once, at the third population")
+    def move(self, genomes):
+        global calls
+        calls += len(genomes) > 1
+        if calls == 3 and self.how and not Path("spoilt.txt").exists():
+            Path("spoilt.txt").touch()
+            if self.how == "raises":
+                raise OSError(28, "I am full")
+            if self.how == "ends":
+                raise SystemExit(0)
+            if self.how == "shape":
+                return Motion(4.0, {"joint_angles": genomes, "reach": genomes[1:, 0]})
+            if self.how == "none":
+                return None
+            if self.how == "changes":
+                genomes[:] = 0
+        return super().move(genomes)
+"""
+
+
+@pytest.mark.parametrize("how", ["raises", "ends", "shape", "none", "changes"])
+def test_a_plugin_that_goes_wrong_in_the_middle_leaves_a_run_to_go_on_with(
+    gaitsim, puppet_file, install, monkeypatch, fingerprint, how
+):
+    folder = install("spoilt", SPOILT, {"organism": {"spoilt": "Body"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+    spoilt = ("--set", "organism.plugin=spoilt", "--set", f"organism.how={how}")
+    done = gaitsim("run", puppet_file, *spoilt, code=2)
+    assert "organism 'spoilt' of package spoilt 1.0" in done.stderr
+    assert "go on with: gaitsim resume runs/puppet" in done.stderr
+    assert "2/5" in gaitsim("runs").stdout
+    gaitsim("resume", "puppet")
+    gaitsim("run", puppet_file, "--set", "organism.plugin=spoilt", "--out", "whole")
+    assert fingerprint("puppet") == fingerprint("whole")
+
+
+def test_a_missing_plugin_is_told_with_its_package(program, puppet_file, tmp_path):
+    program("run", puppet_file)
+    without = {"env": os.environ | {"PYTHONPATH": ""}}
+    done = program("resume", "puppet", code=2, **without)
+    assert "unknown organism plugin 'puppet'" in done.stderr
+    assert "pip install gaitsim-puppets==1.0" in done.stderr
+    assert "finished" in program("runs", **without).stdout
+
+
+def test_another_version_of_a_plugin_is_gone_on_with_when_wanted(
+    gaitsim, puppet_file, fingerprint, install, monkeypatch, puppets
+):
+    def installed(version):
+        shutil.rmtree(puppet_file.parent / "other", ignore_errors=True)
+        source = "from gaitsim_puppets import Puppet\n"
+        folder = install("other", source, {"organism": {"other": "Puppet"}}, version=version)
+        monkeypatch.setenv("PYTHONPATH", str(folder))
+
+    installed("1.0")
+    gaitsim("run", puppet_file, "--set", "organism.plugin=other", "--out", "run")
+    installed("1.1")
+    done = gaitsim("resume", "run", "--generations", 8, code=2)
+    assert "organism other: other 1.0 then, other 1.1 now" in done.stderr
+    assert "--any-version" in done.stderr
+    gaitsim("resume", "run", "--generations", 8, "--any-version")
+    gaitsim("run", puppet_file, "--generations", 8, "--out", "whole")
+    assert fingerprint("run") == fingerprint("whole")
+    gaitsim("resume", "run", "--generations", 9)
+
+
+def test_a_damaged_checkpoint_is_told_and_makes_no_difference(
+    gaitsim, puppet_file, fingerprint, tmp_path
+):
+    gaitsim("run", puppet_file, "--out", "whole", "--generations", 8)
+    gaitsim("run", puppet_file, "--out", "run")
+    path = tmp_path / "run/population.pickle"
+    path.write_bytes(path.read_bytes()[:-7])
+    shown = gaitsim("show", "run", "--fingerprint")
+    assert "Warning: population.pickle cannot be read" in shown.stderr
+    done = gaitsim("resume", "run", "--generations", 8)
+    assert "Warning: population.pickle cannot be read" in done.stderr
+    assert "kept as population.damaged-1.pickle" in done.stderr
+    assert fingerprint("run") == fingerprint("whole")
+    assert (tmp_path / "run/population.damaged-1.pickle").exists()
+
+
+def test_one_program_a_run(gaitsim, start, puppet_file, tmp_path):
+    process = start("run", puppet_file, *SLOW, "--out", "run")
+    wait_for(tmp_path / "run/history.csv", 2)
+    done = gaitsim("resume", "run", code=2)
+    assert f"is being written by process {process.pid} on " in done.stderr
+    assert "running" in gaitsim("runs", ".").stdout
+    assert gaitsim("show", "run", "--json").stdout
+    assert process.poll() is None
+
+
+def test_runs_that_begin_at_once_get_a_folder_each(start, puppet_file, tmp_path):
+    both = [start("run", puppet_file, "--out", "run") for _ in range(2)]
+    said = {process.communicate(timeout=60)[0].splitlines()[0] for process in both}
+    assert said == {"run run", "run run-2"}
+
+
+def test_a_run_whose_folder_is_deleted_ends_with_a_message(start, puppet_file, tmp_path):
+    process = start("run", puppet_file, *SLOW, "--out", "run")
+    wait_for(tmp_path / "run/history.csv", 2)
+    while (tmp_path / "run").exists():
+        shutil.rmtree(tmp_path / "run", ignore_errors=True)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "run" in stderr
+    assert "Traceback" not in stderr
+
+
+def test_generations_that_are_done_are_not_taken_back(gaitsim, puppet_file):
+    gaitsim("run", puppet_file)
+    for generations in (0, 4):
+        done = gaitsim("resume", "puppet", "--generations", generations, code=2)
+        assert "is at generation 5 already" in done.stderr
+    assert "5 generations are done" in gaitsim("resume", "puppet", "--generations", 5).stdout
+    assert "there is no run 'nobody'" in gaitsim("resume", "nobody", code=2).stderr
+
+
+def test_whoever_reads_a_part_is_no_error(start, puppet_file):
+    process = start("run", puppet_file, "--json", "--generations", 3000)
+    assert strict(process.stdout.readline())["generation"] == 1
+    process.stdout.close()
+    assert "Traceback" not in process.stderr.read()
+    process.stdout = None
+
+
+@posix
+def test_a_terminal_is_left_as_it_was(start, puppet_file, tmp_path):
+    ours, theirs = pty.openpty()
+    streams = {"stdin": theirs, "stdout": theirs, "stderr": theirs}
+    process = start("run", puppet_file, *SLOW, "--out", "run", **streams)
+    os.close(theirs)
+    wait_for(tmp_path / "run/history.csv", 3)
+    process.send_signal(signal.SIGINT)
+    seen = b""
+    while select.select([ours], [], [], 60)[0]:
+        try:
+            data = os.read(ours, 10_000)
+        except OSError:  # closed at the other end
+            break
+        if not data:
+            break
+        seen += data
+    os.close(ours)
+    assert process.wait() == 130
+    assert "Traceback" not in seen.decode()
+    assert "Go on with: gaitsim resume run" in " ".join(seen.decode().split())
+    assert seen.count(b"\x1b[?25l") == seen.count(b"\x1b[?25h")  # the cursor is there again
+
+
+def test_nothing_of_a_plugin_is_imported_for_a_list_of_runs(program, puppet_file):
+    program("run", puppet_file)
+    code = (
+        "import sys\nfrom gaitsim.cli import main\nsys.argv = ['gaitsim', 'runs']\n"
+        "try:\n    main()\nfinally:\n    assert 'gaitsim_puppets' not in sys.modules\n"
+    )
+    assert "puppet" in program(args=[sys.executable, "-c", code]).stdout

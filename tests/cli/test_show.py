@@ -1,0 +1,197 @@
+import json
+
+import numpy as np
+import pytest
+
+from gaitsim.runs.directory import Run
+
+
+def strict(text):
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+@pytest.fixture
+def finished(gaitsim, puppet_file, tmp_path):
+    """A finished run of puppets."""
+    gaitsim("run", puppet_file)
+    return tmp_path / "runs/puppet"
+
+
+@pytest.fixture
+def unbegun(puppet, tmp_path):
+    """A run without a generation."""
+    from gaitsim.runs.directory import create_run
+
+    return create_run(puppet(), tmp_path / "runs/unbegun")
+
+
+def test_a_run_is_shown_in_full(gaitsim, finished):
+    shown = gaitsim("show", "puppet")
+    assert shown.stderr == ""
+    assert "\x1b" not in shown.stdout
+    for text in (
+        "runs/puppet",
+        "seed 1  organism puppet  fitness puppet-reach  selection puppet-best",
+        "generation 5 of 5, 30 evaluations in ",
+        "Champion of generation ",
+        "how far it reaches",
+        "score = reach ",
+    ):
+        assert text in shown.stdout
+    assert gaitsim("show", "runs/puppet").stdout == shown.stdout
+
+
+def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
+    shown = strict(gaitsim("show", "puppet", "--json").stdout)
+    run = Run(finished)
+    generation, score, _ = run.champion()
+    assert shown["champion"]["generation"] == generation
+    assert shown["champion"]["score"] == score
+    assert shown["champion"]["terms"] == run.terms(generation)
+    assert list(shown["champion"]["measures"]) == ["reach"]
+    assert shown["plugins"]["organism"] == "puppet"
+    assert (shown["generation"], shown["generations"], shown["evaluations"]) == (5, 5, 30)
+    assert shown["seconds"] == run.history["seconds"].sum()
+    assert shown["fingerprint"] == run.fingerprint()
+    printed = gaitsim("show", "puppet", "--fingerprint").stdout
+    assert printed == run.fingerprint() + "\n"
+    assert strict(gaitsim("show", "puppet", "--fingerprint", "--json").stdout) == {
+        "run": "runs/puppet",
+        "fingerprint": run.fingerprint(),
+    }
+
+
+def test_a_run_without_a_generation_is_shown(gaitsim, unbegun):
+    shown = gaitsim("show", "unbegun")
+    assert "No generation is finished yet. Go on: gaitsim resume runs/unbegun" in shown.stdout
+    shown = strict(gaitsim("show", "unbegun", "--json").stdout)
+    assert (shown["generation"], shown["champion"], shown["fingerprint"]) == (0, None, None)
+    for arguments in (
+        ("show", "unbegun", "--fingerprint"),
+        ("export", "unbegun"),
+        ("plot", "unbegun"),
+    ):
+        done = gaitsim(*arguments, code=2)
+        assert done.stdout == ""
+        assert "the run runs/unbegun has no finished generation yet" in done.stderr
+        assert "gaitsim resume runs/unbegun" in done.stderr
+
+
+def test_runs_are_listed_whatever_they_hold(gaitsim, finished, unbegun, tmp_path, puppets):
+    root = tmp_path / "runs"
+    for name, text in [
+        ("foreign", "this is not TOML ["),
+        ("other", "a = 1"),
+        ("binary", "\0"),
+        ("[red]odd", "[organism]\nplugin = 3\n[fitness]\nplugin = 4\n[evolution]\npopulation = 1"),
+    ]:
+        (root / name).mkdir()
+        (root / name / "experiment.toml").write_text(text)
+    damaged = root / "damaged"
+    damaged.mkdir()
+    for path in finished.iterdir():
+        if path.is_file():
+            (damaged / path.name).write_bytes(path.read_bytes())
+    for name in ("population.pickle", "population.previous.pickle"):
+        (damaged / name).write_bytes(b"damaged")
+    (root / "folder").mkdir()
+    (root / "file").touch()
+    before = sorted(root.rglob("*"))
+    rows = [strict(line) for line in gaitsim("runs", "--json").stdout.splitlines()]
+    assert {row["run"]: row["state"] for row in rows} == {
+        "puppet": "finished",
+        "unbegun": "stopped",
+        "foreign": "damaged",
+        "other": "damaged",
+        "binary": "damaged",
+        "[red]odd": "damaged",
+        "damaged": "damaged",
+    }
+    row = next(row for row in rows if row["run"] == "puppet")
+    assert row["best"] == Run(finished).history["best"].max()
+    assert (row["generation"], row["generations"], row["organism"]) == (5, 5, "puppet")
+    listed = gaitsim("runs").stdout
+    assert "[red]odd" in listed
+    assert "5/5" in listed
+    assert sorted(root.rglob("*")) == before
+
+
+def test_an_empty_folder_has_no_runs(gaitsim, tmp_path):
+    (tmp_path / "empty").mkdir()
+    for root in ("empty", "missing"):
+        assert f"No runs in {root}. Begin one" in gaitsim("runs", root).stdout
+        assert gaitsim("runs", root, "--json").stdout == ""
+    (tmp_path / "file").touch()
+    assert "cannot list file: Not a directory" in gaitsim("runs", "file", code=2).stderr
+
+
+def test_a_gait_is_exported(gaitsim, finished, tmp_path):
+    done = gaitsim("export", "puppet")
+    generation = Run(finished).champion()[0] if (finished / "bests.bin").exists() else 0
+    path = f"runs/puppet/exports/gait-generation-{generation}.mat"
+    assert done.stdout == f"{path}: 5 frames × 3 joints at 4 Hz, radians\n"
+    assert (tmp_path / path).stat().st_size > 0
+    # The file's name says the format, unless another one is asked for.
+    for arguments, start in [
+        (("--out", "gait.csv"), b"time_s,"),
+        (("--out", "gait.NPZ"), b"PK"),
+        (("--out", "gait.mat"), b"MATLAB 5.0"),
+        (("--out", "gait"), b"MATLAB 5.0"),
+        (("--out", "gait.txt", "--format", "csv"), b"time_s,"),
+        (("--out", "gait.2", "--generation", 2), b"MATLAB 5.0"),
+    ]:
+        gaitsim("export", "puppet", *arguments)
+        assert (tmp_path / arguments[1]).read_bytes().startswith(start)
+
+
+@pytest.fixture(autouse=True)
+def installed(puppets):
+    """What the tests themselves read needs the puppets, too."""
+
+
+def test_what_cannot_be_exported_is_one_message(gaitsim, finished, tmp_path):
+    for arguments, says in [
+        (("export", "puppet", "--generation", 6), "has no generation 6"),
+        (("export", "puppet", "--out", "missing/gait.mat"), "there is no folder missing"),
+        (("export", "puppet", "--out", "."), "it is a folder"),
+        (("plot", "puppet", "--out", "missing/a.png"), "there is no folder missing"),
+        (("plot", "puppet", "--out", "a.gif"), "does not end with a format"),
+        (("export", "nobody"), "there is no run 'nobody'"),
+        (("plot", "nobody"), "there is no run 'nobody'"),
+        (("show", "nobody"), "there is no run 'nobody'"),
+    ]:
+        done = gaitsim(*arguments, code=2)
+        assert says in done.stderr
+        assert done.stdout == ""
+
+
+def test_a_plot_is_drawn(gaitsim, finished, tmp_path):
+    assert gaitsim("plot", "puppet").stdout == "runs/puppet/exports/fitness.png\n"
+    assert gaitsim("plot", "puppet", "--out", "a.svg").stdout == "a.svg\n"
+    assert (tmp_path / "a.svg").read_text().startswith("<?xml")
+
+
+def test_measures_that_are_not_finite_are_null(gaitsim, finished, install, monkeypatch, tmp_path):
+    source = (
+        "import numpy as np\nfrom gaitsim.contracts import Measure\nfrom gaitsim_puppets import "
+        "Puppet\nclass Odd(Puppet):\n    def measures(self, motion):\n        return {'a': "
+        "Measure(np.array([np.nan]), '', 'odd'), 'b': Measure(np.array([np.inf]), '', '[red]')}\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(install("odd", source, {"organism": {"odd": "Odd"}})))
+    gaitsim("run", tmp_path / "puppet.toml", "--set", "organism.plugin=odd", "--out", "odd-run")
+    shown = strict(gaitsim("show", "odd-run", "--json").stdout)
+    assert shown["champion"]["measures"] == {"a": None, "b": None}
+    assert "[red]" in gaitsim("show", "odd-run").stdout
+
+
+def test_damage_is_one_message(gaitsim, finished):
+    history = finished / "history.csv"
+    text = history.read_text()
+    for content in (text.replace("generation", "generations", 1), text[: len(text) // 2]):
+        history.write_text(content)
+        for command in ("show", "plot"):
+            assert "history.csv" in gaitsim(command, "puppet", code=2).stderr
+    assert np.isfinite(Run(finished).bests["score"]).all()
