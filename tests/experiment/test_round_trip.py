@@ -164,6 +164,8 @@ class Odd(Body):
     leg: Leg = option(Leg(), "a leg")
     legs: list[Leg] = option([], "legs")
     colour: Colour = option(Colour.red, "a colour")
+    either: Literal["auto"] | float | bool = option("auto", "a word, a number or a switch")
+    hostile: int = option(1, "a bell \\a and \\0", unit="m\\nlast = 5")
     bare: int = 3
     last: int = option(1, "the last")
 '''

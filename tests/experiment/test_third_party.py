@@ -134,3 +134,25 @@ def test_a_plugin_that_is_gone_is_told(parsed, problem, custom, install, working
     found = problem(text=text)
     assert found.where == "x.toml, key organism.plugin"
     assert found.remedy == "did you mean 'point'?"
+
+
+@pytest.mark.parametrize("value", ["2020-01-02", "12:30:00", "2020-01-02T12:30:00Z"])
+def test_a_date_is_no_text(problem, custom, install, working, value):
+    source = "class X(Body):\n    label: str = option('', 'a label')\n"
+    names = {"organism": {"x": "X"}, "fitness": {"far": "Distance"}}
+    install("fake", f"{working}\n{source}", names)
+    text = custom(organism="x", fitness="far").replace('"x"', f'"x"\nlabel = {value}')
+    found = problem(text=text)
+    assert found.where == "x.toml, key organism.label"
+    assert found.allowed == "a text"
+
+
+def test_an_option_of_several_types_is_told_once(problem, custom, install, working):
+    source = "class X(Body):\n    size: Literal['auto'] | float | bool = option('auto', 'a size')\n"
+    names = {"organism": {"x": "X"}, "fitness": {"far": "Distance"}}
+    install("fake", f"{working}\n{source}", names)
+    text = custom(organism="x", fitness="far")
+    found = problem("organism.size=aut", text=text)
+    assert found.what == "aut is not allowed: a size"
+    assert found.allowed == '"auto" or a number or true or false'
+    assert found.remedy == "did you mean 'auto'?"

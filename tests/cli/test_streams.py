@@ -1,0 +1,38 @@
+"""What waits to be printed when a command ends."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from gaitsim.cli import streams
+
+
+def test_a_reader_who_has_gone_is_no_error(monkeypatch):
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as stdout:
+        monkeypatch.setattr(sys, "stdout", stdout)
+        print("too late")
+        assert streams.finish() == ""
+        stdout.flush()  # as Python does at its end
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_is_a_reason(monkeypatch):
+    with Path("/dev/full").open("w") as stdout:
+        monkeypatch.setattr(sys, "stdout", stdout)
+        print("too much")
+        assert "No space left" in streams.finish()
+        stdout.flush()
+
+
+def test_a_closed_stream_swallows_what_it_is_given(monkeypatch):
+    monkeypatch.setattr(sys, "stdout", None)
+    monkeypatch.setattr(sys, "stderr", None)
+    streams.prepare()
+    print("nobody reads this")
+    assert streams.finish() == ""
+    sys.stdout.close()
+    sys.stderr.close()
