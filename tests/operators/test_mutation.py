@@ -12,6 +12,7 @@ from scipy import stats
 from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim_operators.mutation.bit_flip import BitFlip
 from gaitsim_operators.mutation.gaussian import Gaussian
+from gaitsim_operators.mutation.none import NoMutation
 from gaitsim_operators.mutation.polynomial import Polynomial
 from gaitsim_operators.mutation.randomise import Randomise
 from gaitsim_operators.mutation.reset import Reset
@@ -182,3 +183,11 @@ def test_randomise_begins_anew(space):
     genomes = space.random(30, np.random.default_rng(8))
     mutants = Randomise().mutate(genomes, space, np.random.default_rng(9))
     np.testing.assert_array_equal(mutants, space.random(30, np.random.default_rng(9)))
+
+
+@pytest.mark.parametrize("space", [SPACE, _bits(4)], ids=["real", "bit"])
+def test_no_mutation_changes_nothing(space):
+    genomes = space.random(30, np.random.default_rng(8))
+    mutants = NoMutation().mutate(genomes, space, np.random.default_rng(9))
+    np.testing.assert_array_equal(mutants, genomes)
+    assert not np.shares_memory(mutants, genomes)

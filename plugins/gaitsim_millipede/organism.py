@@ -1,0 +1,206 @@
+"""The millipede: pairs of stiff legs along a spine, which reach and then straighten."""
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from gaitsim.contracts import (
+    Array,
+    BitSpace,
+    Genomes,
+    GenomeSpace,
+    Measure,
+    Motion,
+    Organism,
+    Skeleton,
+    option,
+)
+from gaitsim_millipede import cycle
+from gaitsim_millipede.codec import CODECS, LIMIT, Codec
+from gaitsim_millipede.travel import clockwise, forward
+
+_SIN_LIMIT = math.sin(math.radians(LIMIT))
+
+
+class Millipede(Organism):
+    """A millipede whose legs reach and straighten, on pairs of legs along a stiff spine.
+
+    Each leg has one angle, the genome's, up to 20° either way of square to the spine. In
+    each cycle all legs reach there, lifted, while the spine lies on the ground; then they
+    straighten, on the ground, and carry the body (Shores 2012).
+    """
+
+    pairs: int = option(3, "pairs of legs", ge=1, le=1000)
+    codec: Literal["sign-magnitude", "unsigned"] = option(
+        "sign-magnitude",
+        "bits of a leg's angle: a sign and 5 bits of degrees, or 5 bits that reach forward alone",
+    )
+    leg_length: float = option(0.05, "length of a leg", unit="m", ge=1e-4, le=10)
+    leg_spacing: float = option(
+        0.04, "distance along the spine from one leg to the next", unit="m", ge=1e-4, le=10
+    )
+    spine: float | None = option(
+        None,
+        "length of the spine; if none, a leg spacing for each pair of legs",
+        unit="m",
+        ge=1e-4,
+        le=10_000,
+    )
+
+    # A population of 79 takes less time to move than to hand to a thread.
+    threads: ClassVar[bool] = False
+    channels: ClassVar[Mapping[str, str]] = {
+        "side_reach": "(population, 2) motion of left and right side in a cycle; 1 is the furthest",
+        "sides": "(population, 2) m, motion of left and right side in a cycle",
+        "leg_angles": "(population, legs) rad at full reach, positive forward, left legs first",
+        "joint_angles": "(population, 300, 2 × legs) rad, swing and lift of each leg",
+        "pose": "(population, 300, 3) x and y in m, yaw in rad, of the body in the world",
+        "stance": "(population, 300, legs) bool, feet on the ground until the next frame",
+    }
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        needed = (self.pairs - 1) * self.leg_spacing
+        if self._spine_length < needed * (1 - 1e-9):  # 3 × 0.1 m fit on 0.3 m
+            raise ValueError(
+                f"a spine of {self.spine:g} m is too short for {self.pairs} pairs of legs "
+                f"{self.leg_spacing:g} m apart, which need {needed:g} m"
+            )
+        return self
+
+    @property
+    def _spine_length(self) -> float:
+        return self.pairs * self.leg_spacing if self.spine is None else self.spine
+
+    @property
+    def _codec(self) -> Codec:
+        return CODECS[self.codec]
+
+    @property
+    def _legs(self) -> tuple[str, ...]:
+        """L1 L2 … R1 R2 …, front to back."""
+        return tuple(f"{side}{pair}" for side in "LR" for pair in range(1, self.pairs + 1))
+
+    def genome_space(self) -> GenomeSpace:
+        """6 bits a leg, or 5 unsigned ones; all left legs, then all right ones."""
+        return BitSpace(self._codec.labels(self._legs), self._codec.repair)
+
+    def joint_names(self) -> tuple[str, ...]:
+        """'L1 swing', 'L1 lift', 'L2 swing' … 'R3 lift'."""
+        return tuple(f"{leg} {joint}" for leg in self._legs for joint in ("swing", "lift"))
+
+    def move(self, genomes: Genomes) -> Motion:
+        """Decode to the reach of both sides; all else is worked out when first read.
+
+        8,000 millipedes of 6 legs take 0.30 ms on one core, 79 take 16 µs.
+        """
+        codes = self._codec.codes(genomes)
+        reaches = self._codec.reaches[codes].reshape(2, self.pairs, len(genomes))
+        reach = reaches.sum(axis=1).T / self.pairs
+
+        def sides() -> dict[str, Array]:
+            return {"sides": self.leg_length * _SIN_LIMIT * reach}
+
+        def leg_angles() -> dict[str, Array]:
+            return {"leg_angles": np.radians(self._codec.degrees)[codes.T]}
+
+        def joint_angles() -> dict[str, Array]:
+            angles = np.zeros((len(genomes), cycle.FRAMES, 2 * self.pairs, 2), dtype=np.float32)
+            # Evenly in the sine: feet that carry the body then keep their place along it.
+            sines = np.sin(motion["leg_angles"])[:, None] * cycle.EXTENT[:, None]
+            angles[..., 0] = np.arcsin(sines)
+            angles[..., 1] = cycle.LIFTED[:, None]
+            return {"joint_angles": angles.reshape(*angles.shape[:2], -1)}
+
+        def pose() -> dict[str, Array]:
+            pose = np.zeros((len(genomes), cycle.FRAMES, 3))
+            pose[..., 0] = forward(motion["sides"])[:, None] * cycle.PROGRESS
+            pose[..., 2] = self._turn(reach)[:, None] * cycle.PROGRESS
+            return {"pose": pose}
+
+        def stance() -> dict[str, Array]:
+            shape = (len(genomes), cycle.FRAMES, 2 * self.pairs)
+            return {"stance": np.broadcast_to(cycle.STANCE[:, None], shape).copy()}
+
+        motion = Motion(
+            cycle.FRAME_RATE,
+            {"side_reach": reach},
+            {
+                ("sides",): sides,
+                ("leg_angles",): leg_angles,
+                ("joint_angles",): joint_angles,
+                ("pose",): pose,
+                ("stance",): stance,
+            },
+        )
+        return motion
+
+    def _turn(self, reach: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Yaw of a cycle, (population,), radians, positive to the left.
+
+        The paths of two sides differ by the yaw times the distance of their feet, which
+        is two leg lengths.
+        """
+        return 0 - clockwise(reach) * (_SIN_LIMIT / 2)
+
+    def measures(self, motion: Motion) -> Mapping[str, Measure]:
+        """Travel and turn in a cycle, mean leg angles, legs that cross."""
+        moved = forward(motion["sides"])
+        turned = np.degrees(self._turn(motion["side_reach"]))
+        degrees = np.degrees(motion["leg_angles"]).reshape(-1, 2, self.pairs).mean(axis=2)
+        return {
+            "forward": Measure(moved, "m", "displacement in a cycle of reaching and straightening"),
+            "leg lengths": Measure(moved / self.leg_length, "", "forward in leg lengths"),
+            "turn": Measure(turned, "°", "turn to the left in a cycle"),
+            "left legs": Measure(degrees[:, 0], "°", "mean angle that the left legs reach"),
+            "right legs": Measure(degrees[:, 1], "°", "mean angle that the right legs reach"),
+            "crossings": Measure(
+                self._crossings(motion["leg_angles"]), "", "neighbouring legs that would cross"
+            ),
+        }
+
+    def _crossings(self, angles: Array) -> Array:
+        """How many neighbours on a side meet at full reach, (population,)."""
+        sides = angles.reshape(-1, 2, self.pairs)
+        front, rear = sides[..., :-1], sides[..., 1:]
+        # By the law of sines the longer way from a hip to where two legs meet is
+        # spacing × the greater cosine / sin (rear − front).
+        longer = self.leg_spacing * np.maximum(np.cos(front), np.cos(rear))
+        crossing = longer <= self.leg_length * np.sin(rear - front)
+        return np.asarray(crossing.sum(axis=(1, 2)))
+
+    def skeleton(self, motion: Motion, individual: int) -> Skeleton:
+        """Spine and legs in the world, flat on the ground but for lifted legs."""
+        angles = motion["joint_angles"][individual].astype(np.float64)
+        swing, lift = angles.reshape(cycle.FRAMES, 2, self.pairs, 2).transpose(3, 0, 1, 2)
+        hips = self.leg_spacing * ((self.pairs - 1) / 2 - np.arange(self.pairs))
+        segments = np.zeros((cycle.FRAMES, 1 + 2 * self.pairs, 2, 3))
+        segments[:, 0, :, 0] = self._spine_length / 2 * np.array([1, -1])
+        legs = segments[:, 1:].reshape(cycle.FRAMES, 2, self.pairs, 2, 3)
+        outward = np.array([1.0, -1.0])[:, None]  # left, right
+        legs[..., 0] = hips[:, None]
+        legs[..., 1, 0] += self.leg_length * np.cos(lift) * np.sin(swing)
+        legs[..., 1, 1] = self.leg_length * np.cos(lift) * np.cos(swing) * outward
+        legs[..., 1, 2] = self.leg_length * np.sin(lift)
+        world = _placed(segments, motion["pose"][individual])
+        return Skeleton(
+            segments=world,
+            names=("spine", *self._legs),
+            frame_rate=motion.frame_rate,
+            contacts=world[:, 1:, 1],
+            touching=motion["stance"][individual],
+        )
+
+
+def _placed(points: NDArray[np.float64], pose: Array) -> NDArray[np.float64]:
+    """Points of the body's frame, (frames, …, 3), in the world."""
+    x, y, yaw = pose.T[:, :, None, None]
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    placed = points.copy()
+    placed[..., 0] = x + cos * points[..., 0] - sin * points[..., 1]
+    placed[..., 1] = y + sin * points[..., 0] + cos * points[..., 1]
+    return placed
