@@ -1,7 +1,7 @@
-"""Ready experiments: TOML files that packages ship.
+"""Ready experiments and studies: TOML files that packages ship.
 
-An entry point of the group `gaitsim.experiments` has the experiment's name, and for value
-the package of which `<name>.toml` is a resource.
+An entry point of the group `gaitsim.experiments` or `gaitsim.studies` has the file's name,
+and for value the package of which `<name>.toml` is a resource.
 """
 
 import sys
@@ -13,14 +13,14 @@ from gaitsim.errors import PluginError
 from gaitsim.registry import EXPERIMENTS, Entry, containing, find
 
 
-def read_preset(name: str) -> str:
+def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
     """The TOML text of a preset; the package is not imported unless it is in an archive.
 
     Raises:
-        PluginError: no package, or more than one, has an experiment of that name, or its
-            package fails or does not contain the file.
+        PluginError: no package, or more than one, has an experiment, or a study, of that
+            name, or its package fails or does not contain the file.
     """
-    entry = find(EXPERIMENTS, name)
+    entry = find(kind, name)
     with containing(entry, "being read"):
         text = _read(entry, f"{name}.toml")
     if text is None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 KINDS = ("organism", "fitness", "selection", "crossover", "mutation")
 EXPERIMENTS = "experiments"
+STUDIES = "studies"
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Entry:
     """One name that a package registers.
 
     Attributes:
-        kind: one of `KINDS`, or `EXPERIMENTS`.
+        kind: one of `KINDS`, `EXPERIMENTS` or `STUDIES`.
         name: what a user types.
         target: what is imported for it, `module:Class`.
         package: the distribution that registers it.
@@ -110,7 +111,7 @@ def find(kind: str, name: str) -> Entry:
         PluginError: there is none, or several packages claim the name.
     """
     known = entries(kind)
-    what = "experiment" if kind == EXPERIMENTS else f"{kind} plugin"
+    what = {EXPERIMENTS: "experiment", STUDIES: "study"}.get(kind, f"{kind} plugin")
     if name not in known:
         raise PluginError(
             f"unknown {what} {name!r}",

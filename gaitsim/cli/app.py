@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli import experiments, export, plot, plugins, resume, run, runs, show
+from gaitsim.cli import experiments, export, plot, plugins, resume, run, runs, show, study
 from gaitsim.cli.help import Command, Group
 
 app = typer.Typer(
@@ -35,7 +35,15 @@ def gaitsim(
     """Evolve gaits in your terminal."""
 
 
-for command in (run.run, resume.resume, runs.runs, show.show, export.export, plot.plot):
+for command in (
+    run.run,
+    resume.resume,
+    runs.runs,
+    show.show,
+    export.export,
+    plot.plot,
+    study.study,
+):
     app.command(cls=Command)(command)
 app.add_typer(experiments.app)
 app.add_typer(plugins.app)

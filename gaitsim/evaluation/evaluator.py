@@ -125,14 +125,19 @@ _failure: GaitsimError | None = None
 def _begin(toml: str) -> None:
     """Begin a worker process: its own experiment, made from the file's text."""
     global _experiment, _failure  # noqa: PLW0603 - a worker process has one, for its whole life
-    for number in (signal.SIGINT, signal.SIGTERM):  # the parent's to handle: it saves first
-        signal.signal(number, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    begin_worker()
     try:
         _experiment = parse_experiment(toml, "the experiment")
         prepare(_experiment)
     except GaitsimError as error:  # raised here, it would only be known that the worker died
         _failure = error
+
+
+def begin_worker() -> None:
+    """Begin a worker process: stopping is its parent's affair, ending with it its own."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # the parent's to handle: it saves first
+        signal.signal(number, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:

@@ -5,6 +5,7 @@ import secrets
 import shlex
 import shutil
 import time
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -90,9 +91,19 @@ def create_run(experiment: Experiment, out: Path | None = None) -> Path:
     """
     _check_size(experiment)
     wanted = RUNS / experiment.name if out is None else out
+    files = {EXPERIMENT: experiment.to_toml()}
+    return create_folder(wanted, files, (CHAMPIONS, EXPORTS))
+
+
+def create_folder(wanted: Path, files: Mapping[str, str], folders: Iterable[str] = ()) -> Path:
+    """Make a folder at one stroke, files and folders in it; a taken name gets a number.
+
+    Raises:
+        RunError: it cannot be made.
+    """
     if wanted.name in ("", ".."):
         raise RunError(
-            f"{wanted} is there already, and cannot be made as the folder of a run",
+            f"{wanted} is there already, and cannot be made as a new folder",
             remedy="give --out the path of a folder that is to be made",
         )
     with writing(wanted):
@@ -101,9 +112,10 @@ def create_run(experiment: Experiment, out: Path | None = None) -> Path:
         draft = wanted.parent / f"{_DRAFT}{secrets.token_hex(8)}"
         draft.mkdir()
         try:
-            write_bytes(draft / EXPERIMENT, experiment.to_toml().encode())
-            (draft / CHAMPIONS).mkdir()
-            (draft / EXPORTS).mkdir()
+            for name, text in files.items():
+                write_bytes(draft / name, text.encode())
+            for name in folders:
+                (draft / name).mkdir()
             path = _name(draft, wanted)
             sync_folder(path.parent)
         except BaseException:

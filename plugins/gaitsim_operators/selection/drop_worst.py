@@ -17,7 +17,8 @@ class DropWorst(Selection):
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator
     ) -> NDArray[np.intp]:
         """Scores (population,) -> pairs of different individuals, if there are two, (pairs, 2)."""
-        return self.parents_each(scores[None], pairs, rng)[0]
+        only: NDArray[np.intp] = self.parents_each(scores[None], pairs, rng)[0]
+        return only
 
     def parents_each(
         self, scores: NDArray[np.float64], pairs: int, rng: np.random.Generator

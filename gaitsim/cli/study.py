@@ -1,0 +1,178 @@
+"""`gaitsim study`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitsim.cli.run import Workers
+
+if TYPE_CHECKING:
+    from gaitsim.study.file import Cell, Study
+    from gaitsim.study.running import Best
+
+
+def study(
+    study: Annotated[
+        str,
+        typer.Argument(
+            help="A ready study, the path of a TOML file, or the folder of a study to go on with.",
+            metavar="NAME|FILE|FOLDER",
+        ),
+    ],
+    workers: Workers = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the study. Default: studies/<name>.")
+    ] = None,
+) -> None:
+    """Sweep options over all cores; results in one table, with surfaces and a summary.
+
+    Ctrl-C stops; the finished cells are kept, and the folder's name goes on with the rest.
+
+    [bold]Examples[/bold]
+
+    gaitsim study millipede-operators
+
+    gaitsim study my-study.toml --out studies/mine
+
+    gaitsim study studies/mine
+    """
+    import sys
+
+    from gaitsim.cli.console import notice, output
+    from gaitsim.runs.folder import command, create_folder
+    from gaitsim.runs.lock import RunLock
+    from gaitsim.study.file import cells, read_study
+
+    begun = (Path(study) / STUDY).is_file()
+    read, text = read_study(str(Path(study) / STUDY) if begun else study)
+    every = cells(read)
+    folder = Path(study) if begun else out or Path("studies") / read.name
+    if not begun:
+        folder = create_folder(folder, {STUDY: text})
+    lock = RunLock(folder)
+    try:
+        if not _run(folder, read, every, workers):
+            notice(f"Stopped; finished cells are kept. Go on with: {command('study', folder)}")
+            sys.exit(130)
+        results = _collect(folder, read, every)
+        _write(folder, read, results)
+    finally:
+        lock.release()
+    _summarise(folder, read, results)
+    output().print(f"\nTable: {folder / TABLE}", markup=False)
+
+
+STUDY, TABLE, REPORT = "study.toml", "results.csv", "report.md"
+
+
+def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None) -> bool:
+    """Run what is not finished, with a progress bar; False when the user stopped it."""
+    import time
+
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    from gaitsim.cli.console import output
+    from gaitsim.study.running import finished, run_cells
+
+    missing = [
+        cell for cell in every if finished(folder, cell, study.repeats, study.record_every) is None
+    ]
+    console = output()
+    if not console.is_terminal:
+        print(f"study {folder}: {len(missing)} of {len(every)} cells to run", flush=True)
+    bar = Progress(
+        TextColumn("[bold]{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("cells"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        console=console,
+        disable=not console.is_terminal,
+    )
+    task = bar.add_task(str(folder), total=len(every), completed=len(every) - len(missing))
+    said = time.monotonic()
+    try:
+        with bar:
+            done = len(every) - len(missing)
+            for _ in run_cells(folder, missing, study.repeats, study.record_every, workers):
+                done += 1
+                bar.advance(task)
+                if not console.is_terminal and time.monotonic() - said > 2:
+                    said = time.monotonic()
+                    print(f"{done}/{len(every)} cells", flush=True)
+    except KeyboardInterrupt:
+        return False
+    return True
+
+
+def _collect(folder: Path, study: "Study", every: "list[Cell]") -> "list[tuple[Cell, Best]]":
+    from gaitsim.errors import RunError
+    from gaitsim.study.running import finished
+
+    results = []
+    for cell in every:
+        best = finished(folder, cell, study.repeats, study.record_every)
+        if best is None:
+            raise RunError(f"cell {cell.index} of {folder} is gone or damaged")
+        results.append((cell, best))
+    return results
+
+
+def _write(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]") -> None:
+    from gaitsim.export.surfaces import plot_surface, surface_axis
+    from gaitsim.runs.atomic import write_bytes
+    from gaitsim.study.results import table
+
+    write_bytes(folder / TABLE, table(study, results).encode())
+    if surface_axis(study):
+        for experiment in study.experiments:
+            name = Path(experiment).stem
+            plot_surface(study, experiment, results, folder / f"surface-{name}.png")
+
+
+def _summarise(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]") -> None:
+    """Print and write down what first reached the target, published cells beside it."""
+    from gaitsim.cli.console import number, output, table
+    from gaitsim.runs.atomic import write_bytes
+    from gaitsim.study.results import RULE, first_reached
+
+    console = output()
+    if study.target is None:
+        return
+    columns = ["experiment", "population", "generations", "mean"]
+    if study.published:
+        columns += ["published population", "published generations"]
+    rows = []
+    for found in first_reached(study, results):
+        cells = [
+            found.experiment,
+            "never" if found.population is None else str(found.population),
+            "" if found.generations is None else str(found.generations),
+            number(found.mean) + (" at most" if found.population is None else ""),
+        ]
+        if study.published:
+            cell = study.published.get(found.experiment, {})
+            cells += [str(cell.get("population", "none")), str(cell.get("generations", "none"))]
+        rows.append(cells)
+    made = table(*columns)
+    for row in rows:
+        made.add_row(*row)
+    title = f"Smallest population and generations that reach {study.target:g}"
+    console.print(f"\n{title}", style="bold")
+    console.print(made)
+    console.print(RULE, style="dim")
+    lines = [f"# {study.name}", "", study.description, "", f"## {title}", ""]
+    lines += ["| " + " | ".join(columns) + " |", "| --- " * len(columns) + "|"]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    lines += ["", f"Rule: {RULE}. Means of {study.repeats} repeats.", ""]
+    write_bytes(folder / REPORT, "\n".join(lines).encode())

@@ -1,0 +1,212 @@
+"""A study file: experiments, axes, repeats. Frozen; all its problems in one report."""
+
+import itertools
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from gaitsim import toml
+from gaitsim.contracts import option
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.experiment.problems import Problems
+from gaitsim.presets import read_preset
+from gaitsim.registry import STUDIES
+
+SCHEMA = 1
+MOST_CELLS = 100_000
+EXPERIMENT = "experiment"  # the axis that every study has
+
+Scalar = int | float | str | bool
+
+
+class Range(BaseModel):
+    """Numbers at equal steps: from, from + step … up to and with `to`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    start: int | float = Field(alias="from")
+    to: int | float
+    step: int | float = Field(1, gt=0)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.to < self.start:
+            raise ValueError(f"the range from {self.start} to {self.to} is empty")
+        if (self.to - self.start) / self.step > MOST_CELLS:
+            raise ValueError(f"the range has more than {MOST_CELLS:,} values")
+        return self
+
+    def values(self) -> list[Scalar]:
+        """The numbers; whole ones where all three are."""
+        count = int((self.to - self.start) / self.step + 1e-9) + 1
+        return [self.start + index * self.step for index in range(count)]
+
+
+class Study(BaseModel):
+    """What to sweep, how often to repeat, and what to put down."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    schema_: int = Field(SCHEMA, alias="schema", ge=1, description="version of this file's form")
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_. -]*$", max_length=200)] = Field(
+        "study", description="letters, digits, '_', '-', '.'; its folder is named after it"
+    )
+    description: str = option("", "one line for lists")
+    experiments: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
+        description="presets or files: the first axis"
+    )
+    set: tuple[str, ...] = option((), "'KEY=VALUE' each, changed in all experiments")
+    repeats: int = option(30, "repeats of each cell", ge=1, le=1_000_000)
+    record_every: int = option(1, "generations from one row of the table to the next", ge=1)
+    target: float | None = option(None, "mean best score that counts as reached")
+    axes: dict[str, Range | tuple[Scalar, ...]] = Field(
+        default={}, description="values of options, as 'mutation.rate' = [0.01, 0.1]"
+    )
+    published: dict[str, dict[str, int]] = Field(
+        default={}, description="published cells by experiment, to print beside these"
+    )
+
+    def values(self, axis: str) -> list[Scalar]:
+        """The values of an axis, in order."""
+        given = self.axes[axis]
+        return given.values() if isinstance(given, Range) else list(given)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One point of the sweep.
+
+    Attributes:
+        index: its place, from 0; the last axis runs fastest.
+        point: its value on each axis by name, the experiment first.
+        experiment: what is repeated there.
+    """
+
+    index: int
+    point: dict[str, Scalar]
+    experiment: Experiment
+
+
+def read_study(reference: str) -> tuple[Study, str]:
+    """A study and its text, of a ready study's name or a TOML file's path.
+
+    Raises:
+        GaitsimError: there is none, or with all problems of the file.
+    """
+    path = Path(reference)
+    if path.suffix == ".toml" or path.name != reference:
+        try:
+            text, source = path.read_text(encoding="utf-8-sig"), str(path)
+        except (OSError, UnicodeDecodeError) as error:
+            raise GaitsimError(
+                f"cannot read the study file {path}: {getattr(error, 'strerror', error)}",
+                remedy="check the path, or name a ready study: millipede-operators",
+            ) from None
+    else:
+        text, source = read_preset(reference, STUDIES), f"study {reference}"
+    return parse_study(text, source), text
+
+
+def parse_study(text: str, source: str) -> Study:
+    """The study that a TOML text describes.
+
+    Raises:
+        ExperimentError: with all its problems.
+    """
+    problems = Problems(source)
+    try:
+        data = toml.parse(text, source)
+    except GaitsimError as error:
+        raise ExperimentError([error]) from None
+    schema = data.get("schema", SCHEMA)
+    if isinstance(schema, int) and schema > SCHEMA:
+        problems.report(
+            "schema",
+            f"written for schema {schema}, by a newer gaitsim",
+            f"up to {SCHEMA}",
+            "update gaitsim: pip install --upgrade gaitsim",
+        )
+        raise ExperimentError(problems.found)
+    try:
+        study = Study.model_validate_json(json.dumps(data, default=str), strict=True)
+    except ValidationError as error:
+        _explain(problems, data, error)
+        raise ExperimentError(problems.found) from None
+    for axis, values in study.axes.items():
+        if isinstance(values, tuple) and not values:
+            problems.report(f"axes.{axis}", "an axis without values", "at least one value")
+        elif len(set(map(str, study.values(axis)))) < len(study.values(axis)):
+            problems.report(f"axes.{axis}", "an axis has a value twice", "values that differ")
+        if any(text.partition("=")[0].strip() == axis for text in study.set):
+            problems.report(
+                f"axes.{axis}", f"{axis} is an axis and in 'set', too", "one of the two"
+            )
+    if len(set(study.experiments)) < len(study.experiments):
+        problems.report("experiments", "an experiment stands twice", "experiments that differ")
+    if problems.found:
+        raise ExperimentError(problems.found)
+    return study
+
+
+def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError) -> None:
+    met = set()
+    for detail in error.errors(include_url=False):
+        # Of a union's members each has its say; one is enough.
+        parts = [str(part) for part in detail["loc"][:2]]
+        key = ".".join(parts)
+        if key in met:
+            continue
+        met.add(key)
+        fields = {field.alias or name: field for name, field in Study.model_fields.items()}
+        if detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1:
+            problems.unknown("", parts[0], list(fields))
+        elif detail["type"] == "missing" and len(detail["loc"]) == 1:
+            problems.report(key, f"{key} is required: {fields[parts[0]].description}")
+        elif parts[0] == "axes":
+            problems.report(
+                key,
+                detail["msg"].removeprefix("Value error, "),
+                "a list of values, or { from = 3, to = 79, step = 2 }",
+            )
+        else:
+            field = fields[parts[0]]
+            shown = toml.literal(data.get(parts[0]))
+            problems.report(key, f"{shown} is not allowed: {field.description}", detail["msg"])
+
+
+def cells(study: Study) -> list[Cell]:
+    """Every cell of a study, its experiment loaded and checked.
+
+    Raises:
+        ExperimentError: with the problems of all cells, each once.
+        GaitsimError: there are too many cells.
+    """
+    axes: dict[str, list[Scalar]] = {EXPERIMENT: [*study.experiments]}
+    axes |= {axis: study.values(axis) for axis in study.axes}
+    count = math.prod(map(len, axes.values()))
+    if count > MOST_CELLS:
+        raise GaitsimError(
+            f"the study {study.name} has {count:,} cells", allowed=f"at most {MOST_CELLS:,}"
+        )
+    found: list[Cell] = []
+    problems: dict[str, GaitsimError] = {}
+    for index, values in enumerate(itertools.product(*axes.values())):
+        point = dict(zip(axes, values, strict=True))
+        changes = [f"{axis}={toml.literal(value)}" for axis, value in [*point.items()][1:]]
+        try:
+            experiment = load_experiment(str(point[EXPERIMENT]), [*study.set, *changes])
+        except ExperimentError as error:
+            problems |= {str(problem): problem for problem in error.problems}
+        except GaitsimError as error:
+            problems[str(error)] = error
+        else:
+            found.append(Cell(index, point, experiment))
+    if problems:
+        raise ExperimentError(list(problems.values()))
+    return found

@@ -1,0 +1,100 @@
+"""A study on disk, cell by cell: stopped at any time, gone on with at the finished cell."""
+
+import io
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.evaluator import begin_worker, cores
+from gaitsim.evolution.repeats import evolve_repeats
+from gaitsim.experiment import Experiment
+from gaitsim.runs.atomic import write_bytes, writing
+from gaitsim.study.file import Cell
+
+CELLS = "cells"
+
+Best = NDArray[np.float64]
+"""Best score so far, (repeats, recorded generations)."""
+
+
+def recorded(experiment: Experiment, every: int) -> NDArray[np.int64]:
+    """The generations that are put down: every so many, and the last."""
+    last = experiment.evolution.generations
+    numbers = np.arange(every, last + 1, every)
+    return numbers if len(numbers) and numbers[-1] == last else np.append(numbers, last)
+
+
+def run_cell(experiment: Experiment, repeats: int, every: int) -> Best:
+    """Repeat one experiment; a run of G generations has all smaller numbers in it."""
+    kept = set(recorded(experiment, every).tolist())
+    with Evaluator(experiment, 1) as evaluator:
+        best = [
+            generation.best
+            for generation in evolve_repeats(experiment, evaluator.evaluate, repeats)
+            if generation.number in kept
+        ]
+    return np.stack(best, axis=1)
+
+
+def finished(folder: Path, cell: Cell, repeats: int, every: int) -> Best | None:
+    """The result of a cell that is done; None of one that is not, or is damaged."""
+    shape = (repeats, len(recorded(cell.experiment, every)))
+    try:
+        best = np.load(_file(folder, cell), allow_pickle=False)
+    except (OSError, ValueError, EOFError):
+        return None
+    return best if best.shape == shape and best.dtype == np.float64 else None
+
+
+def run_cells(
+    folder: Path, cells: Sequence[Cell], repeats: int, every: int, workers: int | None
+) -> Iterator[Cell]:
+    """Run cells over worker processes and write each as it is done; yields those done.
+
+    Whoever stops iterating ends the workers; what is not written is run again next time.
+
+    Raises:
+        GaitsimError: a cell fails, a worker dies, or a result cannot be written.
+    """
+    waiting = list(cells)
+    count = min(workers or cores(), max(1, len(waiting)))
+    with writing(folder):
+        (folder / CELLS).mkdir(exist_ok=True)
+    pool = ProcessPoolExecutor(count, get_context("spawn"), begin_worker)
+    try:
+        running: dict[Future[Best], Cell] = {}
+        # The longest first, so that no core is left with it at the end.
+        waiting.sort(key=lambda cell: _work(cell.experiment))
+        while waiting or running:
+            while waiting and len(running) < 2 * count:
+                cell = waiting.pop()
+                running[pool.submit(run_cell, cell.experiment, repeats, every)] = cell
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                cell = running.pop(future)
+                try:
+                    best = future.result()
+                except GaitsimError as error:
+                    place = ", ".join(f"{axis} {value}" for axis, value in cell.point.items())
+                    error.where = f"{error.where}; cell {place}" if error.where else place
+                    raise
+                file = io.BytesIO()
+                np.save(file, best, allow_pickle=False)
+                write_bytes(_file(folder, cell), file.getvalue())
+                yield cell
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _work(experiment: Experiment) -> int:
+    return experiment.evolution.population * experiment.evolution.generations
+
+
+def _file(folder: Path, cell: Cell) -> Path:
+    return folder / CELLS / f"{cell.index:06d}.npy"

@@ -1,0 +1,1 @@
+"""The millipede's ready studies."""
