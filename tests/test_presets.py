@@ -60,7 +60,7 @@ def test_a_preset_in_an_archive_is_read(tmp_path, monkeypatch):
         ({"fake/__init__.py": "", "fake/hop.toml/x": ""}, "fake", "no file hop.toml"),
         ({}, "fake", "No module named 'fake'"),
         ({}, "", "being read"),
-        ({"fake.py": ""}, "fake", "failed while being read"),
+        ({"fake.py": ""}, "fake", "experiments 'hop' of package"),  # a module, not a package
         ({}, "fake.deep:thing", "being read"),
     ],
 )
