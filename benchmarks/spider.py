@@ -1,0 +1,192 @@
+"""One generation of the preset spider-recurrence: 100 spiders × 300 frames × seven terms.
+
+Beside it: the published run of the same scheme in MATLAB, the same kernels called for one
+spider at a time, a NumPy version that moves and judges one spider at a time, and what the
+machine could do at best.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from one_by_one import OneByOne
+from timing import medians, milliseconds, print_figure, print_machine, stopwatch, times
+
+from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evolution import breed, evolve, first_population
+from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.runs.directory import RunWriter, create_run
+
+PUBLISHED = 1.5 * 3600  # seconds for 1,000 generations, MATLAB on its author's machine
+GENERATIONS, SAMPLE = 1000, 150
+
+# Operations on float32 that a spider takes, counted in the kernels' source: additions,
+# multiplications, comparisons and signs one each, sines and cosines as the polynomials are.
+JOINTS, LEGS, FRAMES = 24, 8, 300
+RECURRENCE = 7 * JOINTS * FRAMES
+KINEMATICS = 109 * LEGS * FRAMES
+TERMS = (17 * LEGS + 8 + 3 * JOINTS) * FRAMES
+OPERATIONS = RECURRENCE + KINEMATICS + TERMS
+
+
+def compile_seconds() -> float:
+    """What the first run pays for compiling, with an empty cache, in a process of its own."""
+    code = (
+        "import time; from gaitsim.experiment import load_experiment; "
+        "from gaitsim.evaluation import Evaluator; from gaitsim.evolution import first_population; "
+        "e = load_experiment('spider-recurrence'); v = Evaluator(e, 1); s = time.perf_counter(); "
+        "v.prepare(); v.evaluate(first_population(e, e.space())); print(time.perf_counter() - s)"
+    )
+    with tempfile.TemporaryDirectory() as cache:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            check=True,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "NUMBA_CACHE_DIR": cache},
+        )
+    return float(done.stdout)
+
+
+def run_seconds(experiment: Experiment, evaluator: Evaluator) -> float:
+    """A whole run, recorded to a folder of the disk that this is started on."""
+    with tempfile.TemporaryDirectory(prefix=".benchmark-", dir=Path.cwd()) as folder:
+        path = create_run(experiment, Path(folder) / "run")
+
+        def work() -> None:
+            with RunWriter(path) as writer:
+                for generation in evolve(writer.experiment, evaluator.evaluate):
+                    writer.record(generation)
+
+        return stopwatch(work)
+
+
+def sync_seconds() -> float:
+    """What it takes to force as much as a checkpoint holds to the disk, once."""
+    with tempfile.NamedTemporaryFile(prefix=".benchmark-", dir=Path.cwd()) as file:
+
+        def work() -> None:
+            file.write(bytes(50_000))
+            file.flush()
+            os.fsync(file.fileno())
+
+        return medians(work, repeats=10)[0]
+
+
+def peak() -> float:
+    """Operations on float32 a second that all cores reach together where nothing else limits.
+
+    Horner's scheme on numbers in the first-level cache: one load and one store for 64 fused
+    multiplications and additions, in vector instructions.
+    """
+    from numba import njit
+
+    @njit(nogil=True, fastmath=True)
+    def horner(values: Any, factor: Any, rounds: int) -> None:
+        for _ in range(rounds):
+            for n in range(values.size):
+                x = values[n]
+                y = x
+                for _power in range(64):
+                    y = y * x + factor
+                values[n] = y
+
+    size, rounds = 2048, 2000
+    cores = os.cpu_count() or 1
+    chunks = [np.full(size, 0.5, np.float32) for _ in range(cores)]
+    with ThreadPoolExecutor(cores) as executor:
+
+        def work() -> None:
+            list(executor.map(lambda chunk: horner(chunk, np.float32(0.1), rounds), chunks))
+
+        return cores * size * rounds * 128 / min(stopwatch(work) for _ in range(20))
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--full", action="store_true", help="all 1,000 generations, not 150")
+    full = parser.parse_args().full
+    print_machine()
+    generations = GENERATIONS if full else SAMPLE
+    experiment = load_experiment("spider-recurrence", [f"evolution.generations={generations}"])
+    space = experiment.space()
+    genomes = first_population(experiment, space)
+    print_figure("compiling, first run only", f"{compile_seconds():.1f} s")
+
+    with Evaluator(experiment) as evaluator:
+        evaluator.prepare()
+        scores = evaluator.evaluate(genomes).scores
+        evaluating, breeding = medians(
+            lambda: evaluator.evaluate(genomes),
+            lambda: breed(experiment, space, genomes, scores, 2),
+            repeats=40,
+        )
+        runs = [run_seconds(experiment, evaluator) for _ in range(1 if full else 3)]
+    whole = float(np.median(runs))
+    recording = whole / generations - evaluating - breeding
+    thousand = whole * GENERATIONS / generations
+    print_figure("evaluating a generation", milliseconds(evaluating))
+    print_figure("breeding one", milliseconds(breeding))
+    forced = milliseconds(sync_seconds())
+    print_figure("recording one, by difference", milliseconds(recording), f"one fsync: {forced}")
+    print_figure("a generation of the whole run", milliseconds(whole / generations))
+    print_figure(
+        f"1,000 generations{'' if full else f', scaled from {generations}'}",
+        f"{thousand:.2f} s",
+        f"published MATLAB run {PUBLISHED:,.0f} s: {times(PUBLISHED / thousand)} as long",
+    )
+
+    print()
+    print_alternatives(experiment, genomes)
+    print()
+    print_floor(evaluating)
+
+
+def print_alternatives(experiment: Experiment, genomes: NDArray[np.float64]) -> None:
+    """The same work on one core, and one spider at a time."""
+    numpy, few = OneByOne(experiment), genomes[:10]
+    with Evaluator(experiment) as all_cores, Evaluator(experiment, workers=1) as one_core:
+        whole, alone, single, loop = medians(
+            lambda: all_cores.evaluate(genomes),
+            lambda: one_core.evaluate(genomes),
+            lambda: [judge(experiment, genome[None]) for genome in genomes],
+            lambda: [numpy.score(genome) for genome in few],
+            repeats=4,
+        )
+        scores = all_cores.evaluate(few).scores
+    loop *= len(genomes) / len(few)
+    worst = np.abs([numpy.score(genome) for genome in few] - scores).max()
+    print_figure("evaluating a generation, taking turns with", milliseconds(whole))
+    for what, seconds in (
+        ("- the same with one worker", alone),
+        ("- one core, spider by spider, same kernels", single),
+        ("- one core, spider by spider, NumPy; 10 scaled to 100", loop),
+    ):
+        print_figure(what, milliseconds(seconds), f"{times(seconds / whole)} as long")
+    print(f"(NumPy's scores differ by {worst:.1g} at most)")
+
+
+def print_floor(evaluating: float) -> None:
+    """What could not be beaten on this machine, and how far above it the evaluation is."""
+    speed = peak()
+    operations = OPERATIONS * 100
+    floor = operations / speed
+    print_figure("arithmetic of a generation", f"{operations / 1e6:.0f} M", "operations on float32")
+    print_figure(
+        "the machine at its best", f"{speed / 1e9:.0f} G/s", "fused multiply-add, in cache"
+    )
+    print_figure(
+        "so the floor", milliseconds(floor), f"evaluating: {times(evaluating / floor)} the floor"
+    )
+
+
+if __name__ == "__main__":
+    main()

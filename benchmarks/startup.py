@@ -1,0 +1,38 @@
+"""How long `gaitsim --help` takes, beside Python and the libraries that it cannot do without."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from timing import medians, milliseconds, print_figure, print_machine, times
+
+REPEATS = 2  # in each of five rounds
+
+
+def program(*command: str) -> Callable[[], object]:
+    """A program to be run to its end, which must be a good one."""
+    return lambda: subprocess.run(command, check=True, capture_output=True)
+
+
+def main() -> None:
+    """Print the figures."""
+    print_machine()
+    python = sys.executable
+    ours, libraries, bare = medians(
+        program(str(Path(python).with_name("gaitsim")), "--help"),
+        program(python, "-c", "import typer, rich"),
+        program(python, "-c", "pass"),
+        repeats=REPEATS,
+    )
+    print_figure("gaitsim --help", milliseconds(ours))
+    print_figure(
+        "python -c 'import typer, rich'",
+        milliseconds(libraries),
+        f"gaitsim: {times(ours / libraries)} that",
+    )
+    print_figure("python -c pass", milliseconds(bare), f"gaitsim: {times(ours / bare)} that")
+
+
+if __name__ == "__main__":
+    main()
