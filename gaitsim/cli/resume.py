@@ -14,7 +14,10 @@ def resume(
     ] = None,
     workers: Workers = None,
     any_version: Annotated[
-        bool, typer.Option(help="Go on although a plugin's package has another version now.")
+        bool,
+        typer.Option(
+            "--any-version", help="Go on although a plugin's package has another version now."
+        ),
     ] = False,
     json: Json = False,
 ) -> None:

@@ -12,7 +12,14 @@ def runs(
     root: Annotated[Path, typer.Argument(help="Folder that holds the runs.")] = Path("runs"),
     json: Json = False,
 ) -> None:
-    """List the runs in a folder, oldest first."""
+    """List the runs in a folder, oldest first.
+
+    [bold]Examples[/bold]
+
+    gaitsim runs
+
+    gaitsim runs experiments/spring --json
+    """
     from gaitsim.cli.console import output, print_json, table
     from gaitsim.runs.folder import list_runs
 
@@ -39,13 +46,12 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 def _row(path: Path) -> dict[str, Any]:
     """A run's line; read without loading its plugins, so that a missing one does no harm."""
-    import tomllib
-
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import Evolution
     from gaitsim.runs.lock import is_locked
     from gaitsim.runs.reader import Run
     from gaitsim.runs.writer import is_finished
+    from gaitsim.toml import parse
 
     row: dict[str, Any] = {
         "run": path.name,
@@ -58,13 +64,13 @@ def _row(path: Path) -> dict[str, Any]:
     }
     run = Run(path)
     try:
-        text = tomllib.loads(run.experiment_text)
+        text = parse(run.experiment_text, str(path))
         for kind in ("organism", "fitness"):
             row[kind] = str(text[kind]["plugin"])
         evolution = Evolution.model_validate(text["evolution"])
         row["generations"] = evolution.generations
         found = run.checkpoint()
-    # Pydantic's errors and those of TOML are ValueErrors.
+    # Pydantic's errors are ValueErrors.
     except (GaitsimError, KeyError, TypeError, ValueError):
         return row
     finished = False

@@ -56,7 +56,7 @@ def plot_surface(
     )
     axes.set_zlabel("mean best score")  # type: ignore[attr-defined]
     axes.set_zlim(min(0.0, float(means.min())), float(means.max()))  # type: ignore[attr-defined]
-    axes.set_box_aspect(None, zoom=0.92)  # type: ignore[arg-type, call-arg]
+    axes.set_box_aspect(None, zoom=0.92)  # type: ignore[call-arg]
     axes.view_init(elev=24, azim=-128)  # type: ignore[attr-defined]
     axes.set_title(f"{experiment}, mean of {study.repeats} repeats", fontsize="medium")
     save(figure, path)

@@ -1,7 +1,6 @@
 """A run on disk, written generation by generation."""
 
 import re
-import tomllib
 from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from gaitsim.errors import PluginError, RunError
+from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress, stop_reason
 from gaitsim.experiment import Evolution, with_overrides
@@ -28,6 +27,7 @@ from gaitsim.runs.folder import (
 )
 from gaitsim.runs.lock import RunLock
 from gaitsim.runs.reader import Run, versions
+from gaitsim.toml import parse
 
 REASONS_KEPT = 1000
 """Of how many failed individuals a checkpoint says why."""
@@ -266,8 +266,8 @@ def _changes(then: str, now: str) -> list[str]:
 def _options(text: str) -> dict[str, Any]:
     """The options of an experiment that matter from one generation to the next."""
     try:
-        tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
+        tables = parse(text, "")
+    except GaitsimError:
         return {}
     options = {
         f"{section}.{key}": value

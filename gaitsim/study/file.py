@@ -16,7 +16,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.problems import Problems
 from gaitsim.presets import read_preset
-from gaitsim.registry import STUDIES
+from gaitsim.registry import STUDIES, remembering
 
 SCHEMA = 1
 MOST_CELLS = 100_000
@@ -196,17 +196,18 @@ def cells(study: Study) -> list[Cell]:
         )
     found: list[Cell] = []
     problems: dict[str, GaitsimError] = {}
-    for index, values in enumerate(itertools.product(*axes.values())):
-        point = dict(zip(axes, values, strict=True))
-        changes = [f"{axis}={toml.literal(value)}" for axis, value in [*point.items()][1:]]
-        try:
-            experiment = load_experiment(str(point[EXPERIMENT]), [*study.set, *changes])
-        except ExperimentError as error:
-            problems |= {str(problem): problem for problem in error.problems}
-        except GaitsimError as error:
-            problems[str(error)] = error
-        else:
-            found.append(Cell(index, point, experiment))
+    with remembering():
+        for index, values in enumerate(itertools.product(*axes.values())):
+            point = dict(zip(axes, values, strict=True))
+            changes = [f"{axis}={toml.literal(value)}" for axis, value in [*point.items()][1:]]
+            try:
+                experiment = load_experiment(str(point[EXPERIMENT]), [*study.set, *changes])
+            except ExperimentError as error:
+                problems |= {str(problem): problem for problem in error.problems}
+            except GaitsimError as error:
+                problems[str(error)] = error
+            else:
+                found.append(Cell(index, point, experiment))
     if problems:
         raise ExperimentError(list(problems.values()))
     return found
