@@ -88,7 +88,7 @@ class Failing(Reach):
 
 def test_a_run_in_which_all_fail_goes_on_and_says_why(gaitsim, puppet_file, install, monkeypatch):
     folder = install("failing", FAILING, {"fitness": {"failing": "Failing"}})
-    monkeypatch.setenv("PYTHONPATH", str(folder))
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     done = gaitsim("run", puppet_file, "--set", "fitness.plugin=failing")
     assert "Every individual failed" in done.stdout
     assert re.search(r"Individual 0: reach is nan, price is -?inf", done.stdout)
@@ -215,7 +215,7 @@ def test_an_interrupt_while_preparing_is_granted_at_once(
     gaitsim, start, puppet_file, install, monkeypatch
 ):
     folder = install("sleepy", SLEEPY, {"organism": {"sleepy": "Sleepy"}})
-    monkeypatch.setenv("PYTHONPATH", str(folder))
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     process = start("run", puppet_file, "--set", "organism.plugin=sleepy")
     assert process.stdout.readline() == "run runs/puppet\n"
     assert process.stdout.readline() == "moving 1\n"
@@ -270,7 +270,7 @@ def test_a_plugin_that_goes_wrong_in_the_middle_leaves_a_run_to_go_on_with(
     gaitsim, puppet_file, install, monkeypatch, fingerprint, how
 ):
     folder = install("spoilt", SPOILT, {"organism": {"spoilt": "Body"}})
-    monkeypatch.setenv("PYTHONPATH", str(folder))
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     spoilt = ("--set", "organism.plugin=spoilt", "--set", f"organism.how={how}")
     done = gaitsim("run", puppet_file, *spoilt, code=2)
     assert "organism 'spoilt' of package spoilt 1.0" in done.stderr
@@ -283,7 +283,8 @@ def test_a_plugin_that_goes_wrong_in_the_middle_leaves_a_run_to_go_on_with(
 
 def test_a_missing_plugin_is_told_with_its_package(program, puppet_file, tmp_path):
     program("run", puppet_file)
-    without = {"env": os.environ | {"PYTHONPATH": ""}}
+    paths = os.environ.get("PYTHONPATH", "")
+    without = {"env": os.environ | {"PYTHONPATH": paths}}
     done = program("resume", "puppet", code=2, **without)
     assert "unknown organism plugin 'puppet'" in done.stderr
     assert "pip install gaitsim-puppets==1.0" in done.stderr
@@ -297,7 +298,7 @@ def test_another_version_of_a_plugin_is_gone_on_with_when_wanted(
         shutil.rmtree(puppet_file.parent / "other", ignore_errors=True)
         source = "from gaitsim_puppets import Puppet\n"
         folder = install("other", source, {"organism": {"other": "Puppet"}}, version=version)
-        monkeypatch.setenv("PYTHONPATH", str(folder))
+        monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
 
     installed("1.0")
     gaitsim("run", puppet_file, "--set", "organism.plugin=other", "--out", "run")

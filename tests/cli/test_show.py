@@ -174,13 +174,13 @@ def test_a_plot_is_drawn(gaitsim, finished, tmp_path):
     assert (tmp_path / "a.svg").read_text().startswith("<?xml")
 
 
-def test_measures_that_are_not_finite_are_null(gaitsim, finished, install, monkeypatch, tmp_path):
+def test_measures_that_are_not_finite_are_null(gaitsim, finished, install, tmp_path):
     source = (
         "import numpy as np\nfrom gaitsim.contracts import Measure\nfrom gaitsim_puppets import "
         "Puppet\nclass Odd(Puppet):\n    def measures(self, motion):\n        return {'a': "
         "Measure(np.array([np.nan]), '', 'odd'), 'b': Measure(np.array([np.inf]), '', '[red]')}\n"
     )
-    monkeypatch.setenv("PYTHONPATH", str(install("odd", source, {"organism": {"odd": "Odd"}})))
+    install("odd", source, {"organism": {"odd": "Odd"}})
     gaitsim("run", tmp_path / "puppet.toml", "--set", "organism.plugin=odd", "--out", "odd-run")
     shown = strict(gaitsim("show", "odd-run", "--json").stdout)
     assert shown["champion"]["measures"] == {"a": None, "b": None}

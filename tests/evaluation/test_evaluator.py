@@ -18,7 +18,7 @@ from gaitsim.registry import containing
 @pytest.fixture
 def installed(monkeypatch, puppets):
     """Puppets are installed for worker processes, too."""
-    monkeypatch.setenv("PYTHONPATH", os.path.dirname(puppets.__file__))  # noqa: PTH120
+    monkeypatch.setenv("PYTHONPATH", os.path.dirname(puppets.__file__), os.pathsep)  # noqa: PTH120
 
 
 def assert_same(one, other):
@@ -109,10 +109,10 @@ def test_a_worker_that_dies_is_told_of(puppet, installed):
 
 
 def test_what_fails_at_preparing_is_named(puppet, puppets, monkeypatch):
-    monkeypatch.setattr(puppets.Reach, "prepare", lambda self: 1 / 0)
+    monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: 1 / 0)
     with (
         Evaluator(puppet()) as evaluator,
-        pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* being prepared"),
+        pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* judging"),
     ):
         evaluator.prepare()
 

@@ -122,7 +122,9 @@ def test_operators_that_change_what_they_are_given_change_nothing_else(
     monkeypatch.setattr(puppets.Best, "parents", parents)
     monkeypatch.setattr(puppets.Mean, "cross", cross)
     monkeypatch.setattr(puppets.Jitter, "mutate", mutate)
-    assert np.array_equal(bred(puppet()), honest)
+    scores = SCORES.copy()
+    assert np.array_equal(bred(puppet(), scores=scores), honest)
+    assert np.array_equal(scores, SCORES)
 
 
 def fail(*arguments):

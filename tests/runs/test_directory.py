@@ -275,6 +275,22 @@ def test_a_run_gone_on_with_is_the_same(whole, puppet, until):
     assert_same(Run(path), whole)
 
 
+@pytest.mark.parametrize(
+    "stop", ["stagnation=2", "target_score=2.4", "max_evaluations=40", "stagnation=3"]
+)
+def test_a_run_gone_on_with_stops_where_it_would_have(puppet, stop):
+    overrides = ("evolution.generations=60", f"evolution.{stop}")
+    whole = create_run(puppet(*overrides))
+    go_on(whole)
+    end = Run(whole).generation
+    assert 3 < end < 60
+    path = create_run(puppet(*overrides))
+    for generation in range(1, end + 2):
+        go_on(path, generation)
+    assert Run(path).generation == end
+    assert Run(path).fingerprint() == Run(whole).fingerprint()
+
+
 def test_a_run_extended_is_the_same(whole, puppet):
     path = create_run(puppet(THRESHOLD, "evolution.generations=3"))
     go_on(path)

@@ -117,6 +117,17 @@ def test_no_file_is_written_that_is_too_big_to_be_read(monkeypatch):
         dumps({"a": b"x" * 100})
 
 
+def test_no_file_is_written_with_more_in_it_than_is_read(monkeypatch):
+    monkeypatch.setattr(safe_pickle, "MAX_OPCODES", 200)
+    for count in (20, 60, 150):
+        assert loads(dumps({"a": [None] * count}), FILE) == {"a": [None] * count}
+    with pytest.raises(ValueError, match="more than 200 opcodes"):
+        dumps({"a": [None] * 200})
+    monkeypatch.setattr(safe_pickle, "MAX_TEXT", 5000)
+    with pytest.raises(ValueError, match="more than 5,000 characters"):
+        dumps({"a": "é" * 5001})
+
+
 def test_files_cut_anywhere_are_refused():
     for length in range(len(HONEST)):
         with pytest.raises(CheckpointError, match=r"population\.pickle"):
