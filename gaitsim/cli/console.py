@@ -68,4 +68,4 @@ def table(*columns: str, title: str = "", numbers: tuple[str, ...] = ()) -> Tabl
 
 def number(value: float, digits: int = 3) -> str:
     """A number with a true minus sign aligned for people, such as '−0.123'."""
-    return f"{value:.{digits}f}".replace("-", "−")
+    return f"{value:z.{digits}f}".replace("-", "−")

@@ -5,7 +5,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
@@ -33,13 +33,14 @@ class Interrupted:
     def __init__(self) -> None:
         self.wanted = False
         self.patient = False
+        self.say: Callable[[], None] = lambda: None
 
     def __call__(self, _signal: int, _frame: FrameType | None) -> None:
         if self.wanted or not self.patient:
             raise KeyboardInterrupt
         self.wanted = True
         with suppress(OSError, RuntimeError):  # the stream may be in use, or closed
-            notice("Stopping after this generation; again to stop at once.")
+            self.say()
 
 
 @contextmanager
@@ -108,7 +109,7 @@ def _evolve(
         with Evaluator(writer.experiment, workers) as evaluator:
             _prepare(evaluator)
             with shown:
-                interrupted.patient = True
+                interrupted.patient, interrupted.say = True, shown.stopping
                 for generation in evolve(writer.experiment, evaluator.evaluate, last):
                     writer.record(generation)
                     shown.update(generation)
