@@ -89,8 +89,9 @@ def summarise(path: Path, reason: str, json: bool) -> None:
 
 
 def next_goal(run: Run) -> int:
-    """Half as many generations again."""
-    return run.experiment.evolution.generations * 3 // 2 + 1
+    """Half as many generations again, and at least one."""
+    planned = run.experiment.evolution.generations
+    return planned + max(1, planned // 2)
 
 
 def print_champion(run: Run, champion: Champion | None) -> None:

@@ -108,7 +108,7 @@ class Spider(Organism):
         slid = slip.sum(axis=1)
         ratio = np.divide(slid, path, out=np.full_like(slid, np.inf), where=path > 0)
         return {
-            "forward": Measure(forward, "m", "displacement along the starting heading"),
+            "forward": Measure(forward, "m", "in the gait's 10 s, along the starting heading"),
             "body lengths": Measure(forward / body.BODY_LENGTH, "", "forward in body lengths"),
             "lateral": Measure(pose[:, -1, 1], "m", "displacement to the left"),
             "yaw": Measure(np.degrees(pose[:, -1, 2]), "°", "turn to the left"),
@@ -116,7 +116,7 @@ class Spider(Organism):
             "stability margin": Measure(
                 1000 * motion["margin"].min(axis=1),
                 "mm",
-                "smallest distance of the centre of mass from the edge of its support",
+                "least distance of the centre of mass to the edge of support",
             ),
             "duty factor": Measure(
                 motion["stance"].mean(axis=(1, 2)), "", "share of time that a foot is on the ground"
