@@ -50,7 +50,8 @@ def _print_json(run: "Run") -> None:
     from gaitsim.cli.console import print_json
     from gaitsim.cli.summary import champion_of
 
-    experiment, history, champion = run.experiment, run.history, champion_of(run)
+    experiment, history = run.experiment, run.history
+    champion = champion_of(run, history)
     print_json(
         {
             "run": str(run.path),
@@ -93,4 +94,4 @@ def _print(run: "Run") -> None:
             markup=False,
         )
     console.print()
-    print_champion(run, champion_of(run))
+    print_champion(run, champion_of(run, history))

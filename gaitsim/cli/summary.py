@@ -1,5 +1,6 @@
 """What came of a run: the champion's measures and terms, and what to do next."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from gaitsim.cli.console import number, output, print_json, table
 from gaitsim.registry import containing
 from gaitsim.runs.folder import command
+from gaitsim.runs.history import best_terms
 from gaitsim.runs.reader import Run
 
 
@@ -39,17 +41,20 @@ class Champion:
         }
 
 
-def champion_of(run: Run) -> Champion | None:
+def champion_of(run: Run, history: Mapping[str, NDArray[np.float64]]) -> Champion | None:
     """The champion of a run; None before the first generation and where all have failed.
+
+    Args:
+        run: the run.
+        history: its history, which takes long to read when it is long.
 
     Raises:
         GaitsimError: the run is damaged, or the body cannot move its champion.
     """
-    history = run.history
     if not history or not np.isfinite(history["best"].max()):
         return None
     generation, score, genome = run.champion()
-    return Champion(generation, score, run.terms(generation), _measures(run, genome))
+    return Champion(generation, score, best_terms(history, generation), _measures(run, genome))
 
 
 def _measures(run: Run, genome: NDArray[Any]) -> dict[str, tuple[float, str, str]]:
@@ -65,7 +70,7 @@ def _measures(run: Run, genome: NDArray[Any]) -> dict[str, tuple[float, str, str
 def summarise(path: Path, reason: str, json: bool) -> None:
     """Print how a finished run ended; as one JSON object on request."""
     run = Run(path)
-    champion = champion_of(run)
+    champion = champion_of(run, run.history)
     if json:
         parts = champion.plain() if champion else {"generation": run.generation, "score": None}
         print_json(

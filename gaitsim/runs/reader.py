@@ -24,7 +24,7 @@ from gaitsim.runs.folder import (
     PREVIOUS,
     command,
 )
-from gaitsim.runs.history import COLUMNS, read_bests, read_history, record_type
+from gaitsim.runs.history import read_bests, read_history, record_type
 
 
 def versions(experiment: Experiment) -> dict[str, str]:
@@ -194,12 +194,6 @@ class Run:
                 remedy=f"see why: {command('show', self.path)}",
             )
         return number, float(best["score"]), best["genome"].astype(self.experiment.space().dtype)
-
-    def terms(self, generation: int) -> dict[str, float]:
-        """The terms of the best score of a finished generation, as they were found."""
-        history = self.history
-        more = list(history)[len(COLUMNS) :]  # a column a term, then a mean a term
-        return {name: float(history[name][generation - 1]) for name in more[: len(more) // 2]}
 
     def exports(self) -> Path:
         """The folder for what leaves the run, made if it is not there.

@@ -48,7 +48,7 @@ def test_a_run_is_printed_in_plain_lines(program, puppet_file, tmp_path):
     assert lines[1].startswith("generation 1/5  best ")
     assert any(line.startswith("generation 5/5") for line in lines)
     assert "runs/puppet: 5 generations are done" in lines
-    assert any(line.startswith("  gaitsim resume runs/puppet --generations 8") for line in lines)
+    assert any(line.startswith("  gaitsim resume runs/puppet --generations ") for line in lines)
     assert (tmp_path / "runs/puppet/experiment.toml").exists()
 
 

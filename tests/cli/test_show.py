@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.runs.directory import Run
+from gaitsim.runs.history import best_terms
 
 
 def strict(text):
@@ -50,7 +51,7 @@ def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
     generation, score, _ = run.champion()
     assert shown["champion"]["generation"] == generation
     assert shown["champion"]["score"] == score
-    assert shown["champion"]["terms"] == run.terms(generation)
+    assert shown["champion"]["terms"] == best_terms(run.history, generation)
     assert list(shown["champion"]["measures"]) == ["reach"]
     assert shown["plugins"]["organism"] == "puppet"
     assert (shown["generation"], shown["generations"], shown["evaluations"]) == (5, 5, 30)

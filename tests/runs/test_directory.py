@@ -15,6 +15,7 @@ from gaitsim.evolution import evolve
 from gaitsim.runs import folder as folders
 from gaitsim.runs.checkpoint import read_champion, read_checkpoint, write_checkpoint
 from gaitsim.runs.directory import Run, RunWriter, create_run, find_run, list_runs, versions
+from gaitsim.runs.history import best_terms
 
 LONG = "evolution.generations=8"
 THRESHOLD = "evolution.fitness_threshold=0"
@@ -245,7 +246,9 @@ def test_a_run_is_written_and_read(whole, puppet):
         number, score, genome = whole.champion(generation)
         evaluation = judge(puppet(), genome[None])
         assert (number, score) == (generation, evaluation.scores[0])
-        assert whole.terms(generation) == {n: v[0] for n, v in evaluation.terms.items()}
+        assert best_terms(whole.history, generation) == {
+            n: v[0] for n, v in evaluation.terms.items()
+        }
         assert genome.flags.writeable
     assert whole.champion()[:2] == (int(np.argmax(bests["score"])) + 1, bests["score"].max())
 
@@ -264,7 +267,7 @@ def test_champions_are_kept_each_time_the_best_beats_the_threshold(whole):
         _, score, genome = whole.champion(champion.generation)
         assert champion.score == score
         assert champion.genome.tobytes() == genome.tobytes()
-        assert champion.terms == whole.terms(champion.generation)
+        assert champion.terms == best_terms(whole.history, champion.generation)
 
 
 @pytest.mark.parametrize("until", [1, 2, 4, 7, 8])
