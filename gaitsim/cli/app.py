@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli import experiments, export, plot, plugins, resume, run, runs, show, study
+from gaitsim.cli import compare, experiments, export, plot, plugins, resume, run, runs, show, study
 from gaitsim.cli.help import Command, Group
 
 app = typer.Typer(
@@ -43,6 +43,7 @@ for command in (
     export.export,
     plot.plot,
     study.study,
+    compare.compare,
 ):
     app.command(cls=Command)(command)
 app.add_typer(experiments.app)

@@ -40,6 +40,16 @@ class Selection(Plugin):
         """
         return np.stack([self.parents(row, pairs, rng) for row in scores])
 
+    def objection(self, population: int, elites: int, children: int) -> str:
+        """Why populations of this size cannot be bred as this selection means it, or ''.
+
+        Args:
+            population: individuals in each generation.
+            elites: how many of them are carried over.
+            children: how many each pair of parents has.
+        """
+        return ""
+
 
 class Crossover(Plugin):
     """Makes children of pairs of parents.

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 from gaitsim import registry
-from gaitsim.contracts import Crossover, Fitness, GenomeSpace, Mutation, Organism, Plugin
+from gaitsim.contracts import Crossover, Fitness, GenomeSpace, Mutation, Organism, Plugin, Selection
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment.model import Evolution, space_of
 from gaitsim.experiment.problems import Problems
@@ -26,6 +26,32 @@ def check_sizes(evolution: Evolution, problems: Problems) -> None:
             "evolution.max_evaluations",
             f"{limit:,} evaluations are fewer than a population of {population:,}",
             f"a whole number ≥ {population:,}",
+        )
+
+
+def check_pairing(
+    evolution: Evolution,
+    entries: Mapping[str, Entry],
+    plugins: Mapping[str, Any],
+    problems: Problems,
+) -> None:
+    """Refuse sizes of the population that the selection cannot breed as it means to."""
+    selection: Selection | None = plugins.get("selection")
+    crossover: Crossover | None = plugins.get("crossover")
+    if selection is None or crossover is None:
+        return
+    size, elites = evolution.population, evolution.elites
+    try:
+        with registry.containing(entries["selection"], "being asked for objections"):
+            objection = selection.objection(size, elites, crossover.children)
+    except GaitsimError as error:
+        problems.of_plugin("selection.plugin", error)
+        return
+    if objection:
+        problems.report(
+            "evolution.population",
+            objection,
+            f"{max(2, size - 1):,} or {size + 1:,}, or other evolution.elites",
         )
 
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from gaitsim import options, registry
 from gaitsim.declarations import PLUGIN
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
-from gaitsim.experiment.combination import check_combination, check_sizes
+from gaitsim.experiment.combination import check_combination, check_pairing, check_sizes
 from gaitsim.experiment.model import SCHEMA, Evolution, Experiment
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
 from gaitsim.experiment.problems import Problems
@@ -54,6 +54,7 @@ class Reader:
             self._plugin(kind, data, entries, plugins)
         if evolution is not None:
             check_sizes(evolution, self.problems)
+            check_pairing(evolution, entries, plugins, self.problems)
         check_combination(entries, plugins, self.problems)
         if self.problems.found or evolution is None:
             raise ExperimentError(self.problems.found)

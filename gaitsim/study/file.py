@@ -4,7 +4,7 @@ import itertools
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -85,7 +85,7 @@ class Cell:
     Attributes:
         index: its place, from 0; the last axis runs fastest.
         point: its value on each axis by name, the experiment first.
-        experiment: what is repeated there.
+        experiment: what is repeated there; its seed is that of the file plus the index.
     """
 
     index: int
@@ -202,6 +202,9 @@ def cells(study: Study) -> list[Cell]:
             changes = [f"{axis}={toml.literal(value)}" for axis, value in [*point.items()][1:]]
             try:
                 experiment = load_experiment(str(point[EXPERIMENT]), [*study.set, *changes])
+                # Cells are independent samples: the same draws would go wrong in all alike.
+                if "seed" not in study.axes:
+                    experiment = replace(experiment, seed=experiment.seed + index)
             except ExperimentError as error:
                 problems |= {str(problem): problem for problem in error.problems}
             except GaitsimError as error:

@@ -123,6 +123,8 @@ def experiments(draw):
         name = draw(st.sampled_from(able))
         entries[kind] = registry.find(kind, name)
         plugins[kind] = draw(models(installed(kind)[name]))
+    bred = size["population"], size["elites"], plugins["crossover"].children
+    assume(not plugins["selection"].objection(*bred))
     letters = st.characters(codec="utf-8", exclude_categories=["Cc", "Cs", "Zl", "Zp"])
     name = "n" + draw(st.text(letters, max_size=40)).translate(str.maketrans("", "", '/\\:*?"<>|'))
     return Experiment(

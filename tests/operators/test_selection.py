@@ -203,3 +203,20 @@ def test_drop_worst_shuffles_rounds_anew():
     first, second = DropWorst().parents(scores, 30, np.random.default_rng(9)).reshape(2, 30)
     assert sorted(first) == sorted(second)
     assert (first != second).any()
+
+
+def test_drop_worst_objects_to_an_odd_number_to_pair() -> None:
+    assert "79 of 80" in DropWorst().objection(80, 1, 2)
+    assert DropWorst().objection(79, 1, 2) == ""
+    assert DropWorst().objection(80, 1, 1) == ""
+
+
+def test_drop_worst_chooses_alike_in_one_population_and_in_each_of_several() -> None:
+    scores = np.random.default_rng(1).normal(size=(5, 9))
+    alone = DropWorst().parents(scores[0], 4, np.random.default_rng(2))
+    np.testing.assert_array_equal(
+        DropWorst().parents_each(scores[:1], 4, np.random.default_rng(2))[0], alone
+    )
+    each = DropWorst().parents_each(scores, 4, np.random.default_rng(3))
+    for row, parents in zip(scores, each, strict=True):
+        assert sorted(parents.ravel()) == sorted(set(range(9)) - {int(row.argmin())})

@@ -33,6 +33,16 @@ class DropWorst(Selection):
             _part_twins(turns, count)
         return turns[:, : 2 * pairs].reshape(populations, pairs, 2)
 
+    def objection(self, population: int, elites: int, children: int) -> str:
+        """Pairs with two children each need an even number of individuals to breed."""
+        bred = population - elites
+        if children == 2 and bred % 2:
+            return (
+                f"drop-worst breeds {bred:,} of {population:,} in pairs with two children each, "
+                f"and {bred:,} is odd"
+            )
+        return ""
+
 
 def _part_twins(turns: NDArray[np.intp], count: int) -> None:
     """Keep the last of a round of odd `count` from being paired with itself, in place.

@@ -1,0 +1,120 @@
+"""`gaitsim compare`."""
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitsim.cli.run import Json, Set, Workers
+
+if TYPE_CHECKING:
+    from gaitsim.experiment import Experiment
+    from gaitsim.study.comparison import Findings, Sample
+
+
+def compare(
+    experiments: Annotated[
+        list[str], typer.Argument(help="Two or more presets or TOML files.", metavar="NAME|FILE")
+    ],
+    repeats: Annotated[int, typer.Option(min=2, max=100_000, help="Repeats of each.")] = 30,
+    target: Annotated[
+        float | None,
+        typer.Option(help="Score that counts as success. Default: the lowest of the medians."),
+    ] = None,
+    generations: Annotated[int | None, typer.Option(help="How many generations.")] = None,
+    population: Annotated[int | None, typer.Option(help="Individuals a generation.")] = None,
+    set_: Set = None,
+    workers: Workers = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the report. Default: comparisons/<names>.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compare experiments over repeats, with statistics that a reviewer accepts.
+
+    Writes a report in Markdown, a figure, and every repeat as a table.
+
+    [bold]Examples[/bold]
+
+    gaitsim compare millipede-random millipede-double-mutation
+
+    gaitsim compare spider mine.toml --repeats 20 --generations 200 --target 2.0
+    """
+    import shlex
+    import sys
+
+    from gaitsim.cli.console import notice, print_json
+    from gaitsim.export.convergence import plot_convergence
+    from gaitsim.runs.atomic import write_bytes
+    from gaitsim.runs.folder import create_folder
+    from gaitsim.study.comparison import find, load_all, plain, report, results
+
+    short = {"evolution.generations": generations, "evolution.population": population}
+    given = [f"{key}={value}" for key, value in short.items() if value is not None]
+    loaded = load_all(experiments, [*given, *(set_ or [])])
+    if len({repr(one.fitness) for one in loaded.values()}) > 1:
+        notice("Warning: the experiments differ in their fitness; their scores may not compare.")
+    try:
+        findings = find(_samples(loaded, repeats, workers, quiet=json), target)
+    except KeyboardInterrupt:
+        notice("Stopped; nothing was written.")
+        sys.exit(130)
+    texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
+    name = "-against-".join(one.name for one in loaded.values())[:150]
+    folder = create_folder(out or Path("comparisons") / name, texts)
+    again = ["gaitsim", "compare", *(str(folder / text) for text in texts)]
+    again += ["--repeats", str(repeats), *(["--target", str(target)] if target is not None else [])]
+    figure = folder / "convergence.png"
+    plot_convergence(findings.samples, figure)
+    command = shlex.join(again)
+    write_bytes(folder / "results.csv", results(findings).encode())
+    write_bytes(folder / "report.md", report(findings, command, figure.name).encode())
+    if json:
+        print_json({"folder": str(folder), **plain(findings), "command": command})
+        return
+    _show(folder, findings, command)
+
+
+def _samples(
+    loaded: "dict[str, Experiment]", repeats: int, workers: int | None, quiet: bool
+) -> "dict[str, Sample]":
+    """Repeat each experiment, with a progress bar or a line each."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from gaitsim.cli.console import errors
+    from gaitsim.study.comparison import sample
+
+    console = errors()
+    bar = Progress(
+        TextColumn("{task.fields[label]}", style="bold", markup=False),
+        BarColumn(),
+        TextColumn("generation {task.completed}/{task.total}, left"),
+        TimeRemainingColumn(),
+        console=console,
+        disable=quiet or not console.is_terminal,
+    )
+    found = {}
+    with bar:
+        for label, experiment in loaded.items():
+            task = bar.add_task("", total=experiment.evolution.generations, label=label)
+            found[label] = sample(experiment, repeats, workers, partial(bar.advance, task))
+            if not console.is_terminal and not quiet:
+                print(f"{label}: {repeats} repeats are done", flush=True)
+    return found
+
+
+def _show(folder: Path, findings: "Findings", command: str) -> None:
+    from gaitsim.cli.console import output, table
+    from gaitsim.study.comparison import methods, tables
+
+    console = output()
+    for title, columns, rows in tables(findings):
+        console.print(f"\n{title}", style="bold")
+        made = table(*columns)
+        for row in rows:
+            made.add_row(*row)
+        console.print(made, markup=False)
+    console.print(f"\n{methods(findings)}\n", style="dim", markup=False)
+    console.print(f"Report: {folder / 'report.md'}", markup=False)
+    console.print(f"Again:  {command}", markup=False, soft_wrap=True)

@@ -1,0 +1,258 @@
+"""Experiments against each other: repeats, statistics, a report with its methods."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.analysis.statistics import (
+    CONFIDENCE,
+    RESAMPLES,
+    Comparison,
+    Description,
+    Reaching,
+    compare,
+    describe,
+    reaching,
+)
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import Evaluator
+from gaitsim.evolution.repeats import evolve_repeats
+from gaitsim.experiment import Experiment, load_experiment, with_overrides
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """The repeats of one experiment.
+
+    Attributes:
+        experiment: what was repeated.
+        best: best score so far, (repeats, generations).
+        evaluations: made so far by one repeat, (generations,).
+    """
+
+    experiment: Experiment
+    best: NDArray[np.float64]
+    evaluations: NDArray[np.int64]
+
+    @property
+    def final(self) -> NDArray[np.float64]:
+        """Best score of each repeat, (repeats,)."""
+        return self.best[:, -1]
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What a comparison found, each by the experiments' labels.
+
+    Attributes:
+        samples: the repeats.
+        descriptions: of the final scores.
+        comparisons: of every pair.
+        reached: success at the target.
+    """
+
+    samples: Mapping[str, Sample]
+    descriptions: Mapping[str, Description]
+    comparisons: Sequence[Comparison]
+    reached: Mapping[str, Reaching]
+
+
+def load_all(references: Sequence[str], overrides: Sequence[str]) -> dict[str, Experiment]:
+    """The experiments by label, each with a seed of its own, so that samples are independent.
+
+    A seed that another has already becomes the next free one. Of equal names the second
+    and later ones get a number.
+
+    Raises:
+        GaitsimError: fewer than two, or one of them has problems.
+    """
+    if len(references) < 2:
+        raise GaitsimError(
+            "one experiment cannot be compared",
+            allowed="two or more, as: gaitsim compare millipede-random millipede-mutation",
+        )
+    found: dict[str, Experiment] = {}
+    seeds: set[int] = set()
+    for reference in references:
+        experiment = load_experiment(reference, overrides)
+        seed = experiment.seed
+        while seed in seeds:
+            seed += 1
+        seeds.add(seed)
+        if seed != experiment.seed:
+            experiment = with_overrides(experiment, [f"seed={seed}"])
+        label, number = experiment.name, 1
+        while label in found:
+            number += 1
+            label = f"{experiment.name} ({number})"
+        found[label] = experiment
+    return found
+
+
+def sample(
+    experiment: Experiment,
+    repeats: int,
+    workers: int | None,
+    tell: Callable[[], None],
+) -> Sample:
+    """Repeat one experiment; `tell` is called after each generation."""
+    best, evaluations = [], []
+    with Evaluator(experiment, workers) as evaluator:
+        for generation in evolve_repeats(experiment, evaluator.evaluate, repeats):
+            best.append(generation.best)
+            evaluations.append(generation.evaluations)
+            tell()
+    return Sample(experiment, np.stack(best, axis=1), np.array(evaluations))
+
+
+def find(samples: Mapping[str, Sample], target: float | None) -> Findings:
+    """Describe and compare; without a target, the lowest of the medians is taken for one.
+
+    Raises:
+        GaitsimError: a repeat has no finite score to compare.
+    """
+    for label, one in samples.items():
+        if not np.isfinite(one.final).all():
+            raise GaitsimError(
+                f"in a repeat of {label} every individual failed: there is no score to compare",
+                remedy=f"see why with: gaitsim run {one.experiment.name}",
+            )
+    descriptions = {
+        # A stream of its own for each, by seed: the order of experiments does not matter.
+        label: describe(one.final, np.random.default_rng([one.experiment.seed, len(one.final)]))
+        for label, one in samples.items()
+    }
+    aim = min(d.median for d in descriptions.values()) if target is None else target
+    return Findings(
+        samples,
+        descriptions,
+        compare({label: one.final for label, one in samples.items()}),
+        {label: reaching(one.best, one.evaluations, aim) for label, one in samples.items()},
+    )
+
+
+def methods(findings: Findings) -> str:
+    """A paragraph for a paper's methods section."""
+    repeats = next(iter(findings.descriptions.values())).n
+    parts = [
+        f"Each of the {len(findings.samples)} experiments was repeated {repeats} times from "
+        f"independent random populations (gaitsim {version('gaitsim')}). The outcome of a repeat "
+        "is its best score after the last generation. We report medians with "
+        f"{CONFIDENCE:.0%} percentile bootstrap confidence intervals ({RESAMPLES:,} resamples) "
+        "and quartiles. Pairs were compared by two-sided Mann–Whitney U tests, corrected for "
+        f"{len(findings.comparisons)} comparison{'s' * (len(findings.comparisons) != 1)} by "
+        "Holm's procedure, with the Vargha–Delaney A12 as effect size (Arcuri and Briand 2011)."
+    ]
+    target = next(iter(findings.reached.values())).target
+    parts.append(
+        f"Success is reaching a best score of {target:.4g}; the expected running time (ERT) is "
+        "the number of evaluations spent in all repeats, until success or the end, over the "
+        "number of successes (Hansen et al. 2010)."
+    )
+    return " ".join(parts)
+
+
+def plain(findings: Findings) -> dict[str, object]:
+    """The findings as values for JSON."""
+    return {
+        "experiments": {
+            label: {
+                **vars(findings.descriptions[label]),
+                "seed": one.experiment.seed,
+                "evaluations": int(one.evaluations[-1]),
+                "target": findings.reached[label].target,
+                "success_rate": findings.reached[label].rate,
+                "ert": findings.reached[label].ert,
+            }
+            for label, one in findings.samples.items()
+        },
+        "comparisons": [{**vars(pair), "differs": pair.differs} for pair in findings.comparisons],
+        "methods": methods(findings),
+    }
+
+
+def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
+    """Title, columns and rows of each table of the report."""
+    descriptions = [
+        [
+            label,
+            str(d.n),
+            f"{d.mean:.4f}",
+            f"{d.median:.4f}",
+            f"{d.median_low:.4f} to {d.median_high:.4f}",
+            f"{d.q25:.4f} to {d.q75:.4f}",
+            f"{d.minimum:.4f} to {d.maximum:.4f}",
+        ]
+        for label, d in findings.descriptions.items()
+    ]
+    pairs = [
+        [
+            f"{pair.first} against {pair.second}",
+            f"{pair.p:.2g}",
+            f"{pair.p_holm:.2g}",
+            f"{pair.a12:.3f}",
+            pair.effect,
+            "yes" if pair.differs else "no",
+        ]
+        for pair in findings.comparisons
+    ]
+    reached = [
+        [label, f"{r.target:.4g}", f"{r.successes} of {r.repeats}", f"{r.ert:,.0f}"]
+        for label, r in findings.reached.items()
+    ]
+    return [
+        (
+            "Final scores",
+            ["experiment", "repeats", "mean", "median", "95 % of median", "quartiles", "range"],
+            descriptions,
+        ),
+        ("Differences", ["pair", "p", "p (Holm)", "A12", "effect", "differs at 5 %"], pairs),
+        ("Reaching the target", ["experiment", "target", "successes", "ERT, evaluations"], reached),
+    ]
+
+
+def report(findings: Findings, command: str, figure: str) -> str:
+    """The comparison as Markdown."""
+    lines = ["# " + " against ".join(findings.samples), ""]
+    for title, columns, rows in tables(findings):
+        lines += [f"## {title}", "", _row(columns), _row(["---"] * len(columns))]
+        lines += [*map(_row, rows), ""]
+    lines += [
+        "A12 is how often a score of the first exceeds one of the second; 0.5 means neither does.",
+        "",
+        f"![Best score against evaluations]({figure})",
+        "",
+        "## Methods",
+        "",
+        methods(findings),
+        "",
+        "## To do it again",
+        "",
+        "```sh",
+        command,
+        "```",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def results(findings: Findings) -> str:
+    """Every repeat's best score so far as tidy CSV, at 200 generations of each at the most."""
+    lines = ["experiment,repeat,generation,evaluations,best"]
+    for label, one in findings.samples.items():
+        name = '"' + label.replace('"', '""') + '"'
+        last = one.best.shape[1] - 1
+        kept = np.unique(np.linspace(0, last, min(200, last + 1)).astype(int))
+        lines += [
+            f"{name},{repeat + 1},{at + 1},{one.evaluations[at]},{float(one.best[repeat, at])!r}"
+            for repeat in range(len(one.best))
+            for at in kept.tolist()
+        ]
+    return "\n".join([*lines, ""])

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+from scipy.stats import mannwhitneyu
+
+from gaitsim.evaluation import judge
+from gaitsim.evolution import breed, evolve
+from gaitsim.evolution.breeding import breed_each, first_population, first_populations
+from gaitsim.evolution.repeats import evolve_repeats
+from gaitsim.experiment import Experiment, load_experiment
+
+PRESETS = ("millipede-crossover", "millipede-double-mutation", "spider-recurrence")
+
+
+def small(name: str, *more: str) -> Experiment:
+    return load_experiment(name, ["evolution.population=9", "evolution.generations=6", *more])
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_one_repeat_is_bred_as_a_run_is(name: str) -> None:
+    experiment = small(name)
+    space = experiment.space()
+    genomes = first_population(experiment, space)
+    np.testing.assert_array_equal(first_populations(experiment, space, 1)[0], genomes)
+    scores = np.random.default_rng(0).normal(size=9)
+    np.testing.assert_array_equal(
+        breed_each(experiment, space, genomes[None], scores[None], 2)[0],
+        breed(experiment, space, genomes, scores, 2),
+    )
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_each_repeat_keeps_its_own_elite(name: str) -> None:
+    experiment = small(name)
+    space = experiment.space()
+    genomes = first_populations(experiment, space, 7)
+    scores = np.random.default_rng(0).normal(size=(7, 9))
+    bred = breed_each(experiment, space, genomes, scores, 2)
+    assert bred.shape == genomes.shape
+    for before, after, row in zip(genomes, bred, scores, strict=True):
+        np.testing.assert_array_equal(after[0], before[row.argmax()])
+
+
+def test_children_come_from_parents_of_their_own_repeat() -> None:
+    """With crossover alone, no gene appears that the repeat did not have."""
+    experiment = small("millipede-crossover")
+    space = experiment.space()
+    genomes = np.zeros((5, 9, space.genes), dtype=np.uint8)
+    genomes[[1, 3], :, ::6] = 1  # in these repeats every leg points back, in the others none
+    bred = breed_each(experiment, space, genomes, np.zeros((5, 9)), 2)
+    np.testing.assert_array_equal(bred, genomes)
+
+
+def test_best_scores_never_fall_and_evaluations_are_counted() -> None:
+    experiment = small("millipede-random")
+    events = list(evolve_repeats(experiment, lambda genomes: judge(experiment, genomes), 11))
+    assert [event.number for event in events] == [1, 2, 3, 4, 5, 6]
+    assert [event.evaluations for event in events] == [9, 18, 27, 36, 45, 54]
+    assert (np.diff([event.best for event in events], axis=0) >= 0).all()
+
+
+def test_repeats_are_distributed_as_single_runs_are() -> None:
+    experiment = small("millipede-double-mutation", "evolution.generations=15")
+    *_, last = evolve_repeats(experiment, lambda genomes: judge(experiment, genomes), 150)
+    single = []
+    for seed in range(150):
+        run = small("millipede-double-mutation", "evolution.generations=15", f"seed={seed + 1}")
+        *_, end = evolve(run, lambda genomes, run=run: judge(run, genomes))
+        single.append(end.progress.best_score)
+    assert mannwhitneyu(last.best, single).pvalue > 0.01
+    assert abs(last.best.mean() - np.mean(single)) < 0.6

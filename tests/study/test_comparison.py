@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.study.comparison import find, load_all, methods, plain, report, results, sample
+
+SHORT = ["evolution.population=9", "evolution.generations=12"]
+
+
+def compared(*names: str, target: float | None = None, more: tuple[str, ...] = ()):
+    loaded = load_all(names, [*SHORT, *more])
+    return find({k: sample(e, 40, 1, lambda: None) for k, e in loaded.items()}, target)
+
+
+def test_equal_experiments_do_not_differ() -> None:
+    found = compared("millipede-double-mutation", "millipede-double-mutation")
+    (pair,) = found.comparisons
+    assert (pair.first, pair.second) == (
+        "millipede-double-mutation",
+        "millipede-double-mutation (2)",
+    )
+    assert not pair.differs
+    one, other = found.samples.values()
+    assert one.experiment.seed != other.experiment.seed
+    assert not np.array_equal(one.final, other.final)
+
+
+def test_a_large_difference_is_found() -> None:
+    longer = ("evolution.population=35", "evolution.generations=37")
+    found = compared("millipede-random", "millipede-crossover", "millipede", more=longer)
+    assert len(found.comparisons) == 3
+    pair = found.comparisons[0]
+    assert pair.differs
+    assert pair.effect == "large"
+
+
+def test_the_default_target_is_the_lowest_median() -> None:
+    found = compared("millipede-random", "millipede-crossover")
+    lowest = min(one.median for one in found.descriptions.values())
+    assert {one.target for one in found.reached.values()} == {lowest}
+    assert compared("millipede-random", "millipede", target=99).reached["millipede"].rate == 0
+
+
+def test_report_and_json_hold_the_figures() -> None:
+    found = compared("millipede-random", "millipede-mutation", target=3.0)
+    text = report(found, "gaitsim compare a b", "convergence.png")
+    for piece in ("| millipede-random | 40 |", "A12", "ERT", "gaitsim compare a b", "Holm"):
+        assert piece in text
+    assert methods(found) in text
+    values = plain(found)
+    assert values["experiments"]["millipede-random"]["mean"] == pytest.approx(
+        found.samples["millipede-random"].final.mean()
+    )
+    assert values["comparisons"][0]["a12"] == found.comparisons[0].a12
+    rows = results(found).splitlines()
+    assert rows[0] == "experiment,repeat,generation,evaluations,best"
+    assert len(rows) == 1 + 2 * 40 * 12
+
+
+def test_one_experiment_is_not_enough() -> None:
+    with pytest.raises(GaitsimError, match="cannot be compared"):
+        load_all(["spider"], [])
+
+
+def test_a_repeat_without_a_score_is_told() -> None:
+    loaded = load_all(["millipede", "millipede-random"], SHORT)
+    samples = {k: sample(e, 3, 1, lambda: None) for k, e in loaded.items()}
+    samples["millipede"].best[:] = -np.inf
+    with pytest.raises(GaitsimError, match="every individual failed"):
+        find(samples, None)

@@ -1,0 +1,140 @@
+import csv
+import io
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.study.file import cells, parse_study, read_study
+from gaitsim.study.results import first_reached, table
+from gaitsim.study.running import finished, recorded, run_cell, run_cells
+
+SMALL = """
+name = "small"
+experiments = ["millipede-random", "millipede-mutation"]
+set = ["evolution.generations=6"]
+repeats = 4
+record_every = 4
+target = 2.0
+[axes]
+"evolution.population" = { from = 5, to = 9, step = 2 }
+"organism.pairs" = [2, 3]
+"""
+
+
+def test_cells_are_the_product_of_the_axes() -> None:
+    found = cells(parse_study(SMALL, "small.toml"))
+    assert len(found) == 2 * 3 * 2
+    assert [cell.index for cell in found] == list(range(12))
+    assert found[1].point == {
+        "experiment": "millipede-random",
+        "evolution.population": 5,
+        "organism.pairs": 3,
+    }
+    assert found[3].experiment.evolution.population == 7
+    assert found[3].experiment.evolution.generations == 6
+    assert len({cell.experiment.seed for cell in found}) == 12
+
+
+def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
+    text = 'name = "s"\nexperiments = ["millipede"]\n[axes]\nseed = [5, 3]\n'
+    assert [cell.experiment.seed for cell in cells(parse_study(text, "s"))] == [5, 3]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ("repeats = 4|repeats = 0", "greater than or equal to 1"),
+        ("from = 5, to = 9|from = 9, to = 5", "the range from 9 to 5 is empty"),
+        ("step = 2|step = 0", "greater than 0"),
+        ("= [2, 3]|= []", "an axis without values"),
+        ("= [2, 3]|= [2, 2]", "an axis has a value twice"),
+        ("organism.pairs|organism.pears", "unknown key"),
+        ("from = 5, to = 9, step = 2|from = 5, to = 9", "6 is odd|5 of 6"),
+        ("evolution.generations=6|evolution.population=7", "is an axis and in 'set', too"),
+        ("record_every|record_evry", "did you mean 'record_every'"),
+        ('"millipede-mutation"|"millipede-mutatoin"', "did you mean 'millipede-mutation'"),
+        ('"millipede-mutation"|"millipede-random"', "stands twice"),
+        ('name = "small"|name = "../small"', "not allowed"),
+        ('name = "small"|name = "small"\nschema = 2', "newer gaitsim"),
+        ('name = "small"|name = ', "not valid TOML"),
+        ('experiments = ["millipede-random", "millipede-mutation"]|', "experiments is required"),
+    ],
+)
+def test_each_mistake_is_told(change: str, says: str) -> None:
+    before, after = change.split("|", 1)
+    text = SMALL.replace(before, after)
+    assert text != SMALL
+    with pytest.raises(GaitsimError, match=says):
+        cells(parse_study(text, "small.toml"))
+
+
+def test_all_problems_are_told_at_once() -> None:
+    text = SMALL.replace("repeats = 4", "repeats = 0").replace("record_every", "recordevery")
+    with pytest.raises(ExperimentError) as error:
+        parse_study(text, "small.toml")
+    assert len(error.value.problems) == 2
+
+
+def test_the_recorded_generations_are_every_so_many_and_the_last() -> None:
+    (cell, *_) = cells(parse_study(SMALL, "small.toml"))
+    assert recorded(cell.experiment, 4).tolist() == [4, 6]
+    assert recorded(cell.experiment, 2).tolist() == [2, 4, 6]
+    assert recorded(cell.experiment, 9).tolist() == [6]
+
+
+def test_a_longer_run_has_the_shorter_ones_in_it() -> None:
+    (cell, *_) = cells(parse_study(SMALL, "small.toml"))
+    whole = run_cell(cell.experiment, 5, 1)
+    evolution = cell.experiment.evolution.model_copy(update={"generations": 3})
+    from dataclasses import replace
+
+    short = run_cell(replace(cell.experiment, evolution=evolution), 5, 1)
+    np.testing.assert_array_equal(whole[:, :3], short)
+
+
+def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path) -> None:
+    study = parse_study(SMALL, "small.toml")
+    every = cells(study)
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    whole.mkdir()
+    cut.mkdir()
+    list(run_cells(whole, every, 4, 4, 1))
+    some = run_cells(cut, every, 4, 4, 2)
+    done = [next(some) for _ in range(3)]
+    some.close()  # as Ctrl-C does
+    (cut / "cells" / f"{done[0].index:06d}.npy").write_bytes(b"damaged")
+    missing = [cell for cell in every if finished(cut, cell, 4, 4) is None]
+    assert done[0] in missing
+    assert done[1] not in missing
+    list(run_cells(cut, missing, 4, 4, 2))
+    tables = [
+        table(study, [(cell, finished(folder, cell, 4, 4)) for cell in every])
+        for folder in (whole, cut)
+    ]
+    assert tables[0] == tables[1]
+    rows = list(csv.DictReader(io.StringIO(tables[0])))
+    assert len(rows) == 12 * 2
+    assert rows[0]["evolution.population"] == "5"
+    assert rows[1]["evaluations"] == str(6 * 5)
+    assert float(rows[0]["q25"]) <= float(rows[0]["median"]) <= float(rows[0]["q75"])
+
+
+def test_the_cheapest_cell_that_reaches_the_target() -> None:
+    study = parse_study(SMALL, "small.toml")
+    every = cells(study)
+    results = [(cell, np.full((4, 2), 1.0)) for cell in every]
+    results[2][1][:, 1] = 2.0  # random, population 7: at generation 6
+    results[4][1][:, 0] = 2.5  # random, population 9: at generation 4
+    first, second = first_reached(study, results)
+    assert (first.population, first.generations, first.mean) == (9, 4, 2.5)
+    assert (second.population, second.generations, second.mean) == (None, None, 1.0)
+
+
+def test_the_ready_study_is_the_published_sweep() -> None:
+    study, _ = read_study("millipede-operators")
+    assert study.repeats == 100
+    assert study.values("evolution.population") == list(range(3, 80, 2))
+    found = cells(study)
+    assert len(found) == 195
+    assert recorded(found[0].experiment, study.record_every).tolist() == list(range(2, 81, 2))
