@@ -23,9 +23,10 @@ def main() -> None:
 
 
 def _run() -> None:
-    from gaitsim.cli.app import app
-
     try:
+        # Within, as half of the start-up is spent on it, and Ctrl-C may come then.
+        from gaitsim.cli.app import app
+
         app()
     except GaitsimError as error:
         _fail(str(error))
