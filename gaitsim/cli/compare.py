@@ -45,6 +45,7 @@ def compare(
     import sys
 
     from gaitsim.cli.console import notice, print_json
+    from gaitsim.cli.interrupts import interruptible
     from gaitsim.export.convergence import plot_convergence
     from gaitsim.runs.atomic import write_bytes
     from gaitsim.runs.folder import create_folder
@@ -56,7 +57,8 @@ def compare(
     if len({repr(one.fitness) for one in loaded.values()}) > 1:
         notice("Warning: the experiments differ in their fitness; their scores may not compare.")
     try:
-        findings = find(_samples(loaded, repeats, workers, quiet=json), target)
+        with interruptible():
+            findings = find(_samples(loaded, repeats, workers, quiet=json), target)
     except KeyboardInterrupt:
         notice("Stopped; nothing was written.")
         sys.exit(130)

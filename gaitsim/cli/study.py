@@ -80,6 +80,7 @@ def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None)
     )
 
     from gaitsim.cli.console import output
+    from gaitsim.cli.interrupts import interruptible
     from gaitsim.study.running import finished, run_cells
 
     missing = [
@@ -102,7 +103,7 @@ def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None)
     task = bar.add_task(str(folder), total=len(every), completed=len(every) - len(missing))
     said = time.monotonic()
     try:
-        with bar:
+        with interruptible(), bar:
             done = len(every) - len(missing)
             for _ in run_cells(folder, missing, study.repeats, study.record_every, workers):
                 done += 1
@@ -135,9 +136,9 @@ def _write(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]") -> 
 
     write_bytes(folder / TABLE, table(study, results).encode())
     if surface_axis(study):
-        for experiment in study.experiments:
-            name = Path(experiment).stem
-            plot_surface(study, experiment, results, folder / f"surface-{name}.png")
+        for place, experiment in enumerate(study.experiments, 1):
+            file = folder / f"surface-{place}-{Path(experiment).stem}.png"
+            plot_surface(study, experiment, results, file)
 
 
 def _summarise(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]") -> None:

@@ -12,7 +12,7 @@ from gaitsim.study.running import Best, recorded
 
 def surface_axis(study: Study) -> str | None:
     """The axis that a surface can be drawn over: the only one, and of numbers; else None."""
-    if len(study.axes) != 1:
+    if len(study.axes) != 1 or "evolution.generations" in study.axes:
         return None
     (axis,) = study.axes
     numbers = all(
@@ -43,11 +43,19 @@ def plot_surface(
     generations = recorded(mine[0][0].experiment, study.record_every)
     along = np.array([cell.point[axis] for cell, _ in mine], dtype=float)
     means = np.stack([best.mean(axis=0) for _, best in mine])
+    means[~np.isfinite(means)] = np.nan  # where a repeat has no score, the surface has a hole
     figure = Figure(figsize=(5.4, 4.2))
     axes = figure.add_axes((0.06, 0.03, 0.82, 0.92), projection="3d")
     x, y = np.meshgrid(generations, along)
     axes.plot_surface(  # type: ignore[attr-defined]
-        x, y, means, cmap="viridis", vmin=0, vmax=means.max(), linewidth=0.1, antialiased=True
+        x,
+        y,
+        means,
+        cmap="viridis",
+        vmin=0,
+        vmax=float(np.nanmax(means)),
+        linewidth=0.1,
+        antialiased=True,
     )
     axes.set_xlabel("generations")
     axes.set_ylabel(
@@ -55,7 +63,7 @@ def plot_surface(
         + " size" * (axis == "evolution.population")
     )
     axes.set_zlabel("mean best score")  # type: ignore[attr-defined]
-    axes.set_zlim(min(0.0, float(means.min())), float(means.max()))  # type: ignore[attr-defined]
+    axes.set_zlim(min(0.0, float(np.nanmin(means))), float(np.nanmax(means)))  # type: ignore[attr-defined]
     axes.set_box_aspect(None, zoom=0.92)  # type: ignore[call-arg]
     axes.view_init(elev=24, azim=-128)  # type: ignore[attr-defined]
     axes.set_title(f"{experiment}, mean of {study.repeats} repeats", fontsize="medium")

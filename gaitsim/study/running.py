@@ -1,5 +1,6 @@
 """A study on disk, cell by cell: stopped at any time, gone on with at the finished cell."""
 
+import hashlib
 import io
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -97,4 +98,6 @@ def _work(experiment: Experiment) -> int:
 
 
 def _file(folder: Path, cell: Cell) -> Path:
-    return folder / CELLS / f"{cell.index:06d}.npy"
+    """Where a cell's result lies; that of another experiment or plugin's version lies elsewhere."""
+    digest = hashlib.sha256(repr(cell.experiment).encode()).hexdigest()[:12]
+    return folder / CELLS / f"{cell.index:06d}-{digest}.npy"

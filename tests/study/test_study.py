@@ -1,5 +1,6 @@
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,8 +88,6 @@ def test_a_longer_run_has_the_shorter_ones_in_it() -> None:
     (cell, *_) = cells(parse_study(SMALL, "small.toml"))
     whole = run_cell(cell.experiment, 5, 1)
     evolution = cell.experiment.evolution.model_copy(update={"generations": 3})
-    from dataclasses import replace
-
     short = run_cell(replace(cell.experiment, evolution=evolution), 5, 1)
     np.testing.assert_array_equal(whole[:, :3], short)
 
@@ -103,7 +102,8 @@ def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path) -> None:
     some = run_cells(cut, every, 4, 4, 2)
     done = [next(some) for _ in range(3)]
     some.close()  # as Ctrl-C does
-    (cut / "cells" / f"{done[0].index:06d}.npy").write_bytes(b"damaged")
+    (damaged,) = (cut / "cells").glob(f"{done[0].index:06d}-*.npy")
+    damaged.write_bytes(b"damaged")
     missing = [cell for cell in every if finished(cut, cell, 4, 4) is None]
     assert done[0] in missing
     assert done[1] not in missing
@@ -113,6 +113,9 @@ def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path) -> None:
         for folder in (whole, cut)
     ]
     assert tables[0] == tables[1]
+    other = replace(every[0], experiment=replace(every[0].experiment, seed=99))
+    assert finished(whole, every[0], 4, 4) is not None
+    assert finished(whole, other, 4, 4) is None  # another experiment is another cell
     rows = list(csv.DictReader(io.StringIO(tables[0])))
     assert len(rows) == 12 * 2
     assert rows[0]["evolution.population"] == "5"

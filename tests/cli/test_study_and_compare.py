@@ -1,0 +1,103 @@
+import json
+
+import pytest
+
+STUDY = """
+name = "small"
+description = "a small one"
+experiments = ["millipede-random", "millipede-mutation"]
+set = ["evolution.generations=6"]
+repeats = 3
+record_every = 2
+target = 4.0
+[axes]
+"evolution.population" = [5, 9]
+[published.millipede-mutation]
+population = 10
+generations = 19
+"""
+
+
+def test_a_study_leaves_table_surfaces_and_report(gaitsim, tmp_path):
+    (tmp_path / "small.toml").write_text(STUDY)
+    done = gaitsim("study", "small.toml", "--workers", 1)
+    folder = tmp_path / "studies/small"
+    assert "study studies/small: 4 of 4 cells to run" in done.stdout
+    assert "Smallest population and generations that reach 4" in done.stdout
+    assert "fewest evaluations" in done.stdout
+    assert (folder / "results.csv").read_text().count("\n") == 1 + 4 * 3
+    assert {path.name for path in folder.glob("surface-*")} == {
+        "surface-1-millipede-random.png",
+        "surface-2-millipede-mutation.png",
+    }
+    report = (folder / "report.md").read_text()
+    assert "| 10 | 19 |" in report
+    assert "Means of 3 repeats" in report
+
+
+def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
+    (tmp_path / "small.toml").write_text(STUDY)
+    gaitsim("study", "small.toml", "--out", "mine", "--workers", 1)
+    table = (tmp_path / "mine/results.csv").read_bytes()
+    assert "mine: 0 of 4 cells to run" in gaitsim("study", "mine").stdout
+    assert (tmp_path / "mine/results.csv").read_bytes() == table
+    # The same study once more is another folder: nothing is overwritten.
+    assert (
+        "mine-2: 4 of 4" in gaitsim("study", "small.toml", "--out", "mine", "--workers", 1).stdout
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["study", "nosuch"], "unknown study 'nosuch'"),
+        (["study", "millipede-operator"], "did you mean 'millipede-operators'?"),
+        (["study", "nosuch.toml"], "cannot read the study file nosuch.toml"),
+        (["compare", "millipede"], "one experiment cannot be compared"),
+        (["compare", "millipede", "milipede"], "did you mean 'millipede'?"),
+        (["compare", "millipede", "millipede", "--set", "mutation.rte=1"], "unknown key"),
+        (["compare", "millipede", "millipede", "--population", "8"], "7 is odd"),
+    ],
+)
+def test_mistakes_are_told(gaitsim, arguments, says):
+    done = gaitsim(*arguments, code=2)
+    assert says in done.stderr
+    assert done.stdout == ""
+
+
+def test_a_study_of_a_newer_gaitsim_is_told(gaitsim, tmp_path):
+    (tmp_path / "small.toml").write_text("schema = 2\n" + STUDY)
+    assert "newer gaitsim" in gaitsim("study", "small.toml", code=2).stderr
+    assert not (tmp_path / "studies").exists()
+
+
+SHORT = ("--population", 9, "--generations", 8, "--repeats", 12)
+
+
+def test_compare_reports_and_can_be_done_again(gaitsim, tmp_path):
+    done = gaitsim("compare", "millipede-random", "millipede", *SHORT, "--target", 3.5)
+    folder = tmp_path / "comparisons/millipede-random-against-millipede"
+    assert "differs at 5 %" in done.stdout
+    assert (folder / "convergence.png").stat().st_size > 10_000
+    report = (folder / "report.md").read_text()
+    (command,) = (line for line in report.splitlines() if line.startswith("gaitsim compare"))
+    assert "--target 3.5" in command
+    gaitsim(*command.split()[1:], "--out", "again")
+    assert (tmp_path / "again/results.csv").read_text() == (folder / "results.csv").read_text()
+
+
+def test_compare_prints_json(gaitsim):
+    done = gaitsim("compare", "millipede", "millipede", *SHORT, "--json")
+    (line,) = done.stdout.splitlines()
+    values = json.loads(line)
+    assert set(values["experiments"]) == {"millipede", "millipede (2)"}
+    assert {"mean", "median", "median_low", "q25", "ert"} <= set(values["experiments"]["millipede"])
+    assert values["comparisons"][0]["differs"] is False
+
+
+def test_compare_warns_of_scores_that_do_not_compare(gaitsim):
+    backward = ("--set", "fitness.direction=backward")
+    done = gaitsim("compare", "millipede", "millipede-random", *SHORT, *backward)
+    assert "Warning" not in done.stderr
+    done = gaitsim("compare", "millipede", "spider-recurrence", *SHORT, "--workers", 1)
+    assert "differ in their fitness" in done.stderr
