@@ -1,0 +1,129 @@
+"""The published millipede study, whole, beside the same work in DEAP.
+
+Five algorithms × 39 pool sizes × 80 generations × 100 repeats, over all cores, as
+`gaitsim study millipede-operators` does it without its pictures. DEAP does two repeats
+of each algorithm at three pool sizes on one core; its time is scaled by the number of
+individuals bred.
+"""
+
+import importlib.util
+import math
+import random
+import tempfile
+from pathlib import Path
+
+from timing import print_figure, print_machine, stopwatch, times
+
+from gaitsim.study.file import Study, cells, read_study
+from gaitsim.study.running import run_cells
+
+POOLS, REPEATS = (9, 41, 73), 2  # what DEAP does
+LEGS, BITS = 6, 6
+
+
+def ours(study: Study) -> float:
+    """Seconds for the whole study."""
+    with tempfile.TemporaryDirectory() as folder:
+
+        def work() -> None:
+            every = cells(study)
+            for _ in run_cells(Path(folder), every, study.repeats, study.record_every, None):
+                pass
+
+        return stopwatch(work)
+
+
+def _degrees(individual: list[int]) -> list[int]:
+    """The legs' angles; magnitudes above 20 are truncated in the genome, too."""
+    angles = []
+    for start in range(0, LEGS * BITS, BITS):
+        sign, *magnitude = individual[start : start + BITS]
+        value = int("".join(map(str, magnitude)), 2)
+        if value > 20:
+            value = 20
+            individual[start + 1 : start + BITS] = [1, 0, 1, 0, 0]
+        angles.append(-value if sign else value)
+    return angles
+
+
+def _score(individual: list[int]) -> tuple[float]:
+    reach = [math.sin(math.radians(angle)) for angle in _degrees(individual)]
+    half = LEGS // 2
+    left, right = sum(reach[:half]) / half, sum(reach[half:]) / half
+    best = math.sin(math.radians(20))
+    if left > 0 and right > 0:
+        return (10 * min(left, right) / best,)
+    if left < 0 and right < 0:
+        return (10 * max(left, right) / best,)
+    return (0.0,)
+
+
+def deap_run(algorithm: str, pool: int, generations: int) -> None:
+    """One repeat with DEAP's toolbox: drop the worst, breed the rest, add the best's copy."""
+    from deap import base, creator, tools
+
+    if not hasattr(creator, "Millipede"):
+        creator.create("Reach", base.Fitness, weights=(1.0,))
+        creator.create("Millipede", list, fitness=creator.Reach)
+    toolbox = base.Toolbox()
+    toolbox.register("bit", random.randint, 0, 1)
+    toolbox.register("individual", tools.initRepeat, creator.Millipede, toolbox.bit, LEGS * BITS)
+    toolbox.register("population", tools.initRepeat, list, toolbox.individual)
+    population = toolbox.population(n=pool)
+
+    def evaluate() -> None:
+        for individual in population:
+            if not individual.fitness.valid:
+                individual.fitness.values = _score(individual)
+
+    evaluate()
+    for _ in range(generations - 1):
+        population.remove(tools.selWorst(population, 1)[0])
+        best = toolbox.clone(tools.selBest(population, 1)[0])
+        random.shuffle(population)
+        if algorithm == "millipede-random":
+            population = toolbox.population(n=pool - 1)
+        elif algorithm.endswith("crossover"):
+            cross = tools.cxTwoPoint if "double" in algorithm else tools.cxOnePoint
+            for mother, father in zip(population[::2], population[1::2], strict=True):
+                cross(mother, father)
+        else:
+            for individual in population:
+                for place in random.sample(range(LEGS * BITS), 2 if "double" in algorithm else 1):
+                    individual[place] ^= 1
+        for individual in population:
+            del individual.fitness.values
+        population.append(best)
+        evaluate()
+
+
+def deap(study: Study, generations: int) -> float:
+    """Seconds that the whole study would take DEAP, scaled from a part."""
+    random.seed(0)  # DEAP draws from the global generator
+
+    def part() -> None:
+        for algorithm in study.experiments:
+            for pool in POOLS:
+                for _ in range(REPEATS):
+                    deap_run(algorithm, pool, generations)
+
+    whole = sum(map(float, study.values("evolution.population"))) * study.repeats
+    return stopwatch(part) * whole / (sum(POOLS) * REPEATS)
+
+
+def main() -> None:
+    """Print the figures."""
+    print_machine()
+    study, _ = read_study("millipede-operators")
+    seconds = ours(study)
+    print_figure("gaitsim: the whole published study", f"{seconds:.1f} s", "all cores")
+    if importlib.util.find_spec("deap") is None:
+        print("DEAP is not installed; to compare: pip install -e '.[benchmarks]'")
+        return
+    theirs = deap(study, 80)
+    beside = f"{times(theirs / seconds)} as long; one core, scaled from a part"
+    print_figure("DEAP: the same work", f"{theirs:.0f} s", beside)
+
+
+if __name__ == "__main__":
+    main()
