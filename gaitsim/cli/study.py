@@ -150,21 +150,23 @@ def _summarise(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]")
     console = output()
     if study.target is None:
         return
-    columns = ["experiment", "population", "generations", "mean"]
+    columns = ["experiment", "population / generations", "mean"]
     if study.published:
-        columns += ["published population", "published generations"]
+        columns.append("published")
     rows = []
     for found in first_reached(study, results):
-        cells = [
-            found.experiment,
-            "never" if found.population is None else str(found.population),
-            "" if found.generations is None else str(found.generations),
-            number(found.mean) + (" at most" if found.population is None else ""),
-        ]
+        if found.population is None:
+            row = [found.experiment, "never", f"at most {number(found.mean)}"]
+        else:
+            row = [
+                found.experiment,
+                f"{found.population} / {found.generations}",
+                number(found.mean),
+            ]
         if study.published:
-            cell = study.published.get(found.experiment, {})
-            cells += [str(cell.get("population", "none")), str(cell.get("generations", "none"))]
-        rows.append(cells)
+            cell = study.published.get(found.experiment)
+            row.append(f"{cell.population} / {cell.generations}" if cell else "never")
+        rows.append(row)
     made = table(*columns)
     for row in rows:
         made.add_row(*row)

@@ -36,6 +36,7 @@ def plot_surface(
         RunError: the file cannot be written.
     """
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     axis = surface_axis(study)
     assert axis is not None, "a study that has a surface"
@@ -45,15 +46,13 @@ def plot_surface(
     means = np.stack([best.mean(axis=0) for _, best in mine])
     means[~np.isfinite(means)] = np.nan  # where a repeat has no score, the surface has a hole
     figure = Figure(figsize=(5.4, 4.2))
-    axes = figure.add_axes((0.06, 0.03, 0.82, 0.92), projection="3d")
+    axes = figure.add_axes((0.0, -0.02, 0.96, 1.0), projection="3d")
     x, y = np.meshgrid(generations, along)
     axes.plot_surface(  # type: ignore[attr-defined]
         x,
         y,
         means,
         cmap="viridis",
-        vmin=0,
-        vmax=float(np.nanmax(means)),
         linewidth=0.1,
         antialiased=True,
     )
@@ -63,8 +62,12 @@ def plot_surface(
         + " size" * (axis == "evolution.population")
     )
     axes.set_zlabel("mean best score")  # type: ignore[attr-defined]
-    axes.set_zlim(min(0.0, float(np.nanmin(means))), float(np.nanmax(means)))  # type: ignore[attr-defined]
-    axes.set_box_aspect(None, zoom=0.92)  # type: ignore[call-arg]
+    lowest, highest = min(0.0, float(np.nanmin(means))), float(np.nanmax(means))
+    low, *_, high = MaxNLocator(5).tick_values(lowest, highest)
+    axes.set_zlim(low, high)  # type: ignore[attr-defined]
+    for one in (axes.xaxis, axes.yaxis, axes.zaxis):  # type: ignore[attr-defined]
+        one.set_major_locator(MaxNLocator(5))
+    axes.set_box_aspect(None, zoom=0.88)  # type: ignore[call-arg]
     axes.view_init(elev=24, azim=-128)  # type: ignore[attr-defined]
-    axes.set_title(f"{experiment}, mean of {study.repeats} repeats", fontsize="medium")
+    axes.set_title(f"{experiment}, mean of {study.repeats} repeats", fontsize="medium", y=0.95)
     save(figure, path)

@@ -48,6 +48,15 @@ class Range(BaseModel):
         return [self.start + index * self.step for index in range(count)]
 
 
+class Published(BaseModel):
+    """A published cell at which the target was reached."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    population: int = Field(ge=1)
+    generations: int = Field(ge=1)
+
+
 class Study(BaseModel):
     """What to sweep, how often to repeat, and what to put down."""
 
@@ -68,8 +77,9 @@ class Study(BaseModel):
     axes: dict[str, Range | tuple[Scalar, ...]] = Field(
         default={}, description="values of options, as 'mutation.rate' = [0.01, 0.1]"
     )
-    published: dict[str, dict[str, int]] = Field(
-        default={}, description="published cells by experiment, to print beside these"
+    published: dict[str, Published] = Field(
+        default={},
+        description="published cells by experiment, to print beside these; never, without one",
     )
 
     def values(self, axis: str) -> list[Scalar]:

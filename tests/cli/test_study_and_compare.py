@@ -31,7 +31,8 @@ def test_a_study_leaves_table_surfaces_and_report(gaitsim, tmp_path):
         "surface-2-millipede-mutation.png",
     }
     report = (folder / "report.md").read_text()
-    assert "| 10 | 19 |" in report
+    assert "| 10 / 19 |" in report
+    assert "| never |" in report  # of random, nothing is published
     assert "Means of 3 repeats" in report
 
 
