@@ -4,7 +4,8 @@ import hashlib
 import io
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from multiprocessing import get_context
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
 import numpy as np
@@ -68,8 +69,8 @@ def run_cells(
     with writing(folder):
         (folder / CELLS).mkdir(exist_ok=True)
     pool = ProcessPoolExecutor(count, get_context("spawn"), begin_worker)
+    running: dict[Future[Best], Cell] = {}
     try:
-        running: dict[Future[Best], Cell] = {}
         # The longest first, so that no core is left with it at the end.
         waiting.sort(key=lambda cell: _work(cell.experiment))
         while waiting or running:
@@ -89,8 +90,16 @@ def run_cells(
                 np.save(file, best, allow_pickle=False)
                 write_bytes(_file(folder, cell), file.getvalue())
                 yield cell
+    except BrokenProcessPool:
+        raise GaitsimError(
+            f"a worker process died while running the study {folder}",
+            remedy="finished cells are kept; go on, with fewer --workers if memory was short",
+        ) from None
     finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+        # What still runs would not be written: whoever stops does not wait for it.
+        for worker in active_children() if running else ():
+            worker.kill()
+        pool.shutdown(cancel_futures=True)
 
 
 def _work(experiment: Experiment) -> int:

@@ -1,6 +1,7 @@
 import csv
 import io
 from dataclasses import replace
+from multiprocessing import active_children
 
 import numpy as np
 import pytest
@@ -121,6 +122,16 @@ def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path) -> None:
     assert rows[0]["evolution.population"] == "5"
     assert rows[1]["evaluations"] == str(6 * 5)
     assert float(rows[0]["q25"]) <= float(rows[0]["median"]) <= float(rows[0]["q75"])
+
+
+def test_a_worker_that_dies_is_told(tmp_path) -> None:
+    every = cells(parse_study(SMALL, "small.toml"))
+    some = run_cells(tmp_path, every, 4, 4, 1)
+    next(some)
+    for worker in active_children():
+        worker.kill()
+    with pytest.raises(GaitsimError, match="a worker process died"):
+        list(some)
 
 
 def test_the_cheapest_cell_that_reaches_the_target() -> None:
