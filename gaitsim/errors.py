@@ -65,20 +65,22 @@ class ExperimentError(GaitsimError):
 
     Args:
         problems: every problem found, in the order of the file.
+        noun: what has them.
     """
 
-    def __init__(self, problems: Sequence[GaitsimError]) -> None:
+    def __init__(self, problems: Sequence[GaitsimError], noun: str = "experiment") -> None:
         self.problems = tuple(problems)
+        self.noun = noun
         count = len(self.problems)
         super().__init__(
-            "the experiment has a problem" if count == 1 else f"the experiment has {count} problems"
+            f"the {noun} has a problem" if count == 1 else f"the {noun} has {count} problems"
         )
 
     def __str__(self) -> str:
         return "\n".join([f"{self.what}:", *(f"- {problem}" for problem in self.problems)])
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (ExperimentError, (self.problems,))
+        return (ExperimentError, (self.problems, self.noun))
 
 
 def nearest(word: str, known: Sequence[str]) -> str:

@@ -43,29 +43,38 @@ def compare(
     """
     import shlex
     import sys
+    from math import isfinite
+    from shutil import rmtree
 
     from gaitsim.cli.console import notice, print_json
     from gaitsim.cli.interrupts import interruptible
+    from gaitsim.errors import GaitsimError
     from gaitsim.export.convergence import plot_convergence
     from gaitsim.runs.atomic import write_bytes
     from gaitsim.runs.folder import create_folder
     from gaitsim.study.comparison import find, load_all, plain, report, results
 
+    if target is not None and not isfinite(target):
+        raise GaitsimError(f"{target} is no score to reach", where="--target", allowed="a number")
     short = {"evolution.generations": generations, "evolution.population": population}
     given = [f"{key}={value}" for key, value in short.items() if value is not None]
     loaded = load_all(experiments, [*given, *(set_ or [])])
     if len({repr(one.fitness) for one in loaded.values()}) > 1:
         notice("Warning: the experiments differ in their fitness; their scores may not compare.")
-    try:
-        with interruptible():
-            findings = find(_samples(loaded, repeats, workers, quiet=json), target)
-    except KeyboardInterrupt:
-        notice("Stopped; nothing was written.")
-        sys.exit(130)
     texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
     name = "-against-".join(one.name for one in loaded.values())[:150]
     folder = create_folder(out or Path("comparisons") / name, texts)
-    again = ["gaitsim", "compare", *(str(folder / text) for text in texts)]
+    try:
+        with interruptible():
+            findings = find(_samples(loaded, repeats, workers, quiet=json), target)
+    except BaseException as error:
+        rmtree(folder, ignore_errors=True)
+        if not isinstance(error, KeyboardInterrupt):
+            raise
+        notice("Stopped; nothing was written.")
+        sys.exit(130)
+    shown = f"./{folder}" if str(folder).startswith("-") else str(folder)
+    again = ["gaitsim", "compare", *(f"{shown}/{text}" for text in texts)]
     again += ["--repeats", str(repeats), *(["--target", str(target)] if target is not None else [])]
     figure = folder / "convergence.png"
     plot_convergence(findings.samples, figure)
@@ -84,7 +93,7 @@ def _samples(
     """Repeat each experiment, with a progress bar or a line each."""
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from gaitsim.cli.console import errors
+    from gaitsim.cli.console import errors, notice
     from gaitsim.study.comparison import sample
 
     console = errors()
@@ -102,7 +111,7 @@ def _samples(
             task = bar.add_task("", total=experiment.evolution.generations, label=label)
             found[label] = sample(experiment, repeats, workers, partial(bar.advance, task))
             if not console.is_terminal and not quiet:
-                print(f"{label}: {repeats} repeats are done", flush=True)
+                notice(f"{label}: {repeats} repeats are done")
     return found
 
 

@@ -42,14 +42,15 @@ def study(
     from gaitsim.cli.console import notice, output
     from gaitsim.runs.folder import command, create_folder
     from gaitsim.runs.lock import RunLock
-    from gaitsim.study.file import cells, read_study
+    from gaitsim.study.file import cells, read_study, resolved
 
     begun = (Path(study) / STUDY).is_file()
-    read, text = read_study(str(Path(study) / STUDY) if begun else study)
-    every = cells(read)
+    source = str(Path(study) / STUDY) if begun else study
+    read, text = read_study(source)
+    every = cells(read, Path(study) if begun else None, source)
     folder = Path(study) if begun else out or Path("studies") / read.name
     if not begun:
-        folder = create_folder(folder, {STUDY: text})
+        folder = create_folder(folder, {STUDY: text, **resolved(read)})
     lock = RunLock(folder)
     try:
         if not _run(folder, read, every, workers):
@@ -79,18 +80,18 @@ def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None)
         TimeRemainingColumn,
     )
 
-    from gaitsim.cli.console import output
+    from gaitsim.cli.console import errors, notice
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.study.running import finished, run_cells
 
     missing = [
         cell for cell in every if finished(folder, cell, study.repeats, study.record_every) is None
     ]
-    console = output()
+    console = errors()
     if not console.is_terminal:
-        print(f"study {folder}: {len(missing)} of {len(every)} cells to run", flush=True)
+        notice(f"study {folder}: {len(missing)} of {len(every)} cells to run")
     bar = Progress(
-        TextColumn("[bold]{task.description}"),
+        TextColumn("{task.description}", style="bold", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn("cells"),
@@ -110,7 +111,7 @@ def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None)
                 bar.advance(task)
                 if not console.is_terminal and time.monotonic() - said > 2:
                     said = time.monotonic()
-                    print(f"{done}/{len(every)} cells", flush=True)
+                    notice(f"{done}/{len(every)} cells")
     except KeyboardInterrupt:
         return False
     return True
@@ -134,6 +135,8 @@ def _write(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]") -> 
     from gaitsim.runs.atomic import write_bytes
     from gaitsim.study.results import table
 
+    for old in (folder / REPORT, *folder.glob("surface-*.png")):
+        old.unlink(missing_ok=True)
     write_bytes(folder / TABLE, table(study, results).encode())
     if surface_axis(study):
         for place, experiment in enumerate(study.experiments, 1):
@@ -145,37 +148,40 @@ def _summarise(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]")
     """Print and write down what first reached the target, published cells beside it."""
     from gaitsim.cli.console import number, output, table
     from gaitsim.runs.atomic import write_bytes
-    from gaitsim.study.results import RULE, first_reached
+    from gaitsim.study.results import POPULATION, RULE, first_reached
 
-    console = output()
     if study.target is None:
         return
-    columns = ["experiment", "population / generations", "mean"]
+    others = [axis for axis in study.axes if axis != POPULATION]
+    columns = ["experiment", "population / generations", *others, "mean"]
     if study.published:
         columns.append("published")
     rows = []
     for found in first_reached(study, results):
         if found.population is None:
-            row = [found.experiment, "never", f"at most {number(found.mean)}"]
+            blanks = [""] * len(others)
+            row = [found.experiment, "never", *blanks, f"at most {number(found.mean)}"]
         else:
             row = [
                 found.experiment,
                 f"{found.population} / {found.generations}",
+                *(str(found.point[axis]) for axis in others),
                 number(found.mean),
             ]
         if study.published:
             cell = study.published.get(found.experiment)
             row.append(f"{cell.population} / {cell.generations}" if cell else "never")
         rows.append(row)
-    made = table(*columns)
-    for row in rows:
-        made.add_row(*row)
-    title = f"Smallest population and generations that reach {study.target:g}"
-    console.print(f"\n{title}", style="bold")
-    console.print(made)
-    console.print(RULE, style="dim")
+    title = f"Cheapest population and generations that reach {study.target:g}"
     lines = [f"# {study.name}", "", study.description, "", f"## {title}", ""]
     lines += ["| " + " | ".join(columns) + " |", "| --- " * len(columns) + "|"]
     lines += ["| " + " | ".join(row) + " |" for row in rows]
     lines += ["", f"Rule: {RULE}. Means of {study.repeats} repeats.", ""]
     write_bytes(folder / REPORT, "\n".join(lines).encode())
+    made = table(*columns)
+    for row in rows:
+        made.add_row(*row)
+    console = output()
+    console.print(f"\n{title}", style="bold")
+    console.print(made, markup=False)
+    console.print(RULE, style="dim")

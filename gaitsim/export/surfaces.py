@@ -12,7 +12,7 @@ from gaitsim.study.running import Best, recorded
 
 def surface_axis(study: Study) -> str | None:
     """The axis that a surface can be drawn over: the only one, and of numbers; else None."""
-    if len(study.axes) != 1 or "evolution.generations" in study.axes:
+    if len(study.axes) != 1 or {*study.axes} & {"evolution.generations", "seed"}:
         return None
     (axis,) = study.axes
     numbers = all(
@@ -24,7 +24,7 @@ def surface_axis(study: Study) -> str | None:
 def plot_surface(
     study: Study, experiment: str, results: Sequence[tuple[Cell, Best]], path: Path
 ) -> None:
-    """Draw one experiment's surface.
+    """Draw one experiment's surface; none where one generation or no score is recorded.
 
     Args:
         study: with an axis of numbers, see `surface_axis`.
@@ -45,6 +45,8 @@ def plot_surface(
     along = np.array([cell.point[axis] for cell, _ in mine], dtype=float)
     means = np.stack([best.mean(axis=0) for _, best in mine])
     means[~np.isfinite(means)] = np.nan  # where a repeat has no score, the surface has a hole
+    if means.shape[1] < 2 or np.isnan(means).all():
+        return
     figure = Figure(figsize=(5.4, 4.2))
     axes = figure.add_axes((0.0, -0.02, 0.96, 1.0), projection="3d")
     x, y = np.meshgrid(generations, along)
@@ -53,6 +55,8 @@ def plot_surface(
         y,
         means,
         cmap="viridis",
+        rcount=len(along),
+        ccount=len(generations),
         linewidth=0.1,
         antialiased=True,
     )
@@ -67,7 +71,14 @@ def plot_surface(
     axes.set_zlim(low, high)  # type: ignore[attr-defined]
     for one in (axes.xaxis, axes.yaxis, axes.zaxis):  # type: ignore[attr-defined]
         one.set_major_locator(MaxNLocator(5))
+    axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
+    if (along % 1 == 0).all():
+        axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     axes.set_box_aspect(None, zoom=0.88)  # type: ignore[call-arg]
     axes.view_init(elev=24, azim=-128)  # type: ignore[attr-defined]
-    axes.set_title(f"{experiment}, mean of {study.repeats} repeats", fontsize="medium", y=0.95)
+    axes.set_title(
+        f"{experiment}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}",
+        fontsize="medium",
+        y=0.95,
+    )
     save(figure, path)

@@ -80,7 +80,7 @@ def load_all(references: Sequence[str], overrides: Sequence[str]) -> dict[str, E
         experiment = load_experiment(reference, overrides)
         seed = experiment.seed
         while seed in seeds:
-            seed += 1
+            seed = (seed + 1) % 2**63
         seeds.add(seed)
         if seed != experiment.seed:
             experiment = with_overrides(experiment, [f"seed={seed}"])

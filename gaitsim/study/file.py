@@ -21,6 +21,8 @@ from gaitsim.registry import STUDIES, remembering
 SCHEMA = 1
 MOST_CELLS = 100_000
 EXPERIMENT = "experiment"  # the axis that every study has
+STATISTICS = ("mean", "sd", "median", "q25", "q75", "min", "max")
+RESERVED = (EXPERIMENT, "generation", "evaluations", "repeats", *STATISTICS)
 
 Scalar = int | float | str | bool
 
@@ -45,7 +47,9 @@ class Range(BaseModel):
     def values(self) -> list[Scalar]:
         """The numbers; whole ones where all three are."""
         count = int((self.to - self.start) / self.step + 1e-9) + 1
-        return [self.start + index * self.step for index in range(count)]
+        found = [self.start + index * self.step for index in range(count)]
+        # 0.3, not 0.1 + 0.1 + 0.1: what a user would write, and look for in the table.
+        return [float(f"{one:.12g}") if isinstance(one, float) else one for one in found]
 
 
 class Published(BaseModel):
@@ -95,7 +99,8 @@ class Cell:
     Attributes:
         index: its place, from 0; the last axis runs fastest.
         point: its value on each axis by name, the experiment first.
-        experiment: what is repeated there; its seed is that of the file plus the index.
+        experiment: what is repeated there; its seed is that of the study's first experiment
+            plus the index.
     """
 
     index: int
@@ -133,7 +138,7 @@ def parse_study(text: str, source: str) -> Study:
     try:
         data = toml.parse(text, source)
     except GaitsimError as error:
-        raise ExperimentError([error]) from None
+        raise ExperimentError([error], "study") from None
     schema = data.get("schema", SCHEMA)
     if isinstance(schema, int) and schema > SCHEMA:
         problems.report(
@@ -142,14 +147,16 @@ def parse_study(text: str, source: str) -> Study:
             f"up to {SCHEMA}",
             "update gaitsim: pip install --upgrade gaitsim",
         )
-        raise ExperimentError(problems.found)
+        raise ExperimentError(problems.found, "study")
     try:
         study = Study.model_validate_json(json.dumps(data, default=str), strict=True)
     except ValidationError as error:
         _explain(problems, data, error)
-        raise ExperimentError(problems.found) from None
+        raise ExperimentError(problems.found, "study") from None
     for axis, values in study.axes.items():
-        if isinstance(values, tuple) and not values:
+        if axis in RESERVED:
+            problems.report(f"axes.{axis}", f"{axis!r} is a column of the table, not an option")
+        elif isinstance(values, tuple) and not values:
             problems.report(f"axes.{axis}", "an axis without values", "at least one value")
         elif len(set(map(str, study.values(axis)))) < len(study.values(axis)):
             problems.report(f"axes.{axis}", "an axis has a value twice", "values that differ")
@@ -159,8 +166,15 @@ def parse_study(text: str, source: str) -> Study:
             )
     if len(set(study.experiments)) < len(study.experiments):
         problems.report("experiments", "an experiment stands twice", "experiments that differ")
+    for experiment in study.published:
+        if experiment not in study.experiments:
+            problems.report(
+                f"published.{experiment}",
+                f"{toml.literal(experiment)} is not among the study's experiments",
+                ", ".join(study.experiments),
+            )
     if problems.found:
-        raise ExperimentError(problems.found)
+        raise ExperimentError(problems.found, "study")
     return study
 
 
@@ -190,8 +204,25 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
             problems.report(key, f"{shown} is not allowed: {field.description}", detail["msg"])
 
 
-def cells(study: Study) -> list[Cell]:
+def resolved(study: Study) -> dict[str, str]:
+    """The study's experiments as files to keep beside it: `1.toml`, `2.toml` …
+
+    Raises:
+        GaitsimError: one of them cannot be loaded.
+    """
+    return {
+        f"{place}.toml": load_experiment(reference).to_toml()
+        for place, reference in enumerate(study.experiments, 1)
+    }
+
+
+def cells(study: Study, folder: Path | None = None, source: str = "the study") -> list[Cell]:
     """Every cell of a study, its experiment loaded and checked.
+
+    Args:
+        study: the study.
+        folder: where `resolved` experiments lie; None loads them by their names.
+        source: where the study comes from, as told in errors.
 
     Raises:
         ExperimentError: with the problems of all cells, each once.
@@ -211,16 +242,22 @@ def cells(study: Study) -> list[Cell]:
             point = dict(zip(axes, values, strict=True))
             changes = [f"{axis}={toml.literal(value)}" for axis, value in [*point.items()][1:]]
             try:
-                experiment = load_experiment(str(point[EXPERIMENT]), [*study.set, *changes])
+                name = str(point[EXPERIMENT])
+                kept = folder / f"{study.experiments.index(name) + 1}.toml" if folder else None
+                reference = str(kept) if kept and kept.is_file() else name
+                experiment = load_experiment(reference, [*study.set, *changes])
                 # Cells are independent samples: the same draws would go wrong in all alike.
                 if "seed" not in study.axes:
-                    experiment = replace(experiment, seed=experiment.seed + index)
+                    first = found[0].experiment.seed if found else experiment.seed
+                    experiment = replace(experiment, seed=(first + index) % 2**63)
             except ExperimentError as error:
-                problems |= {str(problem): problem for problem in error.problems}
+                for problem in error.problems:
+                    problem.where = problem.where.replace("command line, key", f"{source}, key")
+                    problems[str(problem)] = problem
             except GaitsimError as error:
                 problems[str(error)] = error
             else:
                 found.append(Cell(index, point, experiment))
     if problems:
-        raise ExperimentError(list(problems.values()))
+        raise ExperimentError(list(problems.values()), "study")
     return found

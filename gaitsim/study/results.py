@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitsim.study.file import EXPERIMENT, Cell, Study
+from gaitsim.study.file import EXPERIMENT, STATISTICS, Cell, Scalar, Study
 from gaitsim.study.running import Best, recorded
 
 POPULATION = "evolution.population"
-STATISTICS = ("mean", "sd", "median", "q25", "q75", "min", "max")
 
 
 def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
@@ -27,8 +26,10 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
     for cell, best in results:
         generations = recorded(cell.experiment, study.record_every)
         evaluations = generations * cell.experiment.evolution.population
-        q25, median, q75 = np.quantile(best, [0.25, 0.5, 0.75], axis=0)
-        sd = best.std(axis=0, ddof=1) if len(best) > 1 else np.zeros(best.shape[1])
+        # Of repeats that failed, with −inf, what has no value is NaN.
+        with np.errstate(invalid="ignore"):
+            q25, median, q75 = np.quantile(best, [0.25, 0.5, 0.75], axis=0)
+            sd = best.std(axis=0, ddof=1) if len(best) > 1 else np.zeros(best.shape[1])
         columns = (best.mean(axis=0), sd, median, q25, q75, best.min(axis=0), best.max(axis=0))
         for row in range(len(generations)):
             writer.writerow(
@@ -51,12 +52,14 @@ class Reached:
         experiment: its name on the axis.
         population, generations: the cell; None where none reaches it.
         mean: there, or the highest mean where none reaches it.
+        point: the cell's values on the other axes, by name.
     """
 
     experiment: str
     population: int | None
     generations: int | None
     mean: float
+    point: dict[str, Scalar]
 
 
 RULE = (
@@ -77,11 +80,12 @@ def first_reached(study: Study, results: Iterable[tuple[Cell, Best]]) -> list[Re
         there = np.flatnonzero(means >= target)
         if len(there):
             generations = int(recorded(cell.experiment, study.record_every)[there[0]])
-            found = Reached(name, population, generations, float(means[there[0]]))
+            rest = {axis: cell.point[axis] for axis in study.axes if axis != POPULATION}
+            found = Reached(name, population, generations, float(means[there[0]]), rest)
             cost = population * generations
             if name not in cheapest or cost < cheapest[name][0]:
                 cheapest[name] = cost, found
     return [
-        cheapest[name][1] if name in cheapest else Reached(name, None, None, highest[name])
+        cheapest[name][1] if name in cheapest else Reached(name, None, None, highest[name], {})
         for name in study.experiments
     ]

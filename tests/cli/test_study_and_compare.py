@@ -22,8 +22,8 @@ def test_a_study_leaves_table_surfaces_and_report(gaitsim, tmp_path):
     (tmp_path / "small.toml").write_text(STUDY)
     done = gaitsim("study", "small.toml", "--workers", 1)
     folder = tmp_path / "studies/small"
-    assert "study studies/small: 4 of 4 cells to run" in done.stdout
-    assert "Smallest population and generations that reach 4" in done.stdout
+    assert "study studies/small: 4 of 4 cells to run" in done.stderr
+    assert "Cheapest population and generations that reach 4" in done.stdout
     assert "fewest evaluations" in done.stdout
     assert (folder / "results.csv").read_text().count("\n") == 1 + 4 * 3
     assert {path.name for path in folder.glob("surface-*")} == {
@@ -40,11 +40,11 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
     (tmp_path / "small.toml").write_text(STUDY)
     gaitsim("study", "small.toml", "--out", "mine", "--workers", 1)
     table = (tmp_path / "mine/results.csv").read_bytes()
-    assert "mine: 0 of 4 cells to run" in gaitsim("study", "mine").stdout
+    assert "mine: 0 of 4 cells to run" in gaitsim("study", "mine").stderr
     assert (tmp_path / "mine/results.csv").read_bytes() == table
     # The same study once more is another folder: nothing is overwritten.
     assert (
-        "mine-2: 4 of 4" in gaitsim("study", "small.toml", "--out", "mine", "--workers", 1).stdout
+        "mine-2: 4 of 4" in gaitsim("study", "small.toml", "--out", "mine", "--workers", 1).stderr
     )
 
 
@@ -58,6 +58,7 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
         (["compare", "millipede", "milipede"], "did you mean 'millipede'?"),
         (["compare", "millipede", "millipede", "--set", "mutation.rte=1"], "unknown key"),
         (["compare", "millipede", "millipede", "--population", "8"], "7 is odd"),
+        (["compare", "millipede", "millipede", "--target", "nan"], "nan is no score"),
     ],
 )
 def test_mistakes_are_told(gaitsim, arguments, says):
@@ -102,3 +103,37 @@ def test_compare_warns_of_scores_that_do_not_compare(gaitsim):
     assert "Warning" not in done.stderr
     done = gaitsim("compare", "millipede", "spider-recurrence", *SHORT, "--workers", 1)
     assert "differ in their fitness" in done.stderr
+
+
+def test_a_study_goes_on_from_any_folder_after_its_files_are_gone(gaitsim, tmp_path, monkeypatch):
+    (tmp_path / "mine.toml").write_text(gaitsim("experiments", "show", "millipede").stdout)
+    text = STUDY.replace('"millipede-mutation"]', '"mine.toml"]').split("[published")[0]
+    (tmp_path / "small.toml").write_text(text)
+    gaitsim("study", "small.toml", "--workers", 1)
+    table = (tmp_path / "studies/small/results.csv").read_bytes()
+    (tmp_path / "mine.toml").unlink()
+    for cell in (tmp_path / "studies/small/cells").glob("00000[13]-*"):
+        cell.unlink()
+    monkeypatch.chdir("/")
+    done = gaitsim("study", tmp_path / "studies/small", "--workers", 1)
+    assert "2 of 4 cells to run" in done.stderr
+    assert (tmp_path / "studies/small/results.csv").read_bytes() == table
+
+
+def test_names_with_markup_are_shown_as_they_are(gaitsim, tmp_path):
+    odd = tmp_path / "[bold]x.toml"
+    odd.write_text(gaitsim("experiments", "show", "millipede").stdout)
+    (tmp_path / "s.toml").write_text(
+        'experiments = ["[bold]x.toml"]\nset = ["evolution.generations=2"]\ntarget = -9\n'
+        'repeats = 2\n[axes]\n"organism.pairs" = [2, 3]\n'
+    )
+    done = gaitsim("study", "s.toml", "--workers", 1)
+    assert "[bold]x.toml" in done.stdout
+    assert "organism.pairs" in done.stdout  # the cell that reached it, in full
+    assert "[bold]x.toml" in (tmp_path / "studies/study/report.md").read_text()
+
+
+def test_a_comparison_that_cannot_be_written_is_not_begun(gaitsim, tmp_path):
+    (tmp_path / "file").write_text("")
+    done = gaitsim("compare", "millipede", "millipede", *SHORT, "--out", "file/x", code=2)
+    assert "repeats are done" not in done.stderr

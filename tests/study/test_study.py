@@ -60,6 +60,9 @@ def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
         ('name = "small"|name = "../small"', "not allowed"),
         ('name = "small"|name = "small"\nschema = 2', "newer gaitsim"),
         ('name = "small"|name = ', "not valid TOML"),
+        ('"organism.pairs"|"experiment"', "a column of the table"),
+        ("target = 2.0|published.nosuch = {population = 1, generations = 1}", "is not among"),
+        ("= [2, 3]|= [2, 3000]", "small.toml, key organism.pairs"),
         ('experiments = ["millipede-random", "millipede-mutation"]|', "experiments is required"),
     ],
 )
@@ -68,7 +71,7 @@ def test_each_mistake_is_told(change: str, says: str) -> None:
     text = SMALL.replace(before, after)
     assert text != SMALL
     with pytest.raises(GaitsimError, match=says):
-        cells(parse_study(text, "small.toml"))
+        cells(parse_study(text, "small.toml"), source="small.toml")
 
 
 def test_all_problems_are_told_at_once() -> None:
@@ -76,6 +79,29 @@ def test_all_problems_are_told_at_once() -> None:
     with pytest.raises(ExperimentError) as error:
         parse_study(text, "small.toml")
     assert len(error.value.problems) == 2
+
+
+def test_steps_of_a_range_are_what_one_would_write() -> None:
+    text = 'name = "s"\nexperiments = ["spider"]\n[axes]\n"mutation.rate" = '
+    text += "{ from = 0.0, to = 0.5, step = 0.1 }"
+    assert parse_study(text, "s").values("mutation.rate") == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
+
+
+DAMAGE = [b"", b"PK\x03\x04garbage", b"\x93NUMPY\x01\x00\x10\x00((((((((((((((((", b"\0" * 500]
+
+
+@pytest.mark.parametrize("damage", [*DAMAGE, "nan"])
+def test_a_damaged_cell_is_not_done(tmp_path, damage) -> None:
+    (cell, *_) = cells(parse_study(SMALL, "small.toml"))
+    list(run_cells(tmp_path, [cell], 4, 4, 1))
+    best = finished(tmp_path, cell, 4, 4)
+    assert best.shape == (4, 2)
+    (file,) = (tmp_path / "cells").iterdir()
+    if damage == "nan":
+        np.save(file, np.full((4, 2), np.nan))
+    else:
+        file.write_bytes(damage)
+    assert finished(tmp_path, cell, 4, 4) is None
 
 
 def test_the_recorded_generations_are_every_so_many_and_the_last() -> None:
