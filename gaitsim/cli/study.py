@@ -148,7 +148,7 @@ def _summarise(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]")
     """Print and write down what first reached the target, published cells beside it."""
     from gaitsim.cli.console import number, output, table
     from gaitsim.runs.atomic import write_bytes
-    from gaitsim.study.results import POPULATION, RULE, first_reached
+    from gaitsim.study.results import POPULATION, RULE, first_reached, markdown
 
     if study.target is None:
         return
@@ -174,9 +174,7 @@ def _summarise(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]")
         rows.append(row)
     title = f"Cheapest population and generations that reach {study.target:g}"
     lines = [f"# {study.name}", "", study.description, "", f"## {title}", ""]
-    lines += ["| " + " | ".join(columns) + " |", "| --- " * len(columns) + "|"]
-    lines += ["| " + " | ".join(row) + " |" for row in rows]
-    lines += ["", f"Rule: {RULE}. Means of {study.repeats} repeats.", ""]
+    lines += [*markdown(columns, rows), "", f"Rule: {RULE}. Means of {study.repeats} repeats.", ""]
     write_bytes(folder / REPORT, "\n".join(lines).encode())
     made = table(*columns)
     for row in rows:

@@ -45,26 +45,46 @@ def _is_file(path: Path) -> bool:
 
 
 def _read(path: Path) -> str:
+    return read_file(
+        path,
+        "an experiment",
+        "'gaitsim experiments show spider'",
+        "name a preset: 'gaitsim experiments list'",
+    )
+
+
+def read_file(path: Path, what: str, preset: str, listed: str) -> str:
+    """The text of a TOML file that a user names.
+
+    Args:
+        path: the file.
+        what: what it is to be, as told in errors: 'an experiment'.
+        preset: how a file to start from is got.
+        listed: how the ready ones are found.
+
+    Raises:
+        GaitsimError: it cannot be read, is no text, or too large.
+    """
     try:
         with path.open("rb") as file:
             data = file.read(LARGEST + 1)
         if len(data) > LARGEST:
             raise GaitsimError(
-                f"{path} is too large for an experiment file",
+                f"{path} is too large for {what} file",
                 allowed=f"at most {LARGEST:,} bytes",
-                remedy="start from 'gaitsim experiments show spider'",
+                remedy=f"start from {preset}",
             )
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise GaitsimError(
             f"{path} is not a text file in UTF-8: {error.reason} at byte {error.start}",
-            remedy="save it as UTF-8, or start from 'gaitsim experiments show spider'",
+            remedy=f"save it as UTF-8, or start from {preset}",
         ) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise GaitsimError(
-            f"cannot read the experiment file {path}: {reason}",
-            remedy="check the path, or name a preset: 'gaitsim experiments list'",
+            f"cannot read the {what.rsplit(maxsplit=1)[-1]} file {path}: {reason}",
+            remedy=f"check the path, or {listed}",
         ) from None
 
 

@@ -5,11 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.export.plots import save
+from gaitsim.export.plots import COLOURS, save
 from gaitsim.study.comparison import Sample
 
-# Okabe & Ito (2008), told apart by colour-blind readers; line styles tell them apart in grey.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+# They tell curves apart in grey, too.
 STYLES = ("-", "--", "-.", ":")
 
 

@@ -21,7 +21,8 @@ _UNDATED: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None},
 }
 # Okabe & Ito (2008): told apart by colour-blind readers, too.
-BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+BLUE, ORANGE, *_ = COLOURS
 
 
 def plot_fitness(run: Run, path: Path) -> None:

@@ -1,5 +1,7 @@
 """Experiments against each other: repeats, statistics, a report with its methods."""
 
+import csv
+import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -21,6 +23,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment, load_experiment, with_overrides
+from gaitsim.study.results import markdown
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,8 +221,7 @@ def report(findings: Findings, command: str, figure: str) -> str:
     """The comparison as Markdown."""
     lines = ["# " + " against ".join(findings.samples), ""]
     for title, columns, rows in tables(findings):
-        lines += [f"## {title}", "", _row(columns), _row(["---"] * len(columns))]
-        lines += [*map(_row, rows), ""]
+        lines += [f"## {title}", "", *markdown(columns, rows), ""]
     lines += [
         "A12 is how often a score of the first exceeds one of the second; 0.5 means neither does.",
         "",
@@ -239,20 +241,17 @@ def report(findings: Findings, command: str, figure: str) -> str:
     return "\n".join(lines)
 
 
-def _row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
 def results(findings: Findings) -> str:
     """Every repeat's best score so far as tidy CSV, at 200 generations of each at the most."""
-    lines = ["experiment,repeat,generation,evaluations,best"]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["experiment", "repeat", "generation", "evaluations", "best"])
     for label, one in findings.samples.items():
-        name = '"' + label.replace('"', '""') + '"'
         last = one.best.shape[1] - 1
         kept = np.unique(np.linspace(0, last, min(200, last + 1)).astype(int))
-        lines += [
-            f"{name},{repeat + 1},{at + 1},{one.evaluations[at]},{float(one.best[repeat, at])!r}"
+        writer.writerows(
+            [label, repeat + 1, at + 1, one.evaluations[at], float(one.best[repeat, at])]
             for repeat in range(len(one.best))
             for at in kept.tolist()
-        ]
-    return "\n".join([*lines, ""])
+        )
+    return text.getvalue()

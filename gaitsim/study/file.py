@@ -14,6 +14,7 @@ from gaitsim import toml
 from gaitsim.contracts import option
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.experiment.loading import read_file
 from gaitsim.experiment.problems import Problems
 from gaitsim.presets import read_preset
 from gaitsim.registry import STUDIES, remembering
@@ -116,16 +117,15 @@ def read_study(reference: str) -> tuple[Study, str]:
     """
     path = Path(reference)
     if path.suffix == ".toml" or path.name != reference:
-        try:
-            text, source = path.read_text(encoding="utf-8-sig"), str(path)
-        except (OSError, UnicodeDecodeError) as error:
-            raise GaitsimError(
-                f"cannot read the study file {path}: {getattr(error, 'strerror', error)}",
-                remedy="check the path, or name a ready study: millipede-operators",
-            ) from None
+        text, source = _read(path), str(path)
     else:
         text, source = read_preset(reference, STUDIES), f"study {reference}"
     return parse_study(text, source), text
+
+
+def _read(path: Path) -> str:
+    ready = "the study.toml that 'gaitsim study millipede-operators' leaves"
+    return read_file(path, "a study", ready, "name a ready study: millipede-operators")
 
 
 def parse_study(text: str, source: str) -> Study:

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,14 @@ from gaitsim.study.file import EXPERIMENT, STATISTICS, Cell, Scalar, Study
 from gaitsim.study.running import Best, recorded
 
 POPULATION = "evolution.population"
+
+
+def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """The lines of a Markdown table."""
+    return [
+        "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
+        for row in (columns, ["---"] * len(columns), *rows)
+    ]
 
 
 def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:

@@ -5,7 +5,9 @@ import pytest
 from gaitsim.evaluation import judge
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.directory import Run, RunWriter, create_run
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.reader import Run
+from gaitsim.runs.writer import RunWriter
 
 
 def evolved(experiment, path):

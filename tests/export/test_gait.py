@@ -8,7 +8,8 @@ from scipy.io import loadmat
 
 from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.export.gait import gait_of, write_gait
-from gaitsim.runs.directory import Run, create_run
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.reader import Run
 
 
 def read_csv(path):

@@ -8,7 +8,8 @@ import pytest
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.export.plots import plot_fitness
-from gaitsim.runs.directory import Run, create_run
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.reader import Run
 
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 

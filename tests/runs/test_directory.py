@@ -14,8 +14,10 @@ from gaitsim.evaluation import judge
 from gaitsim.evolution import evolve
 from gaitsim.runs import folder as folders
 from gaitsim.runs.checkpoint import read_champion, read_checkpoint, write_checkpoint
-from gaitsim.runs.directory import Run, RunWriter, create_run, find_run, list_runs, versions
+from gaitsim.runs.folder import create_run, find_run, list_runs
 from gaitsim.runs.history import best_terms
+from gaitsim.runs.reader import Run, versions
+from gaitsim.runs.writer import RunWriter
 
 LONG = "evolution.generations=8"
 THRESHOLD = "evolution.fitness_threshold=0"
