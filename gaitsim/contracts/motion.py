@@ -22,6 +22,8 @@ class Motion(Mapping[str, Array]):
         frame_rate: frames a second, Hz.
         channels: arrays by name, each (population, …).
         derived: functions by the names of the channels that each returns.
+        failures: why an individual's motion broke down, such as a simulation that left what
+            its step can follow, by the individual's index; such an individual scores −inf.
     """
 
     def __init__(
@@ -29,8 +31,10 @@ class Motion(Mapping[str, Array]):
         frame_rate: float,
         channels: Mapping[str, Array],
         derived: Mapping[tuple[str, ...], Callable[[], Mapping[str, Array]]] | None = None,
+        failures: Mapping[int, str] | None = None,
     ) -> None:
         self.frame_rate = frame_rate
+        self.failures = dict(failures or {})
         self._channels = dict(channels)
         self._derived = {
             name: function for names, function in (derived or {}).items() for name in names
@@ -79,6 +83,9 @@ class Skeleton:
         frame_rate: frames a second, Hz.
         contacts: points that may touch the ground, (frames, contacts, 3), metres.
         touching: which of them do, (frames, contacts) bool.
+        contact_names: name of each of them, such as a leg's.
+        centre: the point whose path is the body's path, such as its centre of mass,
+            (frames, 3), metres; None takes the mean of the segments' ends.
 
     Raises:
         ValueError: shapes that do not fit each other.
@@ -89,6 +96,8 @@ class Skeleton:
     frame_rate: float
     contacts: NDArray[np.floating[Any]] | None = None
     touching: NDArray[np.bool_] | None = None
+    contact_names: tuple[str, ...] = ()
+    centre: NDArray[np.floating[Any]] | None = None
 
     def __post_init__(self) -> None:
         frames = len(self.segments)
@@ -101,8 +110,22 @@ class Skeleton:
             raise ValueError("Skeleton.contacts and Skeleton.touching are given together or not")
         if self.contacts is not None and self.touching is not None:
             feet = self.contacts.shape[1]
+            if self.contact_names and len(self.contact_names) != feet:
+                raise ValueError(
+                    f"Skeleton.contact_names names {len(self.contact_names)} contacts of {feet}"
+                )
             if self.contacts.shape != (frames, feet, 3) or self.touching.shape != (frames, feet):
                 raise ValueError(
                     f"Skeleton.contacts {self.contacts.shape} and touching {self.touching.shape} "
                     f"must be (frames, contacts, 3) and (frames, contacts), frames = {frames}"
                 )
+        if self.centre is not None and self.centre.shape != (frames, 3):
+            raise ValueError(
+                f"Skeleton.centre has shape {self.centre.shape}, expected (frames, 3) = "
+                f"({frames}, 3)"
+            )
+
+    @property
+    def path(self) -> NDArray[np.floating[Any]]:
+        """Where the body is in each frame, (frames, 3), metres: its `centre`."""
+        return self.segments.mean(axis=(1, 2)) if self.centre is None else self.centre

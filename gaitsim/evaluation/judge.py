@@ -52,12 +52,28 @@ def judge(experiment: Experiment, genomes: Genomes) -> Evaluation:
     with np.errstate(over="ignore", invalid="ignore"):
         for term in terms.values():  # in the fitness's own order, so that the last bit is too
             scores += term
-    reasons = {}
+    reasons = _failures(experiment, motion)
+    scores[list(reasons)] = -np.inf
     for index in np.flatnonzero(~np.isfinite(scores)).tolist():
+        if index in reasons:
+            continue
         wrong = [f"{name} is {t[index]}" for name, t in terms.items() if not np.isfinite(t[index])]
         reasons[index] = ", ".join(wrong) or "the sum of the terms is too large"
         scores[index] = -np.inf
     return Evaluation(scores, terms, reasons)
+
+
+def _failures(experiment: Experiment, motion: Motion) -> dict[int, str]:
+    """Why individuals broke down, by index, as the body says."""
+    for index, reason in motion.failures.items():
+        if not (isinstance(index, int) and 0 <= index < motion.population and str(reason)):
+            raise broken(
+                experiment,
+                "organism",
+                f"says of the individual {index!r:.80} that it failed: {reason!r:.80}",
+                f"an int from 0 to {motion.population - 1}, and a text",
+            )
+    return {index: str(motion.failures[index]) for index in sorted(motion.failures)}
 
 
 def _moved(experiment: Experiment, genomes: Genomes) -> Motion:

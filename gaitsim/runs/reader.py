@@ -71,6 +71,10 @@ class Run:
         except ExperimentError as error:
             raise ExperimentError([*error.problems, *self._missing()]) from None
 
+    def experiment_at(self, generation: int) -> Experiment:
+        """The experiment as it was when `generation` was evolved."""
+        return self.experiment
+
     def _missing(self) -> list[GaitsimError]:
         """What the run's plugins that are not installed came with."""
         try:

@@ -193,6 +193,7 @@ class Millipede(Organism):
             frame_rate=motion.frame_rate,
             contacts=world[:, 1:, 1],
             touching=motion["stance"][individual],
+            contact_names=self._legs,
         )
 
 

@@ -137,24 +137,30 @@ class Spider(Organism):
         legs = np.stack([points[:, :, :-1], points[:, :, 1:]], axis=3).reshape(
             len(points), 24, 2, 3
         )
-        segments = np.concatenate([outline, legs], axis=1)
-        cos, sin = np.cos(yaw)[:, None, None], np.sin(yaw)[:, None, None]
+        middle = motion["centre_of_mass"][individual].astype(float)
+        points = np.concatenate(
+            [*(part.reshape(len(points), -1, 3) for part in (outline, legs)), middle[:, None]],
+            axis=1,
+        )
+        cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
         world = np.stack(
             [
-                x[:, None, None] + cos * segments[..., 0] - sin * segments[..., 1],
-                y[:, None, None] + sin * segments[..., 0] + cos * segments[..., 1],
-                segments[..., 2],
+                x[:, None] + cos * points[..., 0] - sin * points[..., 1],
+                y[:, None] + sin * points[..., 0] + cos * points[..., 1],
+                points[..., 2],
             ],
             axis=-1,
         )
-        lowest = world[..., 2].min(axis=(1, 2))
-        world[..., 2] += body.FOOT_RADIUS - lowest[:, None, None]
-        feet = world[:, 4:].reshape(len(points), 8, 3, 2, 3)[:, :, 2, 1]
+        world[..., 2] += body.FOOT_RADIUS - world[:, :-1, 2].min(axis=1)[:, None]
+        segments = world[:, :-1].reshape(len(points), -1, 2, 3)
+        feet = segments[:, 4:].reshape(len(points), 8, 3, 2, 3)[:, :, 2, 1]
         sides = ("front", "right side", "back", "left side")
         return Skeleton(
-            segments=world,
+            segments=segments,
             names=(*sides, *body.JOINTS),
             frame_rate=motion.frame_rate,
             contacts=feet,
             touching=motion["stance"][individual],
+            contact_names=body.LEGS,
+            centre=world[:, -1],
         )

@@ -1,0 +1,73 @@
+"""A kept individual, moved again: what plots, videos, analyses and exports start from."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Motion, Skeleton
+from gaitsim.errors import PluginError
+from gaitsim.experiment import Experiment
+from gaitsim.registry import containing
+from gaitsim.runs.reader import Run
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """One generation's best, and how it moves.
+
+    Attributes:
+        run: where it was found.
+        experiment: as it was in its generation.
+        generation: in which it was found.
+        score: its score then.
+        genome: (genes,).
+    """
+
+    run: Run
+    experiment: Experiment
+    generation: int
+    score: float
+    genome: NDArray[Any]
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Its motion: a population of one.
+
+        Raises:
+            PluginError: the body cannot move it.
+        """
+        entry = self.experiment.entries["organism"]
+        with containing(entry, "moving the champion"):
+            return self.experiment.organism.move(self.genome[None].copy())
+
+    @cached_property
+    def skeleton(self) -> Skeleton:
+        """Its skeleton over time.
+
+        Raises:
+            PluginError: the body cannot be drawn.
+        """
+        entry = self.experiment.entries["organism"]
+        motion = self.motion
+        with containing(entry, "drawing the champion"):
+            skeleton: object = self.experiment.organism.skeleton(motion, 0)
+        if isinstance(skeleton, Skeleton):
+            return skeleton
+        raise PluginError(
+            f"{entry} gave a {type(skeleton).__name__} from skeleton()",
+            where=entry.target,
+            allowed="a gaitsim.contracts.Skeleton",
+            remedy=f"update {entry.package}, or report it to its author",
+        )
+
+
+def replay(run: Run, generation: int | None = None) -> Replay:
+    """The best individual of a run, or of one generation.
+
+    Raises:
+        RunError: there is no such generation, or no champion.
+    """
+    number, score, genome = run.champion(generation)
+    return Replay(run, run.experiment_at(number), number, score, genome)
