@@ -1,0 +1,283 @@
+"""Feed-forward networks: one, or a whole population of them at once, in NumPy.
+
+The first layer is the input. Layer k has the weights W, (to, from), where W[i, j] leads from
+neuron j of the layer before to neuron i, and the biases b, (to,). Samples are columns:
+A ← f(W A + b).
+
+Any of the arrays may have axes in front, such as the population: every function here works on
+the last axes alone, so that one call serves all individuals.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.floating[Any]]
+
+LEAK = 0.01
+"""Slope of the leaky ReLU below zero."""
+
+
+def _sigmoid(z: Floats) -> Floats:
+    # 1 / (1 + exp(−z)), which would overflow where z is far below zero.
+    half: Floats = np.tanh(z / 2)
+    return (1 + half) / 2
+
+
+# What it makes of z, and its slope as a function of z and of what it made, a.
+_FUNCTIONS: dict[str, tuple[Callable[[Floats], Floats], Callable[[Floats, Floats], Floats]]] = {
+    "tanh": (np.tanh, lambda z, a: 1 - a * a),
+    "sigmoid": (_sigmoid, lambda z, a: a * (1 - a)),
+    "relu": (lambda z: np.maximum(z, 0), lambda z, a: (z > 0).astype(z.dtype)),
+    "leaky-relu": (
+        lambda z: np.maximum(z, LEAK * z),
+        lambda z, a: np.where(z > 0, z.dtype.type(1), z.dtype.type(LEAK)),
+    ),
+    "linear": (lambda z: z, lambda z, a: np.ones_like(z)),
+}
+ACTIVATIONS = tuple(_FUNCTIONS)
+"""'linear' is meant for the last layer."""
+
+
+def gene_count(sizes: Sequence[int]) -> int:
+    """Weights and biases of a network with layers of these sizes, inputs first.
+
+    Raises:
+        ValueError: fewer than two layers, or an empty one.
+    """
+    return sum(to * (come + 1) for come, to in pairwise(_checked(sizes)))
+
+
+def gene_labels(sizes: Sequence[int]) -> tuple[str, ...]:
+    """Name of each gene, in the order of `Network.genes`: 'W1[0,0]', 'W1[0,1]' … 'b1[0]' …
+
+    Raises:
+        ValueError: fewer than two layers, or an empty one.
+    """
+    return tuple(
+        label
+        for layer, (come, to) in enumerate(pairwise(_checked(sizes)), 1)
+        for label in (
+            *(f"W{layer}[{i},{j}]" for i in range(to) for j in range(come)),
+            *(f"b{layer}[{i}]" for i in range(to)),
+        )
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """A feed-forward network, or as many as there are along the axes in front.
+
+    Attributes:
+        weights: W1, W2 …, each (…, to, from).
+        biases: b1, b2 …, each (…, to).
+        activation: of the hidden layers, one of `ACTIVATIONS`.
+        output: of the last layer.
+
+    Raises:
+        ValueError: shapes that do not fit each other, or an unknown activation.
+    """
+
+    weights: tuple[Floats, ...]
+    biases: tuple[Floats, ...]
+    activation: str = "tanh"
+    output: str = "linear"
+
+    def __post_init__(self) -> None:
+        for name in (self.activation, self.output):
+            if name not in ACTIVATIONS:
+                raise ValueError(f"activation {name!r} is none of {', '.join(ACTIVATIONS)}")
+        if not self.weights or len(self.weights) != len(self.biases):
+            raise ValueError(
+                f"{len(self.weights)} layers of weights and {len(self.biases)} of biases: "
+                "expected as many of each, at least one"
+            )
+        come: int | None = None
+        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True), 1):
+            shape = weight.shape
+            if len(shape) < 2 or come not in (None, shape[-1]):
+                raise ValueError(
+                    f"W{layer} has the shape {shape}, expected (…, to, from) with "
+                    f"from = {come or 'inputs'}"
+                )
+            if bias.shape != shape[:-1]:
+                raise ValueError(
+                    f"b{layer} has the shape {bias.shape}, expected {shape[:-1]} beside W{layer}"
+                )
+            come = shape[-2]
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Neurons of each layer, inputs first."""
+        return (self.weights[0].shape[-1], *(weight.shape[-2] for weight in self.weights))
+
+    @property
+    def genes(self) -> Floats:
+        """All parameters in one row, (…, genes): W1 row by row, b1, W2, b2 …"""
+        return _flat(self.weights, self.biases)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Name of each gene."""
+        return gene_labels(self.sizes)
+
+    @classmethod
+    def from_genes(
+        cls,
+        sizes: Sequence[int],
+        genes: ArrayLike,
+        activation: str = "tanh",
+        output: str = "linear",
+    ) -> "Network":
+        """The network with these parameters; views of them, no copies.
+
+        Args:
+            sizes: neurons of each layer, inputs first.
+            genes: (…, genes), such as (population, genes), in the order of `genes`.
+            activation: of the hidden layers.
+            output: of the last layer.
+
+        Raises:
+            ValueError: not as many genes as the sizes need, or an unknown activation.
+        """
+        count = gene_count(sizes)
+        row = _floating(genes)
+        if row.ndim == 0 or row.shape[-1] != count:
+            raise ValueError(
+                f"genes have the shape {row.shape}, expected (…, genes) with {count} genes "
+                f"for layers of {'-'.join(map(str, sizes))}"
+            )
+        weights, biases, first = [], [], 0
+        for come, to in pairwise(sizes):
+            middle, last = first + to * come, first + to * (come + 1)
+            weights.append(row[..., first:middle].reshape(*row.shape[:-1], to, come))
+            biases.append(row[..., middle:last])
+            first = last
+        return cls(tuple(weights), tuple(biases), activation, output)
+
+    @classmethod
+    def random(
+        cls,
+        sizes: Sequence[int],
+        rng: np.random.Generator,
+        activation: str = "tanh",
+        output: str = "linear",
+    ) -> "Network":
+        """A network to begin learning with: Gaussian weights, biases of zero.
+
+        The variance of a weight is 2/from before a ReLU (He et al. 2015) and 1/from
+        otherwise (LeCun et al. 1998), so that signals keep their size from layer to layer.
+
+        Raises:
+            ValueError: fewer than two layers, an empty one, or an unknown activation.
+        """
+        layers = list(pairwise(_checked(sizes)))
+        gains = [2.0 if "relu" in activation else 1.0] * (len(layers) - 1)
+        gains.append(2.0 if "relu" in output else 1.0)
+        return cls(
+            tuple(
+                rng.normal(0.0, np.sqrt(gain / come), (to, come))
+                for (come, to), gain in zip(layers, gains, strict=True)
+            ),
+            tuple(np.zeros(to) for _, to in layers),
+            activation,
+            output,
+        )
+
+    def activate(self, inputs: ArrayLike) -> Floats:
+        """What the network answers.
+
+        Args:
+            inputs: (…, inputs, samples), a column a sample; without axes in front, every
+                network of a population sees the same.
+
+        Returns:
+            (…, outputs, samples).
+
+        Raises:
+            ValueError: inputs of another size.
+        """
+        return self._layers(inputs)[-1][1]
+
+    def gradients(self, inputs: ArrayLike, targets: ArrayLike) -> tuple[Floats, Floats]:
+        """The error and its gradient, by backpropagation (Rumelhart et al. 1986).
+
+        Args:
+            inputs: (…, inputs, samples).
+            targets: what `activate` should answer, (…, outputs, samples).
+
+        Returns:
+            The mean squared error over outputs and samples, (…), and its derivative by
+            each gene, (…, genes).
+
+        Raises:
+            ValueError: inputs or targets of another size.
+        """
+        layers = self._layers(inputs)
+        wanted, answers = _floating(targets), layers[-1][1]
+        if wanted.ndim < 2 or wanted.shape[-2:] != answers.shape[-2:]:
+            raise ValueError(
+                f"targets have the shape {wanted.shape}, expected (…, outputs, samples) = "
+                f"{answers.shape}"
+            )
+        off = answers - wanted
+        delta = 2 * off / (off.shape[-2] * off.shape[-1])
+        by_weights: list[Floats] = []
+        by_biases: list[Floats] = []
+        for layer in reversed(range(len(self.weights))):
+            z, a = layers[layer + 1]
+            _, slope = self._function(layer)
+            delta = delta * slope(z, a)
+            by_weights.insert(0, delta @ layers[layer][1].swapaxes(-1, -2))
+            by_biases.insert(0, delta.sum(axis=-1))
+            if layer:
+                delta = self.weights[layer].swapaxes(-1, -2) @ delta
+        error: Floats = np.mean(off * off, axis=(-2, -1))
+        return error, _flat(by_weights, by_biases)
+
+    def _layers(self, inputs: ArrayLike) -> list[tuple[Floats, Floats]]:
+        """Each layer before and after its activation, the inputs first, (…, to, samples)."""
+        a = _floating(inputs)
+        if a.ndim < 2 or a.shape[-2] != self.sizes[0]:
+            raise ValueError(
+                f"inputs have the shape {a.shape}, expected (…, inputs, samples) with "
+                f"{self.sizes[0]} inputs"
+            )
+        layers = [(a, a)]
+        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            z = weight @ a + bias[..., None]
+            a = self._function(layer)[0](z)
+            layers.append((z, a))
+        return layers
+
+    def _function(
+        self, layer: int
+    ) -> tuple[Callable[[Floats], Floats], Callable[[Floats, Floats], Floats]]:
+        last = layer == len(self.weights) - 1
+        return _FUNCTIONS[self.output if last else self.activation]
+
+
+def _checked(sizes: Sequence[int]) -> Sequence[int]:
+    if len(sizes) < 2 or any(size < 1 for size in sizes):
+        raise ValueError(
+            f"layers of {'-'.join(map(str, sizes)) or 'nothing'}: expected at least two, "
+            "inputs first, each of at least one neuron"
+        )
+    return sizes
+
+
+def _floating(values: ArrayLike) -> Floats:
+    """As floating point numbers: their own type if they have one."""
+    array = np.asarray(values)
+    return array if array.dtype.kind == "f" else array.astype(np.float64)
+
+
+def _flat(weights: Sequence[Floats], biases: Sequence[Floats]) -> Floats:
+    parts: list[Floats] = []
+    for weight, bias in zip(weights, biases, strict=True):
+        parts += [weight.reshape(*weight.shape[:-2], -1), bias]
+    return np.concatenate(parts, axis=-1)

@@ -1,0 +1,224 @@
+import math
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gaitsim.network import ACTIVATIONS, LEAK, Network, gene_count, gene_labels
+
+PLAIN = {
+    "tanh": math.tanh,
+    "sigmoid": lambda z: 1 / (1 + math.exp(-z)),
+    "relu": lambda z: max(z, 0.0),
+    "leaky-relu": lambda z: z if z > 0 else LEAK * z,
+    "linear": lambda z: z,
+}
+SIZES = (3, 5, 4, 2)
+
+layer_sizes = st.lists(st.integers(1, 6), min_size=2, max_size=5)
+seeds = st.integers(0, 2**32 - 1)
+
+
+def plainly(sizes, genes, activation, output, inputs):
+    """One sample, neuron by neuron, straight from the definition."""
+    values, place = list(inputs), 0
+    for layer, (come, to) in enumerate(pairwise(sizes), 1):
+        function = PLAIN[output if layer == len(sizes) - 1 else activation]
+        before, values = values, []
+        for i in range(to):
+            z = genes[place + to * come + i]
+            for j in range(come):
+                z += genes[place + i * come + j] * before[j]
+            values.append(function(z))
+        place += to * (come + 1)
+    return values
+
+
+def drawn(sizes, seed=0, population=()):
+    return np.random.default_rng(seed).normal(0, 1, (*population, gene_count(sizes)))
+
+
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+@pytest.mark.parametrize("output", ACTIVATIONS)
+def test_it_computes_what_plain_loops_do(activation, output):
+    genes = drawn(SIZES)
+    inputs = np.random.default_rng(1).normal(0, 2, (3, 7))
+    answers = Network.from_genes(SIZES, genes, activation, output).activate(inputs)
+    assert answers.shape == (2, 7)
+    for sample in range(7):
+        expected = plainly(SIZES, genes, activation, output, inputs[:, sample])
+        assert answers[:, sample] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+def test_a_whole_population_at_once_is_each_of_them_alone(activation):
+    genes = drawn(SIZES, population=(6,))
+    inputs = np.random.default_rng(1).normal(0, 1, (6, 3, 4))
+    targets = np.random.default_rng(2).normal(0, 1, (6, 2, 4))
+    network = Network.from_genes(SIZES, genes, activation)
+    answers = network.activate(inputs)
+    errors, slopes = network.gradients(inputs, targets)
+    assert answers.shape == (6, 2, 4)
+    assert errors.shape == (6,)
+    assert slopes.shape == genes.shape
+    for n in range(6):
+        alone = Network.from_genes(SIZES, genes[n], activation)
+        error, slope = alone.gradients(inputs[n], targets[n])
+        assert answers[n] == pytest.approx(alone.activate(inputs[n]), abs=1e-12)
+        assert errors[n] == pytest.approx(error, abs=1e-12)
+        assert slopes[n] == pytest.approx(slope, abs=1e-12)
+
+
+def test_a_population_can_see_the_same():
+    genes = drawn(SIZES, population=(6,))
+    inputs = np.random.default_rng(1).normal(0, 1, (3, 4))
+    network = Network.from_genes(SIZES, genes)
+    repeated = np.broadcast_to(inputs, (6, 3, 4))
+    assert np.allclose(network.activate(inputs), network.activate(repeated))
+
+
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+@pytest.mark.parametrize("output", ACTIVATIONS)
+def test_gradients_are_finite_differences(activation, output):
+    genes = drawn(SIZES, seed=3)
+    inputs = np.random.default_rng(1).normal(0, 1, (3, 6))
+    targets = np.random.default_rng(2).normal(0, 1, (2, 6))
+
+    def error(genes):
+        answers = Network.from_genes(SIZES, genes, activation, output).activate(inputs)
+        return np.mean((answers - targets) ** 2)
+
+    found, slopes = Network.from_genes(SIZES, genes, activation, output).gradients(inputs, targets)
+    assert found == pytest.approx(error(genes), rel=1e-12)
+    steps = 1e-6 * np.eye(len(genes))
+    differences = [(error(genes + step) - error(genes - step)) / 2e-6 for step in steps]
+    assert slopes == pytest.approx(np.array(differences), abs=1e-7)
+    assert np.abs(slopes).max() > 1e-3
+
+
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+def test_pytorch_agrees(activation):
+    torch = pytest.importorskip("torch")
+    functions = {
+        "tanh": torch.tanh,
+        "sigmoid": torch.sigmoid,
+        "relu": torch.relu,
+        "leaky-relu": lambda z: torch.nn.functional.leaky_relu(z, LEAK),
+        "linear": lambda z: z,
+    }
+    network = Network.from_genes(SIZES, drawn(SIZES), activation, "tanh")
+    inputs = np.random.default_rng(1).normal(0, 1, (3, 6))
+    targets = np.random.default_rng(2).normal(0, 1, (2, 6))
+    parameters, values = [], torch.tensor(inputs)
+    for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True), 1):
+        w, b = (torch.tensor(part, requires_grad=True) for part in (weight, bias))
+        parameters += [w, b]
+        z = w @ values + b[:, None]
+        values = torch.tanh(z) if layer == len(network.weights) else functions[activation](z)
+    error = torch.nn.functional.mse_loss(values, torch.tensor(targets))
+    error.backward()
+    found, slopes = network.gradients(inputs, targets)
+    assert network.activate(inputs) == pytest.approx(values.detach().numpy(), abs=1e-12)
+    assert found == pytest.approx(error.item(), abs=1e-12)
+    expected = np.concatenate([part.grad.numpy().ravel() for part in parameters])
+    assert slopes == pytest.approx(expected, abs=1e-12)
+
+
+@given(layer_sizes, st.lists(st.integers(1, 3), max_size=2), seeds)
+def test_genes_and_network_round_trip(sizes, population, seed):
+    genes = drawn(sizes, seed, population)
+    network = Network.from_genes(sizes, genes)
+    assert network.sizes == tuple(sizes)
+    assert np.array_equal(network.genes, genes)
+    again = Network(network.weights, network.biases)
+    assert np.array_equal(again.genes, genes)
+    assert len(network.labels) == gene_count(sizes) == genes.shape[-1]
+    assert len(set(network.labels)) == len(network.labels)
+
+
+@given(layer_sizes, seeds)
+def test_each_label_says_where_its_gene_is(sizes, seed):
+    genes = drawn(sizes, seed)
+    network = Network.from_genes(sizes, genes)
+    for label, gene in zip(network.labels, genes, strict=True):
+        kind, layer, place = label[0], int(label[1]) - 1, label[3:-1].split(",")
+        array = (network.weights if kind == "W" else network.biases)[layer]
+        assert array[tuple(map(int, place))] == gene
+
+
+def test_the_order_of_layers_and_of_genes():
+    assert gene_labels((2, 1, 2)) == (
+        "W1[0,0]", "W1[0,1]", "b1[0]", "W2[0,0]", "W2[1,0]", "b2[0]", "b2[1]",
+    )  # fmt: skip
+    # Row i of W leads to neuron i: with one weight only input 1 reaches output 0.
+    network = Network.from_genes((2, 2), [0, 1, 0, 0, 0, 5], output="linear")
+    assert network.activate([[10.0], [20.0]]).tolist() == [[20.0], [5.0]]
+
+
+def test_single_precision_stays():
+    network = Network.from_genes(SIZES, drawn(SIZES).astype(np.float32), "leaky-relu")
+    inputs = np.ones((3, 2), np.float32)
+    error, slopes = network.gradients(inputs, np.ones((2, 2), np.float32))
+    assert network.activate(inputs).dtype == error.dtype == slopes.dtype == np.float32
+
+
+def test_far_from_zero_nothing_overflows():
+    network = Network.from_genes((1, 1), [1.0, 0.0], output="sigmoid")
+    assert network.activate([[-1e4, 0.0, 1e4]]).tolist() == [[0.0, 0.5, 1.0]]
+
+
+def test_a_random_network_depends_on_its_generator_alone():
+    one, two, other = (Network.random(SIZES, np.random.default_rng(s)) for s in (1, 1, 2))
+    assert np.array_equal(one.genes, two.genes)
+    assert not np.array_equal(one.genes, other.genes)
+    assert all((bias == 0).all() for bias in one.biases)
+    wide = Network.random((400, 200), np.random.default_rng(0), output="relu")
+    assert wide.weights[0].std() == pytest.approx(math.sqrt(2 / 400), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Network.from_genes((3,), []), "layers of 3: expected at least two"),
+        (lambda: gene_labels(()), "layers of nothing"),
+        (lambda: gene_count((3, 0, 2)), "layers of 3-0-2"),
+        (lambda: Network.random((3, -1), np.random.default_rng()), "at least one neuron"),
+        (lambda: Network.from_genes((3, 2), np.zeros(7)), r"shape \(7,\), .*8 genes .* 3-2"),
+        (lambda: Network.from_genes((3, 2), 1.0), r"shape \(\)"),
+        (lambda: Network.from_genes((3, 2), np.zeros(8), "selu"), "'selu' is none of tanh"),
+        (lambda: Network.from_genes((3, 2), np.zeros(8), output="x"), "'x' is none of"),
+        (lambda: Network((), ()), "at least one"),
+        (lambda: Network((np.zeros((2, 3)),), ()), "1 layers of weights and 0"),
+        (lambda: Network((np.zeros((2, 3)),), (np.zeros(3),)), r"b1 has .*\(3,\), expected \(2,\)"),
+        (
+            lambda: Network((np.zeros((2, 3)), np.zeros((1, 3))), (np.zeros(2), np.zeros(1))),
+            r"W2 has the shape \(1, 3\), .* from = 2",
+        ),
+        (lambda: Network((np.zeros(3),), (np.zeros(()),)), r"W1 has the shape \(3,\)"),
+        (
+            lambda: Network.from_genes((3, 2), np.zeros(8)).activate(np.zeros((2, 5))),
+            r"inputs have the shape \(2, 5\), .* 3 inputs",
+        ),
+        (lambda: Network.from_genes((3, 2), np.zeros(8)).activate(np.zeros(3)), "inputs have"),
+        (
+            lambda: Network.from_genes((3, 2), np.zeros(8)).gradients(
+                np.zeros((3, 5)), np.zeros((2, 1))
+            ),
+            r"targets have the shape \(2, 1\), .* \(2, 5\)",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_told(make, says):
+    with pytest.raises(ValueError, match=says):
+        make()
+
+
+def test_plugins_can_import_it_lightly():
+    code = "import sys, gaitsim.network; print(sorted({m.split('.')[0] for m in sys.modules}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(eval(done.stdout))
+    assert not loaded & {"pydantic", "scipy", "numba", "matplotlib", "typer", "rich"}
