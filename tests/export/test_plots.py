@@ -32,14 +32,14 @@ def test_the_plot_names_what_it_shows(spider, tmp_path):
         "score (spider-classic)",
         "spider-recurrence, seed 0",
         "best",
-        "mean ± standard deviation",
+        "mean ± s.d.",
     ):
         assert f"<!-- {text} -->" in drawn  # beside its glyphs
 
 
 def test_the_picture_is_wide_enough_for_print(spider, tmp_path):
     plot_fitness(spider, tmp_path / "fitness.png")
-    assert matplotlib.image.imread(tmp_path / "fitness.png").shape[:2] == (640, 1000)
+    assert matplotlib.image.imread(tmp_path / "fitness.png").shape[:2] == (720, 1020)
 
 
 def test_one_generation_is_a_plot(puppet_run, tmp_path):

@@ -1,0 +1,75 @@
+"""What is written on plots: headings, legends, and names that may be long."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitsim.export.plots.style import WIDTH
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import Replay
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_HEADING = 58  # characters of 8 points in a column's width
+_LEGEND = 60  # characters of 7 points in a row of a legend, marks not counted
+_MARK = 5  # characters that a legend's mark takes
+
+
+def shortened(text: str, length: int) -> str:
+    """A text of at most `length` characters, its middle left out where it is longer."""
+    if len(text) <= length:
+        return text
+    head = length * 2 // 3
+    return f"{text[:head]}…{text[head - length + 1 :]}"
+
+
+def heading_of_run(run: Run) -> str:
+    """The experiment's name and seed."""
+    return f"{shortened(run.experiment.name, 36)}, seed {run.experiment.seed}"
+
+
+def heading_of(replays: Sequence[Replay]) -> str:
+    """The same with the generations."""
+    first = replays[0]
+    numbers = ", ".join(str(replay.generation) for replay in replays)
+    if len(replays) > 1:
+        return f"{heading_of_run(first.run)}, generations {shortened(numbers, 20)}"
+    return f"{heading_of_run(first.run)}, generation {numbers}, score {first.score:.4g}"
+
+
+def head(
+    figure: "Figure", text: str, handles: Sequence[Any] = (), labels: Sequence[str] = ()
+) -> None:
+    """Write a heading above everything, and under it a legend, where it hides no data."""
+    scale = figure.get_figwidth() / WIDTH
+    text = shortened(text, int(_HEADING * scale))
+    if not handles:
+        figure.suptitle(text, x=0.01, ha="left")
+        return
+    # The heading is the legend's title, as a title of the figure would be drawn over it.
+    figure.legend(
+        handles,
+        labels,
+        loc="outside upper left",
+        title=text,
+        title_fontsize=8,
+        alignment="left",
+        ncols=_columns(labels, _LEGEND * scale),
+        handlelength=1.8,
+        columnspacing=1.0,
+        borderaxespad=0.1,
+        borderpad=0.1,
+        labelspacing=0.3,
+    )
+
+
+def _columns(labels: Sequence[str], width: float) -> int:
+    """The most columns of a legend that fit, which is filled column by column."""
+    lengths = [len(label) + _MARK for label in labels]
+    for columns in range(len(labels), 1, -1):
+        parts = np.array_split(lengths, columns)
+        if sum(int(part.max()) for part in parts) <= width:
+            return columns
+    return 1
