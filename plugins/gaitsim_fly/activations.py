@@ -1,0 +1,47 @@
+"""Activation functions inside the compiled flight, free of branches so that they vectorise."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+TANH, SIGMOID, RELU, LEAKY_RELU = range(4)
+CODES = {"tanh": TANH, "sigmoid": SIGMOID, "relu": RELU, "leaky-relu": LEAKY_RELU}
+
+_SATURATED = 20.0  # tanh differs from 1 by less than half a unit in the last place
+
+
+@njit(inline="always", error_model="numpy")
+def tanh(x: Any) -> Any:
+    """The hyperbolic tangent to 1e-13.
+
+    Lambert's continued fraction at x/16, then tanh 2y = 2 tanh y / (1 + tanh² y) four
+    times. The system's own takes four times as long and differs between systems.
+    """
+    x = min(max(x, -_SATURATED), _SATURATED)
+    y = 0.0625 * x
+    z = y * y
+    above = y * (2027025.0 + z * (270270.0 + z * (6930.0 + z * 36.0)))
+    below = 2027025.0 + z * (945945.0 + z * (51975.0 + z * (630.0 + z)))
+    t = above / below
+    for _ in range(4):
+        t = (t + t) / (1.0 + t * t)
+    return t
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def activate(code: int, x: NDArray[np.float64]) -> None:
+    """Put every number of a vector through an activation, in place. One loop each, for speed."""
+    if code == TANH:
+        for i in range(len(x)):
+            x[i] = tanh(x[i])
+    elif code == SIGMOID:
+        for i in range(len(x)):
+            x[i] = 0.5 + 0.5 * tanh(0.5 * x[i])
+    elif code == RELU:
+        for i in range(len(x)):
+            x[i] = max(x[i], 0.0)
+    else:
+        for i in range(len(x)):
+            x[i] = max(x[i], 0.01 * x[i])

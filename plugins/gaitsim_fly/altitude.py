@@ -1,0 +1,52 @@
+"""Fitness functions that reward height."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from gaitsim.contracts import Array, Fitness, Motion, option
+
+
+class MeanAltitude(Fitness):
+    """Mean altitude over the flight."""
+
+    needs: ClassVar[tuple[str, ...]] = ("altitude",)
+
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """Metres above the start, mean over time and trials."""
+        return {"altitude": _climbed(motion).mean(axis=(1, 2))}
+
+
+class FinalAltitude(Fitness):
+    """Altitude at the end of the flight."""
+
+    needs: ClassVar[tuple[str, ...]] = ("altitude",)
+
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """Metres above the start at the end, mean over trials."""
+        return {"altitude": _climbed(motion)[:, -1].mean(axis=1)}
+
+
+class Climb(Fitness):
+    """Altitude at the end, less a price for the mean distance from the vertical."""
+
+    drift_weight: float = option(
+        0.2, "price of a metre of mean |x| and of mean |y|, in metres of altitude", ge=0
+    )
+
+    needs: ClassVar[tuple[str, ...]] = ("altitude", "position")
+
+    def terms(self, motion: Motion) -> dict[str, Array]:
+        """Altitude at the end and −(mean |x| + mean |y|)/5, both from the start, in metres."""
+        position = motion["position"]
+        away = np.abs(position[..., :2] - position[:, :1, :, :2])
+        return {
+            "altitude": _climbed(motion)[:, -1].mean(axis=1),
+            "drift": -self.drift_weight * away.mean(axis=(1, 2)).sum(axis=1),
+        }
+
+
+def _climbed(motion: Motion) -> Array:
+    """Metres above the start, (population, frames, trials)."""
+    altitude = motion["altitude"]
+    return np.asarray(altitude - altitude[:, :1])

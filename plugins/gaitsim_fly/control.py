@@ -1,0 +1,151 @@
+"""What the network sees and commands, and the flight that it steers; compiled."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gaitsim_fly.activations import TANH, activate
+from gaitsim_fly.flight import (
+    ALIVE,
+    BUFFER,
+    LANES,
+    POSITION_SCALE,
+    RATES,
+    SPIN_SCALE,
+    STATE,
+    VELOCITY_SCALE,
+    WING_SPEED,
+    WINGS,
+    Buffer,
+    rotation_matrix,
+    spin_of,
+    step,
+)
+
+SEEN = 12
+"""What the network sees before the wing angles: position, rotation, velocity, spin, 3 each."""
+
+
+@njit(inline="always", error_model="numpy")
+def _within(x: Any) -> Any:
+    return min(max(x, -1.0), 1.0)
+
+
+@njit(inline="always", error_model="numpy")
+def _see(b: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
+    """Fill the first layer, (inputs, LANES), with what the network is told, within ±1."""
+    for i in range(LANES):
+        r = rotation_matrix(b[3, i], b[4, i], b[5, i], b[6, i])
+        spin = spin_of(r, b[10, i], b[11, i], b[12, i], c)
+        sign = 1.0 if b[3, i] >= 0.0 else -1.0  # q and −q are the same rotation
+        for axis in range(3):
+            seen[axis, i] = _within(b[axis, i] / c[POSITION_SCALE])
+            seen[3 + axis, i] = sign * b[4 + axis, i]
+            seen[6 + axis, i] = _within(b[7 + axis, i] / c[VELOCITY_SCALE])
+            seen[9 + axis, i] = _within(spin[axis] / c[SPIN_SCALE])
+        for angle in range(seen.shape[0] - SEEN):
+            limit = limits[angle % 3]
+            seen[SEEN + angle, i] = b[WINGS + angle, i] / limit if limit > 0.0 else 0.0
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_product(total: Buffer, weight: Buffer, value: Buffer) -> None:
+    """total += weight · value, lane by lane. A function of its own, so that it vectorises."""
+    for i in range(len(total)):
+        total[i] += weight[i] * value[i]
+
+
+@njit(inline="always", error_model="numpy")
+def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int) -> int:
+    """One layer of every lane's network; the place of the next layer's first gene."""
+    fan_in = inputs.shape[0]
+    bias = first + outputs.shape[0] * fan_in
+    for to in range(outputs.shape[0]):
+        total = outputs[to]
+        total[:] = genes[bias + to]
+        for come in range(fan_in):
+            _add_product(total, genes[first + to * fan_in + come], inputs[come])
+        activate(code, total)
+    return bias + outputs.shape[0]
+
+
+@njit(inline="always", error_model="numpy")
+def _command(b: Buffer, outputs: Buffer, limits: Buffer, interval: float, speed: float) -> None:
+    """Turn the wings towards what the network wants, at rates that bring them there in time."""
+    for angle in range(6):
+        limit = limits[angle % 3]
+        for i in range(LANES):
+            wanted = limit * outputs[angle % outputs.shape[0], i]  # with three, both do the same
+            rate = (wanted - b[WINGS + angle, i]) / interval
+            b[RATES + angle, i] = min(max(rate, -speed), speed)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def fly(
+    genes: NDArray[np.float64],
+    layers: NDArray[np.int64],
+    code: int,
+    start: NDArray[np.float64],
+    limits: NDArray[np.float64],
+    dt: float,
+    steps: int,
+    c: NDArray[np.float64],
+    states: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    lasted: NDArray[np.int64],
+) -> None:
+    """Fly lanes, one a start state of an individual, under the command of their networks.
+
+    Args:
+        genes: weights of each individual, (individuals, genes).
+        layers: units of each layer, inputs first.
+        code: activation of the hidden layers; the outputs go through tanh.
+        start: state of each trial at the start, (trials, STATE), see `flight`.
+        limits: of flap, pitch and sweep, (3,) rad.
+        dt: time step, s.
+        steps: time steps between two commands.
+        c: the constants, see `flight`.
+        states: filled, (individuals × trials, frames, STATE): at every command, start first.
+        angles: filled, (individuals × trials, frames, 6): the wing angles, rad.
+        lasted: filled, (individuals × trials,): how many of the frames were stable.
+    """
+    lanes, frames, trials = states.shape[0], states.shape[1], start.shape[0]
+    b = np.zeros((BUFFER, LANES))
+    weights = np.empty((genes.shape[1], LANES))
+    widest = layers.max()
+    here, there = np.empty((widest, LANES)), np.empty((widest, LANES))
+    last = len(layers) - 1
+    for first in range(0, lanes, LANES):
+        count = min(LANES, lanes - first)
+        b[:] = 0.0
+        for i in range(LANES):
+            lane = first + min(i, count - 1)  # spare lanes repeat the last one
+            weights[:, i] = genes[lane // trials]
+            b[:STATE, i] = start[lane % trials]
+            b[ALIVE, i] = 1.0
+        lasted[first : first + count] = frames
+        for frame in range(frames):
+            for i in range(count):
+                for k in range(STATE):
+                    states[first + i, frame, k] = b[k, i]
+                for k in range(6):
+                    angles[first + i, frame, k] = b[WINGS + k, i]
+                if b[ALIVE, i] == 0.0 and lasted[first + i] == frames:
+                    lasted[first + i] = frame
+            if frame == frames - 1:
+                break
+            _see(b, limits, here[: layers[0]], c)
+            gene = 0
+            for layer in range(1, last + 1):
+                gene = _layer(
+                    weights,
+                    gene,
+                    here[: layers[layer - 1]],
+                    there[: layers[layer]],
+                    TANH if layer == last else code,
+                )
+                here, there = there, here
+            _command(b, here[: layers[last]], limits, steps * dt, c[WING_SPEED])
+            step(b, dt, steps, c)

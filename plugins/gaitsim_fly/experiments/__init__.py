@@ -1,0 +1,1 @@
+"""The fly's ready experiments."""

@@ -1,0 +1,318 @@
+"""The fly: a rigid body with two wings, steered by a network."""
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from gaitsim.contracts import (
+    Array,
+    Genomes,
+    Measure,
+    Motion,
+    Organism,
+    RealSpace,
+    Skeleton,
+    option,
+)
+from gaitsim.network import gene_labels
+from gaitsim_fly import body
+from gaitsim_fly.starts import starts
+
+Layer = Annotated[int, Field(ge=1, le=256)]
+
+
+class Fly(Organism):
+    """A cuboid with two triangular wings in still air; a network commands the wings."""
+
+    wings: Literal["symmetric", "asymmetric"] = option(
+        "symmetric",
+        "whether both wings do the same or each its own: 15 inputs, 3 outputs, or 18, 6",
+    )
+    hidden: tuple[Layer, ...] = option((20, 20), "units of each hidden layer, at most four layers")
+    activation: Literal["tanh", "sigmoid", "relu", "leaky-relu"] = option(
+        "tanh", "activation of the hidden layers; the outputs always go through tanh"
+    )
+    weight_spread: float = option(
+        0.5, "standard deviation of the first weights and biases", gt=0, le=10
+    )
+    weight_limit: float = option(5.0, "largest weight and bias", gt=0, le=100)
+
+    duration: float = option(3.0, "length of a flight", unit="s", gt=0, le=600)
+    dt: float = option(0.001, "time step of the simulation", unit="s", gt=0)
+    control_step: float = option(
+        0.01, "time between two commands of the network, a multiple of dt", unit="s", gt=0
+    )
+    trials: int = option(1, "flights of each individual, from as many start states", ge=1, le=100)
+    trial_seed: int = option(0, "seed of the start states but the first, at rest", ge=0)
+    start_offset: float = option(
+        0.3, "largest distance of a start from the origin along each axis", unit="m", ge=0, le=10
+    )
+    start_tilt: float = option(
+        15.0, "largest turn of a start about each axis", unit="°", ge=0, le=90
+    )
+    start_speed: float = option(
+        0.5, "largest speed of a start along each axis", unit="m/s", ge=0, le=10
+    )
+    start_spin: float = option(
+        1.0, "largest angular speed of a start about each axis", unit="rad/s", ge=0, le=20
+    )
+
+    mass: float = option(0.2, "mass, all of it in the body", unit="kg", gt=0, le=100)
+    length: float = option(0.3, "length of the body", unit="m", gt=0, le=10)
+    width: float = option(0.1, "width of the body", unit="m", gt=0, le=10)
+    height: float = option(0.1, "height of the body", unit="m", gt=0, le=10)
+    span: float = option(0.5, "span of a wing, hinge to far edge", unit="m", gt=0, le=10)
+    chord: float = option(0.3, "far edge of a wing's triangle", unit="m", gt=0, le=10)
+    wing_speed: float = option(
+        40.0, "largest angular speed of a wing; 0 locks them", unit="rad/s", ge=0, le=1000
+    )
+    flap_limit: float = option(60.0, "largest flap, up and down", unit="°", ge=0, le=90)
+    pitch_limit: float = option(80.0, "largest pitch, either way", unit="°", ge=0, le=90)
+    sweep_limit: float = option(30.0, "largest sweep, to front and back", unit="°", ge=0, le=90)
+    wing_drag: float = option(1.2, "drag coefficient of a wing face on", ge=0, le=10)
+    body_drag: float = option(1.2, "drag coefficient of the body", ge=0, le=10)
+    air_density: float = option(1.2, "density of the air", unit="kg/m³", ge=0, le=2000)
+    gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
+
+    position_scale: float = option(
+        10.0, "distance that the network sees as 1, the most that it sees", unit="m", gt=0
+    )
+    velocity_scale: float = option(
+        5.0, "speed that the network sees as 1, the most that it sees", unit="m/s", gt=0
+    )
+    spin_scale: float = option(
+        10.0, "angular speed that the network sees as 1, the most that it sees", unit="rad/s", gt=0
+    )
+
+    threads: ClassVar[bool] = True
+    channels: ClassVar[Mapping[str, str]] = {
+        "position": "(population, frames, trials, 3) m, of the centre of mass; z is up",
+        "altitude": "(population, frames, trials) m, z of the position",
+        "rotation": "(population, frames, trials, 4) unit quaternion w, x, y, z of the body",
+        "velocity": "(population, frames, trials, 3) m/s, in the world",
+        "angular_velocity": "(population, frames, trials, 3) rad/s, in the world",
+        "wing_angles": "(population, frames, trials, 6) rad, flap, pitch, sweep; left, then right",
+    }
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(self.hidden) > 4:
+            raise ValueError(f"hidden has {len(self.hidden)} layers, at most four are allowed")
+        if not _divides(self.dt, self.control_step):
+            raise ValueError(
+                f"control_step {self.control_step:g} s is no multiple of dt {self.dt:g} s"
+            )
+        if not _divides(self.control_step, self.duration):
+            raise ValueError(
+                f"duration {self.duration:g} s is no multiple of control_step "
+                f"{self.control_step:g} s"
+            )
+        if self.frames * self.trials > 1_000_000:
+            raise ValueError(
+                f"{self.trials:,} trials of {self.frames:,} commands are more than a million"
+            )
+        if self.dt > self.stable_step:
+            raise ValueError(
+                f"dt {self.dt:g} s is not stable with these wings: at most "
+                f"{math.floor(self.stable_step * 1e6) / 1e6:g} s"
+            )
+        return self
+
+    @property
+    def layers(self) -> tuple[int, ...]:
+        """Units of each layer of the network, inputs first."""
+        each = 3 if self.wings == "symmetric" else 6
+        return (12 + each, *self.hidden, each)
+
+    @property
+    def frames(self) -> int:
+        """Commands in a flight, its end counted."""
+        return round(self.duration / self.control_step) + 1
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """Principal moments of inertia of the cuboid, (3,) kg·m²."""
+        square = np.array([self.length, self.width, self.height]) ** 2
+        return self.mass / 12 * (square.sum() - square)
+
+    @property
+    def stable_step(self) -> float:
+        """Longest time step with which wings at full speed damp the body, s.
+
+        The midpoint rule is stable while the step times the rate of decay is below 2. The
+        fastest decay is that of a turn about the body's axis of least inertia, with both
+        wings at their largest speed: torque per spin 2 · 2 (½ ρ C_D A) v r².
+        """
+        arm = 2 / 3 * self.span
+        speed = math.sqrt(2) * arm * self.wing_speed
+        reach = self.width / 2 + arm
+        rate = 4 * self._wing_load * speed * reach**2 / self.inertia.min()
+        return 2 / rate if rate > 0 else math.inf
+
+    @property
+    def _wing_load(self) -> float:
+        """½ ρ C_D A of a wing, kg/m."""
+        return 0.5 * self.air_density * self.wing_drag * (self.span * self.chord / 2)
+
+    def genome_space(self) -> RealSpace:
+        """A gene a weight and bias: W1 row by row, b1, W2, b2 …"""
+        labels = gene_labels(self.layers)
+        limit = np.full(len(labels), self.weight_limit)
+        return RealSpace(-limit, limit, labels, np.full(len(labels), self.weight_spread))
+
+    def starts(self) -> NDArray[np.float64]:
+        """State at the start of each trial, (trials, STATE), see `gaitsim_fly.flight`."""
+        return starts(
+            self.trials,
+            self.trial_seed,
+            self.inertia,
+            offset=self.start_offset,
+            tilt=math.radians(self.start_tilt),
+            speed=self.start_speed,
+            spin=self.start_spin,
+            planar=self.wings == "symmetric",
+        )
+
+    def move(self, genomes: Genomes) -> Motion:
+        """Fly every trial of every individual."""
+        from gaitsim_fly import flight
+        from gaitsim_fly.activations import CODES
+        from gaitsim_fly.control import fly
+
+        population, lanes = len(genomes), len(genomes) * self.trials
+        states = np.empty((lanes, self.frames, flight.STATE))
+        angles = np.empty((lanes, self.frames, 6))
+        lasted = np.empty(lanes, dtype=np.int64)
+        fly(
+            np.ascontiguousarray(genomes, dtype=np.float64),
+            np.array(self.layers),
+            CODES[self.activation],
+            self.starts(),
+            np.radians([self.flap_limit, self.pitch_limit, self.sweep_limit]),
+            self.dt,
+            round(self.control_step / self.dt),
+            self._constants(),
+            states,
+            angles,
+            lasted,
+        )
+
+        def by_trial(values: Array) -> Array:
+            """(lanes, frames, …) -> (population, frames, trials, …)."""
+            return values.reshape(population, self.trials, *values.shape[1:]).swapaxes(1, 2)
+
+        position = by_trial(states[..., flight.POSITION : flight.POSITION + 3])
+        rotation = by_trial(states[..., flight.ROTATION : flight.ROTATION + 4])
+
+        def spin() -> dict[str, Array]:
+            turn = body.rotation(rotation)[..., :3, :3]
+            momentum = by_trial(states[..., flight.MOMENTUM : flight.MOMENTUM + 3])
+            own = np.einsum("...ji,...j->...i", turn, momentum) / self.inertia
+            return {"angular_velocity": np.einsum("...ij,...j->...i", turn, own)}
+
+        return Motion(
+            1 / self.control_step,
+            {
+                "position": position,
+                "altitude": position[..., 2],
+                "rotation": rotation,
+                "velocity": by_trial(states[..., flight.VELOCITY : flight.VELOCITY + 3]),
+                "wing_angles": by_trial(angles),
+            },
+            {("angular_velocity",): spin},
+            failures=self._failures(lasted),
+        )
+
+    def _failures(self, lasted: NDArray[np.int64]) -> dict[int, str]:
+        """Whose flight left what the time step can follow, by individual."""
+        failures = {}
+        for lane in np.flatnonzero(lasted < self.frames)[::-1].tolist():  # the first trial counts
+            individual, trial = divmod(lane, self.trials)
+            failures[individual] = (
+                f"its flight became unstable within {lasted[lane] * self.control_step:.4g} s"
+                + (f" in trial {trial + 1}" if self.trials > 1 else "")
+                + f"; a dt below {self.dt:g} s may follow it"
+            )
+        return failures
+
+    def _constants(self) -> NDArray[np.float64]:
+        from gaitsim_fly import flight
+
+        c = np.empty(flight.CONSTANTS)
+        c[flight.INVERSE_MASS] = 1 / self.mass
+        c[flight.GRAVITY] = self.gravity
+        c[flight.INVERSE_INERTIA_X : flight.INVERSE_INERTIA_Z + 1] = 1 / self.inertia
+        faces = [self.width * self.height, self.length * self.height, self.length * self.width]
+        c[flight.BODY_X : flight.BODY_Z + 1] = (
+            0.5 * self.air_density * self.body_drag * np.array(faces)
+        )
+        c[flight.WING] = self._wing_load
+        c[flight.HINGE] = self.width / 2
+        c[flight.ARM] = 2 / 3 * self.span
+        c[flight.WING_SPEED] = self.wing_speed
+        c[flight.SPEED_LIMIT] = flight.FASTEST
+        c[flight.TURN_LIMIT] = flight.LARGEST_TURN
+        c[flight.POSITION_SCALE] = self.position_scale
+        c[flight.VELOCITY_SCALE] = self.velocity_scale
+        c[flight.SPIN_SCALE] = self.spin_scale
+        return c
+
+    def measures(self, motion: Motion) -> Mapping[str, Measure]:
+        """Altitude, drift, speed of climb, tilt and wing beat; means over the trials."""
+        position, rotation = motion["position"], motion["rotation"]
+        seconds = (position.shape[1] - 1) / motion.frame_rate
+        altitude = motion["altitude"] - motion["altitude"][:, :1]
+        x, y = rotation[..., 1], rotation[..., 2]
+        tilt = np.degrees(np.arccos(np.clip(1 - 2 * (x * x + y * y), -1, 1)))
+        away = np.linalg.norm(position[..., :2] - position[:, :1, :, :2], axis=-1)
+        return {
+            "final altitude": Measure(
+                altitude[:, -1].mean(axis=1), "m", f"above the start after {seconds:g} s"
+            ),
+            "mean altitude": Measure(altitude.mean(axis=(1, 2)), "m", "above the start"),
+            "lowest": Measure(altitude.min(axis=(1, 2)), "m", "lowest altitude above the start"),
+            "drift": Measure(away[:, -1].mean(axis=1), "m", "horizontal distance at the end"),
+            "largest tilt": Measure(tilt.max(axis=(1, 2)), "°", "of the body's axis to upright"),
+            "wing beats": Measure(
+                _beats(motion["wing_angles"][..., 0]) / seconds, "Hz", "strokes of the left wing"
+            ),
+        }
+
+    def skeleton(self, motion: Motion, individual: int) -> Skeleton:
+        """Body and wings in the world, in the first trial."""
+        position, rotation, angles = (
+            motion[name][individual, :, 0] for name in ("position", "rotation", "wing_angles")
+        )
+        whole = body.translation(position) @ body.rotation(rotation)  # M = T · R
+        edges = body.cuboid(self.length, self.width, self.height)
+        parts = [body.moved(whole, np.broadcast_to(edges.reshape(-1, 3), (len(whole), 24, 3)))]
+        for side, own in ((1, angles[:, :3]), (-1, angles[:, 3:])):
+            corners = body.wing_points(side, self.span, self.chord)
+            outline = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 3)
+            hinged = whole @ body.wing_matrix(own, side, self.width / 2)
+            parts.append(body.moved(hinged, np.broadcast_to(outline, (len(whole), 6, 3))))
+        segments = np.concatenate(parts, axis=1).reshape(len(whole), -1, 2, 3)
+        names = [f"body edge {number}" for number in range(1, 13)]
+        names += [
+            f"{side} wing {edge}"
+            for side in ("left", "right")
+            for edge in ("leading edge", "far edge", "trailing edge")
+        ]
+        return Skeleton(segments, tuple(names), motion.frame_rate, centre=position)
+
+
+def _divides(part: float, whole: float) -> bool:
+    """Whether `whole` is a multiple of `part`, as far as decimals can be written as floats."""
+    count = whole / part
+    return round(count) >= 1 and math.isclose(count, round(count), rel_tol=1e-9)
+
+
+def _beats(flap: Array) -> Array:
+    """Strokes of a wing: half its changes of direction, mean over trials, (population,)."""
+    direction = np.sign(np.diff(flap, axis=1))
+    turned: Array = (direction[:, 1:] * direction[:, :-1] < 0).sum(axis=1) / 2
+    return np.asarray(turned.mean(axis=1))

@@ -1,0 +1,54 @@
+"""Where and how the fly's trials begin."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim_fly.flight import MOMENTUM, POSITION, ROTATION, STATE, VELOCITY
+
+
+def starts(
+    trials: int,
+    seed: int,
+    inertia: NDArray[np.float64],
+    *,
+    offset: float,
+    tilt: float,
+    speed: float,
+    spin: float,
+    planar: bool,
+) -> NDArray[np.float64]:
+    """States at the start of each trial, (trials, STATE); the first is at rest, level.
+
+    Args:
+        trials: how many.
+        seed: of the others, which differ along each axis by uniform draws.
+        inertia: moments of inertia, (3,) kg·m².
+        offset: largest distance from the origin along each axis, m.
+        tilt: largest part of the rotation vector, rad.
+        speed: largest speed, m/s.
+        spin: largest angular speed, rad/s.
+        planar: whether only what keeps left and right alike is drawn: both wings doing the
+            same can correct nothing else.
+    """
+    states = np.zeros((trials, STATE))
+    states[:, ROTATION] = 1.0
+    draws = np.random.default_rng(seed).uniform(-1, 1, (trials - 1, 4, 3))
+    if planar:
+        draws[:, (0, 2), 1] = 0.0  # position and velocity to the side
+        draws[:, 1::2, ::2] = 0.0  # roll and yaw
+    turn = tilt * draws[:, 1]
+    half = np.linalg.norm(turn, axis=1, keepdims=True) / 2
+    states[1:, POSITION : POSITION + 3] = offset * draws[:, 0]
+    states[1:, ROTATION : ROTATION + 1] = np.cos(half)
+    states[1:, ROTATION + 1 : ROTATION + 4] = turn / 2 * np.sinc(half / np.pi)
+    states[1:, VELOCITY : VELOCITY + 3] = speed * draws[:, 2]
+    momentum = inertia * (spin * draws[:, 3])  # in the frame of the body
+    states[1:, MOMENTUM : MOMENTUM + 3] = _turned(states[1:, ROTATION : ROTATION + 4], momentum)
+    return states
+
+
+def _turned(quaternions: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    w, u = quaternions[:, :1], quaternions[:, 1:]
+    cross = np.cross(u, vectors)
+    result: NDArray[np.float64] = vectors + 2 * (w * cross + np.cross(u, cross))
+    return result
