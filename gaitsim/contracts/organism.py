@@ -4,9 +4,10 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
-from gaitsim.contracts.motion import Measure, Motion, Skeleton
+from gaitsim.contracts.motion import Array, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.space import Genomes, GenomeSpace
+from gaitsim.errors import GaitsimError
 
 
 class Organism(Plugin):
@@ -35,6 +36,28 @@ class Organism(Plugin):
         Each individual's motion depends on its own genome alone, to the bit, so
         that populations can be cut into chunks.
         """
+
+    def play(self, joint_angles: Array) -> Motion:
+        """Move by joint angles that did not come from a genome, such as a network's or a file's.
+
+        Optional: a body that has the channel `joint_angles` and can follow any course of
+        them defines it. Measures, skeleton and fitness work on what it returns as on what
+        `move` does.
+
+        Args:
+            joint_angles: (population, frames, joints), radians. It stays as it is.
+
+        Returns:
+            The motion. Its channel `joint_angles` is what was played: where the body has
+            limits of angle or speed, what is asked beyond them is held to them.
+
+        Raises:
+            GaitsimError: this body cannot.
+        """
+        raise GaitsimError(
+            f"the body {type(self).__name__} cannot play joint angles",
+            allowed="a body with the method play()",
+        )
 
     @abstractmethod
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:

@@ -38,21 +38,34 @@ def judge(experiment: Experiment, genomes: Genomes) -> Evaluation:
     # The body gets its own copy: what it changes in it reaches neither the search nor the
     # checkpoint. And a writable one: compiled code is compiled once more for arrays that are not.
     lent = genomes.copy()
-    motion = _moved(experiment, lent)
-    with containing(experiment.entries["fitness"], "judging a population"):
-        given = experiment.fitness.terms(motion)
+    with containing(experiment.entries["organism"], "moving a population"):
+        motion: object = experiment.organism.move(lent)
+    evaluation = judge_motion(experiment, motion, len(genomes))
     if not np.array_equal(lent, genomes):
         raise broken(experiment, "organism", "changes the genomes that it is given")
+    return evaluation
+
+
+def judge_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
+    """Score what a body gave as the motion of a population.
+
+    Raises:
+        PluginError: the body or the fitness fails or breaks its contract; names its package.
+    """
+    moved = hold_motion(experiment, motion)
+    _hold_channels(experiment, moved, population)
+    with containing(experiment.entries["fitness"], "judging a population"):
+        given = experiment.fitness.terms(moved)
     if not isinstance(given, dict) or not given:
         raise broken(
             experiment, "fitness", f"returned {given!r:.80} from terms()", "a dict with terms"
         )
-    terms = {name: _term(experiment, name, term, len(genomes)) for name, term in given.items()}
-    scores = np.zeros(len(genomes))
+    terms = {name: _term(experiment, name, term, population) for name, term in given.items()}
+    scores = np.zeros(population)
     with np.errstate(over="ignore", invalid="ignore"):
         for term in terms.values():  # in the fitness's own order, so that the last bit is too
             scores += term
-    reasons = _failures(experiment, motion)
+    reasons = _failures(experiment, moved)
     scores[list(reasons)] = -np.inf
     for index in np.flatnonzero(~np.isfinite(scores)).tolist():
         if index in reasons:
@@ -76,23 +89,29 @@ def _failures(experiment: Experiment, motion: Motion) -> dict[int, str]:
     return {index: str(motion.failures[index]) for index in sorted(motion.failures)}
 
 
-def _moved(experiment: Experiment, genomes: Genomes) -> Motion:
-    """The motion, with the channels that the fitness reads worked out by the body."""
-    with containing(experiment.entries["organism"], "moving a population"):
-        motion: object = experiment.organism.move(genomes)
+def hold_motion(experiment: Experiment, motion: object) -> Motion:
+    """What a body gave as a motion, if it is one.
+
+    Raises:
+        PluginError: it is not; names the body's package.
+    """
     if not isinstance(motion, Motion):
         raise broken(experiment, "organism", f"moved to a {type(motion).__name__}", "a Motion")
+    return motion
+
+
+def _hold_channels(experiment: Experiment, motion: Motion, population: int) -> None:
+    """See that the channels that the fitness reads are there, worked out by the body."""
     for name in experiment.fitness.needs:
         with containing(experiment.entries["organism"], f"working out the channel {name!r}"):
             shape = np.shape(motion[name])
-        if shape[:1] != (len(genomes),):
+        if shape[:1] != (population,):
             raise broken(
                 experiment,
                 "organism",
                 f"gave the channel {name!r} the shape {shape}",
-                f"(population, …) with a population of {len(genomes)}",
+                f"(population, …) with a population of {population}",
             )
-    return motion
 
 
 def _term(experiment: Experiment, name: object, term: object, population: int) -> Scores:

@@ -188,12 +188,14 @@ def _runge_kutta(state: _Floats, dt: float) -> _Floats:
 
 
 def limit_steps(angles: Angles) -> Angles:
-    """The course of a servo that follows `angles` with at most 5° a frame."""
+    """The course of a servo that follows `angles` with at most 5° a frame; exact where it can."""
     limited = angles.copy()
     step_limit = np.float32(body.STEP_LIMIT)
     for frame in range(1, angles.shape[2]):
-        step = angles[:, :, frame] - limited[:, :, frame - 1]
-        limited[:, :, frame] = limited[:, :, frame - 1] + np.clip(step, -step_limit, step_limit)
+        before = limited[:, :, frame - 1]
+        limited[:, :, frame] = np.clip(
+            angles[:, :, frame], before - step_limit, before + step_limit
+        )
     return limited
 
 

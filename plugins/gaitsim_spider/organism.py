@@ -17,8 +17,8 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim_spider import body
-from gaitsim_spider.encodings import ENCODINGS
-from gaitsim_spider.layout import time_second
+from gaitsim_spider.encodings import ENCODINGS, Angles, limit_steps
+from gaitsim_spider.layout import time_last, time_second
 
 
 class Spider(Organism):
@@ -62,39 +62,35 @@ class Spider(Organism):
         return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
 
     def move(self, genomes: Genomes) -> Motion:
-        """Decode to joint angles; feet, contact and travel are worked out when first read."""
-        angles = ENCODINGS[self.encoding].angles(
-            genomes, self.frequency, self.symmetry == "alternating"
+        """Decode to joint angles, and walk."""
+        return _walked(
+            ENCODINGS[self.encoding].angles(genomes, self.frequency, self.symmetry == "alternating")
         )
-        population, _, frames = angles.shape
-        feet = np.empty((population, 3, 8, frames), dtype=np.float32)
-        centre = np.empty((population, 3, frames), dtype=np.float32)
 
-        def place() -> dict[str, Array]:
-            from gaitsim_spider.kinematics import place_feet
+    def play(self, joint_angles: Array) -> Motion:
+        """Walk by given joint angles, held to ±30° and, from frame to frame, to 5°.
 
-            place_feet(angles, feet, centre)
-            return {"feet": time_second(feet), "centre_of_mass": time_second(centre)}
+        Args:
+            joint_angles: (population, frames, 24), radians from the pose at rest, of any
+                number of frames from 2; the body can begin in any pose within its limits.
 
-        def travel() -> dict[str, Array]:
-            from gaitsim_spider.walking import walk
-
-            motion["feet"]  # places them
-            pose = np.empty((population, frames, 3), dtype=np.float32)
-            stance = np.empty((population, frames, 8), dtype=np.bool_)
-            slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
-            walk(feet, centre, pose, stance, slip, margin, slope)
-            return {"pose": pose, "stance": stance, "slip": slip, "margin": margin, "slope": slope}
-
-        motion = Motion(
-            body.FRAME_RATE,
-            {"joint_angles": time_second(angles)},
-            {
-                ("feet", "centre_of_mass"): place,
-                ("pose", "stance", "slip", "margin", "slope"): travel,
-            },
-        )
-        return motion
+        Raises:
+            ValueError: another shape, or angles that are not finite.
+        """
+        if (
+            joint_angles.ndim != 3
+            or joint_angles.shape[1] < 2
+            or joint_angles.shape[2] != len(body.JOINTS)
+        ):
+            raise ValueError(
+                f"joint_angles has the shape {joint_angles.shape}, expected (population, frames, "
+                f"joints) with at least 2 frames and {len(body.JOINTS)} joints"
+            )
+        if not np.isfinite(joint_angles).all():
+            raise ValueError("joint_angles holds values that are not finite")
+        limit = np.float32(body.ANGLE_LIMIT)
+        angles = np.clip(joint_angles, -limit, limit).astype(np.float32)
+        return _walked(limit_steps(time_last(angles)))
 
     def joint_names(self) -> tuple[str, ...]:
         """'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
@@ -164,3 +160,36 @@ class Spider(Organism):
             contact_names=body.LEGS,
             centre=world[:, -1],
         )
+
+
+def _walked(angles: Angles) -> Motion:
+    """The motion by joint angles; feet, contact and travel are worked out when first read."""
+    population, _, frames = angles.shape
+    feet = np.empty((population, 3, 8, frames), dtype=np.float32)
+    centre = np.empty((population, 3, frames), dtype=np.float32)
+
+    def place() -> dict[str, Array]:
+        from gaitsim_spider.kinematics import place_feet
+
+        place_feet(angles, feet, centre)
+        return {"feet": time_second(feet), "centre_of_mass": time_second(centre)}
+
+    def travel() -> dict[str, Array]:
+        from gaitsim_spider.walking import walk
+
+        motion["feet"]  # places them
+        pose = np.empty((population, frames, 3), dtype=np.float32)
+        stance = np.empty((population, frames, 8), dtype=np.bool_)
+        slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
+        walk(feet, centre, pose, stance, slip, margin, slope)
+        return {"pose": pose, "stance": stance, "slip": slip, "margin": margin, "slope": slope}
+
+    motion = Motion(
+        body.FRAME_RATE,
+        {"joint_angles": time_second(angles)},
+        {
+            ("feet", "centre_of_mass"): place,
+            ("pose", "stance", "slip", "margin", "slope"): travel,
+        },
+    )
+    return motion

@@ -1,0 +1,64 @@
+"""Joint angles from elsewhere, such as a network or a file, on the body of an experiment."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitsim.contracts import Motion, Organism
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.judge import broken, hold_motion
+from gaitsim.experiment import Experiment
+from gaitsim.registry import containing
+
+
+def require_play(experiment: Experiment) -> None:
+    """Check that the body can play joint angles, before work is done for it.
+
+    Raises:
+        GaitsimError: it has no joint angles, or cannot play them.
+    """
+    entry, organism = experiment.entries["organism"], experiment.organism
+    if "joint_angles" not in organism.channels:
+        lacks, allowed = "has no joint angles", "a body with the channel 'joint_angles'"
+    elif type(organism).play is Organism.play:
+        lacks, allowed = "cannot play given joint angles", "a body with the method play()"
+    else:
+        return
+    raise GaitsimError(f"{entry} {lacks}", where=experiment.name, allowed=allowed)
+
+
+def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
+    """The motion of the experiment's body by given joint angles.
+
+    Args:
+        experiment: whose body plays.
+        joint_angles: (population, frames, joints), radians. What is beyond the body's
+            limits is held to them; the motion's channel `joint_angles` is what was played.
+
+    Raises:
+        GaitsimError: the body cannot play, or the angles are not for it.
+        PluginError: the body fails or breaks its contract; names its package.
+    """
+    require_play(experiment)
+    entry, organism = experiment.entries["organism"], experiment.organism
+    angles = np.array(joint_angles, dtype=np.float64)  # a copy: the body may write to its own
+    with containing(entry, "naming its joints"):
+        joints = len(organism.joint_names())
+    if angles.ndim != 3 or angles.shape[1] < 2 or angles.shape[2] != joints:
+        raise GaitsimError(
+            f"joint angles of the shape {angles.shape} do not fit {entry}",
+            allowed=f"(population, frames, joints) with at least 2 frames and {joints} joints",
+            remedy="take a gait of the same body",
+        )
+    if not np.isfinite(angles).all():
+        raise GaitsimError(
+            "the joint angles hold values that are not finite", allowed="radians, all finite"
+        )
+    with containing(entry, "playing joint angles"):
+        motion = hold_motion(experiment, organism.play(angles))
+        shape = np.shape(motion["joint_angles"])
+    if shape != angles.shape:
+        raise broken(
+            experiment, "organism", f"played to joint_angles of the shape {shape}",
+            f"that of what it was given, {angles.shape}",
+        )  # fmt: skip
+    return motion

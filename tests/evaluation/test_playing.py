@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+
+from gaitsim.contracts import Motion
+from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.evaluation import judge
+from gaitsim.evaluation.judge import judge_motion
+from gaitsim.evaluation.playing import play, require_play
+from gaitsim.experiment import load_experiment
+
+
+def by_angles(self, joint_angles):
+    reach = np.sin(joint_angles[:, -1]).sum(axis=1)
+    return Motion(4.0, {"joint_angles": joint_angles, "reach": reach})
+
+
+@pytest.fixture
+def playable(puppet, puppets, monkeypatch):
+    monkeypatch.setattr(puppets.Puppet, "play", by_angles, raising=False)
+    return puppet()
+
+
+def test_a_champion_played_by_its_angles_scores_as_it_did():
+    experiment = load_experiment("spider")
+    genomes = experiment.space().random(3, np.random.default_rng(0))
+    moved = judge(experiment, genomes)
+    angles = experiment.organism.move(genomes)["joint_angles"]
+    played = judge_motion(experiment, play(experiment, angles), 3)
+    assert np.array_equal(played.scores, moved.scores)
+    assert list(played.terms) == list(moved.terms)
+
+
+def test_a_third_partys_body_plays(playable):
+    angles = np.ones((2, 5, 3))
+    motion = play(playable, angles)
+    assert judge_motion(playable, motion, 2).scores == pytest.approx(3 * np.sin(1) - 0.3)
+
+
+def test_what_is_given_stays_as_it_is(playable, puppets, monkeypatch):
+    def writes(self, joint_angles):
+        joint_angles[:] = 7.0
+        return by_angles(self, joint_angles)
+
+    monkeypatch.setattr(puppets.Puppet, "play", writes)
+    angles = np.ones((2, 5, 3))
+    assert play(playable, angles)["joint_angles"].max() == 7.0
+    assert angles.max() == 1.0
+
+
+def test_a_body_that_cannot_is_told_so(puppet, puppets, monkeypatch):
+    experiment = puppet()
+    with pytest.raises(GaitsimError, match=r"package gaitsim-puppets.* cannot play given joint"):
+        require_play(experiment)
+    with pytest.raises(GaitsimError, match="body Puppet cannot play"):
+        experiment.organism.play(np.zeros((1, 5, 3)))
+    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": "(population,) m"})
+    with pytest.raises(GaitsimError, match="has no joint angles"):
+        require_play(experiment)
+
+
+@pytest.mark.parametrize(
+    ("angles", "says"),
+    [
+        (np.zeros((5, 3)), r"shape \(5, 3\) do not fit organism 'puppet'"),
+        (np.zeros((1, 1, 3)), "at least 2 frames and 3 joints"),
+        (np.zeros((1, 5, 4)), "at least 2 frames and 3 joints"),
+        (np.full((1, 5, 3), np.nan), "not finite"),
+    ],
+)
+def test_angles_of_another_body_are_refused(playable, angles, says):
+    with pytest.raises(GaitsimError) as error:
+        play(playable, angles)
+    assert not isinstance(error.value, PluginError)
+    error.match(says)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        (lambda self, angles: 1 / 0, "failed while playing joint angles: ZeroDivisionError"),
+        (lambda self, angles: {}, "moved to a dict"),
+        (lambda self, angles: Motion(4.0, {"reach": angles}), "playing joint angles: KeyError"),
+        (
+            lambda self, angles: Motion(4.0, {"joint_angles": angles[:, 1:]}),
+            r"joint_angles of the shape \(1, 4, 3\)",
+        ),
+    ],
+)
+def test_a_body_that_breaks_its_contract_is_named(playable, puppets, monkeypatch, wrong, says):
+    monkeypatch.setattr(puppets.Puppet, "play", wrong)
+    with pytest.raises(PluginError, match=f"package gaitsim-puppets.* {says}"):
+        play(playable, np.zeros((1, 5, 3)))
