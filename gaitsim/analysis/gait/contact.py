@@ -23,7 +23,8 @@ class Foot:
 
     Attributes:
         name: of the foot.
-        duty_factor: share of all frames on the ground, chatter counted as it is.
+        duty_factor: share of the time on the ground, of whole strides where it steps, chatter
+            counted as it is.
         touch_downs: frames in which it comes to the ground, chatter left out.
         stance, swing: mean time on the ground and off it in seconds, of whole ones; None
             where there is no whole one.
@@ -108,9 +109,10 @@ def _foot(name: str, raw: Contacts, tidy: Contacts, frame_rate: float) -> Foot:
     def mean(chosen: Contacts) -> float | None:
         return float(lengths[chosen].mean()) / frame_rate if chosen.any() else None
 
+    strides = raw[touch_downs[0] : touch_downs[-1]] if len(touch_downs) >= _STEPS else raw
     return Foot(
         name,
-        float(raw.mean()),
+        float(strides.mean()),
         tuple(touch_downs.tolist()),
         mean(whole & stance),
         mean(whole & ~stance),

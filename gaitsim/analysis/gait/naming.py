@@ -3,9 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from gaitsim.analysis.gait.contact import Foot, Stride
+from gaitsim.analysis.gait.exploits import BRIEF
 from gaitsim.analysis.gait.intervals import Floats
-from gaitsim.analysis.gait.layout import Layout
+from gaitsim.analysis.gait.layout import Layout, layout_of
 from gaitsim.analysis.gait.patterns import NEAR, nearest
 
 NONE, STANDING = "none", "standing"
@@ -36,7 +39,7 @@ def name_of(
     stride: Stride | None,
     phases: Floats,
     consistency: Floats,
-    layout: Layout | None,
+    relative: Floats,
     still: bool,
 ) -> tuple[Name, Mapping[str, float]]:
     """The gait's name, and its distance to each reference gait where they can be compared.
@@ -46,7 +49,7 @@ def name_of(
         stride: that they share.
         phases: (feet,), cycles.
         consistency: of the phases, (feet,).
-        layout: which foot is where.
+        relative: the feet in the body's frame, (frames, feet, 3), metres.
         still: whether the feet stand still relative to the body.
     """
     stepping = sum(foot.steps for foot in feet)
@@ -56,6 +59,8 @@ def name_of(
         return Name(NONE, f"{stepping} of {len(feet)} feet step"), {}
     if stride is None or max(len(foot.touch_downs) for foot in feet) < _FEWEST:
         return Name(NONE, "the feet do not step periodically"), {}
+    if stride.frames <= 2 * BRIEF:
+        return Name(NONE, "the feet go on and off the ground every frame or two"), {}
     wavering = [
         foot.name
         for foot, r in zip(feet, consistency, strict=True)
@@ -65,9 +70,10 @@ def name_of(
         return Name(
             NONE, f"the phases of {', '.join(wavering[:8])} change from stride to stride"
         ), {}
-    if layout is None:
+    compared = _in_pairs(phases, relative)
+    if compared is None:
         return Name(NONE, "the feet do not stand in pairs, left and right"), {}
-    found, distances = nearest(phases, layout)
+    found, distances = nearest(*compared)
     away = f"{found.distance:.3f} cycles from {_described(found.name, found.lag)}"
     if found.distance > NEAR:
         return Name(
@@ -81,3 +87,17 @@ def _described(name: str, lag: float | None) -> str:
         return name
     way = "front to back" if lag > 0 else "back to front"
     return f"a wave that runs {way} by {abs(lag):.2f} cycles a leg"
+
+
+def _in_pairs(phases: Floats, relative: Floats) -> tuple[Floats, Layout] | None:
+    """The feet that are compared with reference gaits, and where they are.
+
+    Those that step, if they make pairs: eight legs of which two are held up can go in a
+    tripod. Else all of them, with those left out that do not step.
+    """
+    steps = ~np.isnan(phases)
+    for chosen in (steps, np.ones_like(steps)):
+        layout = layout_of(relative[:, chosen])
+        if layout is not None:
+            return phases[chosen], layout
+    return None

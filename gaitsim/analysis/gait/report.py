@@ -9,7 +9,7 @@ from gaitsim.analysis.gait import exploits
 from gaitsim.analysis.gait.contact import Contacts, Foot, Stride, feet_of
 from gaitsim.analysis.gait.exploits import Flag
 from gaitsim.analysis.gait.intervals import Floats
-from gaitsim.analysis.gait.layout import body_order, in_body_frame, layout_of
+from gaitsim.analysis.gait.layout import body_order, in_body_frame
 from gaitsim.analysis.gait.naming import Name, name_of
 from gaitsim.analysis.gait.phases import phases_of
 from gaitsim.analysis.gait.support import stability_margin
@@ -79,7 +79,7 @@ def analyse_gait(skeleton: Skeleton, joint_angles: Array | None = None) -> Gait:
     length = size(skeleton)
     if skeleton.contacts is None or skeleton.touching is None or not skeleton.contacts.shape[1]:
         ends = skeleton.segments[:, :, 1].astype(np.float64)
-        found = exploits.shaking(
+        found = exploits.flip_flop(
             in_body_frame(ends, path, turned), skeleton.names, length, skeleton.frame_rate
         )
         return Gait(
@@ -116,10 +116,10 @@ def analyse_gait(skeleton: Skeleton, joint_angles: Array | None = None) -> Gait:
         lain,
     )
     still = np.abs(np.diff(relative, axis=0)).mean() < exploits.STILL * length
-    name, distances = name_of(feet, stride, phases, consistency, layout_of(relative), bool(still))
+    name, distances = name_of(feet, stride, phases, consistency, relative, bool(still))
     flags = (
-        exploits.shaking(relative, names, length, skeleton.frame_rate),
-        exploits.flip_flop(touching, names, skeleton.frame_rate),
+        exploits.flip_flop(relative, names, length, skeleton.frame_rate),
+        exploits.flickering(touching, names, skeleton.frame_rate),
         exploits.sliding(footfalls.slip),
         exploits.unsupported(footfalls.margin, path, lain),
     )
