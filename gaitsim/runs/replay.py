@@ -49,18 +49,26 @@ class Replay:
         Raises:
             PluginError: the body cannot be drawn.
         """
-        entry = self.experiment.entries["organism"]
-        motion = self.motion
-        with containing(entry, "drawing the champion"):
-            skeleton: object = self.experiment.organism.skeleton(motion, 0)
-        if isinstance(skeleton, Skeleton):
-            return skeleton
-        raise PluginError(
-            f"{entry} gave a {type(skeleton).__name__} from skeleton()",
-            where=entry.target,
-            allowed="a gaitsim.contracts.Skeleton",
-            remedy=f"update {entry.package}, or report it to its author",
-        )
+        return skeleton_of(self.experiment, self.motion)
+
+
+def skeleton_of(experiment: Experiment, motion: Motion) -> Skeleton:
+    """The skeleton over time of the first individual of a motion of the experiment's body.
+
+    Raises:
+        PluginError: the body cannot be drawn.
+    """
+    entry = experiment.entries["organism"]
+    with containing(entry, "drawing the champion"):
+        skeleton: object = experiment.organism.skeleton(motion, 0)
+    if isinstance(skeleton, Skeleton):
+        return skeleton
+    raise PluginError(
+        f"{entry} gave a {type(skeleton).__name__} from skeleton()",
+        where=entry.target,
+        allowed="a gaitsim.contracts.Skeleton",
+        remedy=f"update {entry.package}, or report it to its author",
+    )
 
 
 def replay(run: Run, generation: int | None = None) -> Replay:
