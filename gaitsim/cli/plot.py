@@ -1,39 +1,226 @@
 """`gaitsim plot`."""
 
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from gaitsim.export.plots.request import Request
 
 
 class Kind(StrEnum):
     """What can be plotted."""
 
     fitness = "fitness"
+    terms = "terms"
+    path = "path"
+    channel = "channel"
+    footfall = "footfall"
+    joints = "joints"
+    stability = "stability"
+    all = "all"
+
+
+class Format(StrEnum):
+    """The formats of a plot."""
+
+    png = "png"
+    svg = "svg"
+    pdf = "pdf"
+
+
+class Theme(StrEnum):
+    """The colours of a plot."""
+
+    light = "light"
+    dark = "dark"
 
 
 def plot(
     run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
-    kind: Annotated[Kind, typer.Option(help="What to plot.")] = Kind.fitness,
+    kind: Annotated[
+        Kind, typer.Option(help="What to plot; all: each kind that the body has.")
+    ] = Kind.fitness,
+    generation: Annotated[
+        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
+    ] = None,
+    generations: Annotated[
+        str | None,
+        typer.Option(metavar="N,N,…", help="The best of several, as 1,50,300, for --kind channel."),
+    ] = None,
+    channel: Annotated[
+        str | None,
+        typer.Option(help="Channel of the motion; a wrong name lists them. For --kind channel."),
+    ] = None,
+    component: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Component of the channel, as z, 2 or 'L1 coxa'; may be repeated. Default: all."
+        ),
+    ] = None,
+    window: Annotated[
+        str | None,
+        typer.Option(metavar="S:S", help="Part of the motion in seconds, as 2:5."),
+    ] = None,
+    theme: Annotated[Theme, typer.Option(help="Colours.")] = Theme.light,
+    format: Annotated[Format | None, typer.Option(help="Default: as --out ends, or png.")] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="PNG, SVG or PDF to write. Default: in the run's exports folder."),
+        typer.Option(
+            help="File to write; a folder for --kind all. Default: in the run's exports folder."
+        ),
     ] = None,
 ) -> None:
-    """Plot a run.
+    """Plot a run, or how its champion moves, at the width of a journal's column.
 
     [bold]Examples[/bold]
 
-    gaitsim plot spider --kind fitness
-
     gaitsim plot spider --kind fitness --out fitness.pdf
+
+    gaitsim plot spider --kind footfall --window 4:7
+
+    gaitsim plot fly --kind channel --channel altitude --generations 1,50,300
+
+    gaitsim plot spider --kind all --format svg --theme dark
     """
-    from gaitsim.export.plots import plot_fitness
+    from gaitsim.cli.generations import asked_generations
+    from gaitsim.export.plots import THEMES
+    from gaitsim.export.plots.request import Request
     from gaitsim.runs.folder import find_run
     from gaitsim.runs.reader import Run
 
-    opened = Run(find_run(run))
-    path = out or opened.exports() / f"{kind}.png"
-    plot_fitness(opened, path)
+    numbers = asked_generations(generation, generations)
+    _check_options(
+        kind,
+        {
+            "--generation": generation,
+            "--generations": generations,
+            "--channel": channel,
+            "--component": component,
+            "--window": window,
+        },
+    )
+    request = Request(
+        run=Run(find_run(run)),
+        channel=channel,
+        components=tuple(component or ()),
+        window=_seconds(window),
+        theme=THEMES[theme],
+    )
+    if kind is Kind.all:
+        _plot_all(request, numbers, out, format or Format.png)
+    else:
+        _plot(kind, request, numbers, out, format)
+
+
+def _plot(
+    kind: Kind,
+    request: "Request",
+    numbers: Sequence[int],
+    out: Path | None,
+    format: Format | None,
+) -> None:
+    from gaitsim.export.plots import check_target, save
+    from gaitsim.export.plots.kinds import KINDS, draw, file_stem
+
+    if out is not None:
+        _check_format(out, format)
+        check_target(out)
+    if KINDS[kind].moves:
+        request = _with_replays(request, numbers)
+    figure = draw(kind, request)
+    path = out or request.run.exports() / f"{file_stem(kind, request)}.{format or Format.png}"
+    save(figure, path, request.theme)
     print(path)
+
+
+def _plot_all(request: "Request", numbers: Sequence[int], out: Path | None, format: Format) -> None:
+    """Every kind that the body has; what is left out, and why, is said."""
+    from gaitsim.cli.console import notice
+    from gaitsim.errors import GaitsimError
+    from gaitsim.export.plots import save
+    from gaitsim.export.plots.kinds import KINDS, draw, file_stem
+    from gaitsim.export.plots.request import LackingError
+
+    if out is not None and not out.is_dir():
+        raise GaitsimError(
+            f"--kind all writes several files, and there is no folder {out}",
+            where="--out",
+            allowed="a folder that exists",
+        )
+    request = _with_replays(request, numbers)
+    folder = out or request.run.exports()
+    for kind in KINDS:
+        try:
+            figure = draw(kind, request)
+        except LackingError as error:
+            notice(f"No plot of the kind {kind}: {error.what}")
+            continue
+        path = folder / f"{file_stem(kind, request)}.{format}"
+        save(figure, path, request.theme)
+        print(path, flush=True)
+
+
+def _with_replays(request: "Request", numbers: Sequence[int]) -> "Request":
+    """The same with the individuals that are asked for."""
+    from gaitsim.runs.replay import replay
+
+    found = tuple(replay(request.run, number) for number in numbers or (None,))
+    return replace(request, replays=found)
+
+
+def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
+    """Refuse options that the kind would not look at, all at once."""
+    from gaitsim.errors import GaitsimError
+
+    moves = {"--generation", "--window"}
+    of_channels = {*moves, "--generations", "--channel", "--component"}
+    looked_at = {
+        Kind.fitness: set[str](),
+        Kind.terms: set[str](),
+        Kind.channel: of_channels,
+        Kind.all: of_channels - {"--generations"},
+    }.get(kind, moves)
+    idle = [name for name, value in given.items() if value and name not in looked_at]
+    if idle:
+        raise GaitsimError(
+            f"a plot of the kind {kind} takes no {' and no '.join(idle)}",
+            allowed=", ".join(sorted(looked_at)) or "none of them: it shows the whole run",
+            remedy="--kind channel takes them" if of_channels.issuperset(idle) else "",
+        )
+
+
+def _check_format(out: Path, format: Format | None) -> None:
+    """Refuse a file whose name says another format."""
+    from gaitsim.errors import GaitsimError
+
+    ending = out.suffix[1:].lower()
+    if format is not None and ending in Format.__members__ and ending != format:
+        raise GaitsimError(
+            f"{out} ends with .{ending}, but --format says {format}",
+            remedy="leave one of the two out",
+        )
+
+
+def _seconds(text: str | None) -> tuple[float, float] | None:
+    """The first and the last second of a window such as '2:5'."""
+    from gaitsim.errors import GaitsimError
+
+    if text is None:
+        return None
+    try:
+        first, last = (float(part) for part in text.split(":"))
+        if not 0 <= first < last < math.inf:
+            raise ValueError
+    except ValueError:
+        raise GaitsimError(
+            f"{text!r} is no part of a motion",
+            where="--window",
+            allowed="two seconds with a colon between them, the later one last, such as 2:5",
+        ) from None
+    return first, last

@@ -148,9 +148,9 @@ def mark_stages(axes: "Axes", history: History, theme: Theme, *, named: bool = T
     return starts
 
 
-def set_generations(axes: "Axes", history: History) -> None:
+def set_generations(axes: "Axes", history: History, ticks: int = 6) -> None:
     """Let an axis reach from the first generation to the last."""
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlim(1, max(2, int(history["generation"][-1])))
-    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(ticks, integer=True))
