@@ -9,9 +9,6 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-WING_ANGLES = ("flap", "pitch", "sweep")
-BODY_EDGES = ("front", "left", "right", "back")
-
 
 def translation(offsets: Floats) -> Floats:
     """Homogeneous matrices (…, 4, 4) of translations (…, 3)."""
@@ -84,4 +81,5 @@ def cuboid(length: float, width: float, height: float) -> Floats:
         for b in range(a + 1, 8)
         if np.count_nonzero(corners[a] != corners[b]) == 1
     ]
-    return corners[np.array(edges)] * np.array([length, width, height]) / 2
+    ends: Floats = corners[np.array(edges)] * np.array([length, width, height]) / 2
+    return ends

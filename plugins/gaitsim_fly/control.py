@@ -52,13 +52,13 @@ def _see(b: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _add_product(total: Buffer, weight: Buffer, value: Buffer) -> None:
-    """total += weight · value, lane by lane. A function of its own, so that it vectorises."""
+    """Add weight · value, lane by lane. A function of its own, so that it vectorises."""
     for i in range(len(total)):
         total[i] += weight[i] * value[i]
 
 
 @njit(inline="always", error_model="numpy")
-def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int) -> int:
+def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int) -> Any:
     """One layer of every lane's network; the place of the next layer's first gene."""
     fan_in = inputs.shape[0]
     bias = first + outputs.shape[0] * fan_in

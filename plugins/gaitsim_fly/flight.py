@@ -10,7 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-
 Buffer = NDArray[np.float64]
 """(BUFFER, LANES) float64: a state's numbers in rows, a lane in each column."""
 

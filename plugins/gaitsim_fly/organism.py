@@ -137,7 +137,8 @@ class Fly(Organism):
     def inertia(self) -> NDArray[np.float64]:
         """Principal moments of inertia of the cuboid, (3,) kg·m²."""
         square = np.array([self.length, self.width, self.height]) ** 2
-        return self.mass / 12 * (square.sum() - square)
+        moments: NDArray[np.float64] = self.mass / 12 * (square.sum() - square)
+        return moments
 
     @property
     def stable_step(self) -> float:

@@ -1,0 +1,42 @@
+"""One generation of the preset fly: 100 flies × 3 s at 1 ms steps, a command every 10 ms.
+
+Beside it: one worker, one fly at a time, and real time.
+"""
+
+from timing import medians, milliseconds, print_figure, print_machine
+
+from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evolution import breed, first_population
+from gaitsim.experiment import load_experiment
+
+BUDGET = 0.040  # seconds
+
+
+def main() -> None:
+    """Print the figures."""
+    print_machine()
+    experiment = load_experiment("fly")
+    genomes = first_population(experiment, experiment.space())
+    flown = 100 * 3.0
+    with Evaluator(experiment) as every, Evaluator(experiment, 1) as one:
+        every.prepare()
+        scores = every.evaluate(genomes).scores
+        together, alone = medians(
+            lambda: every.evaluate(genomes), lambda: one.evaluate(genomes), repeats=40
+        )
+        bred, single = medians(
+            lambda: breed(experiment, experiment.space(), genomes, scores, 2),
+            lambda: judge(experiment, genomes[:1]),
+            repeats=20,
+        )
+    print_figure("evaluating", milliseconds(together), f"budget {milliseconds(BUDGET)}")
+    print_figure("", f"{flown / together:,.0f} × real time")
+    print_figure("one worker", milliseconds(alone), f"{alone / together:.1f} ×")
+    print_figure(
+        "a hundred flies one by one", milliseconds(100 * single), f"{100 * single / together:.1f} ×"
+    )
+    print_figure("breeding", milliseconds(bred))
+
+
+if __name__ == "__main__":
+    main()
