@@ -4,7 +4,19 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli import compare, experiments, export, plot, plugins, resume, run, runs, show, study
+from gaitsim.cli import (
+    compare,
+    experiments,
+    export,
+    plot,
+    plugins,
+    resume,
+    run,
+    runs,
+    show,
+    study,
+    video,
+)
 from gaitsim.cli.help import Command, Group
 
 app = typer.Typer(
@@ -42,6 +54,7 @@ for command in (
     show.show,
     export.export,
     plot.plot,
+    video.video,
     study.study,
     compare.compare,
 ):

@@ -57,6 +57,29 @@ def write_rotating(path: Path, previous: Path, data: bytes) -> None:
         sync_folder(path.parent)
 
 
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary file beside `path` for others to write; it becomes `path` where all goes well.
+
+    For what is too long to hold in memory. Whatever ends the block early leaves `path` as
+    it was, and no temporary file.
+
+    Raises:
+        RunError: the file cannot be written; `path` is whole, and most likely as it was.
+    """
+    with writing(path):
+        partial = _new_name(path.parent)
+        try:
+            yield partial
+            with partial.open("rb+") as file:
+                os.fsync(file.fileno())
+            partial.replace(path)
+            sync_folder(path.parent)
+        finally:
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
+
+
 def set_aside(path: Path, word: str) -> Path:
     """Rename `a.pickle` to the first free one of `a.<word>-1.pickle`, `a.<word>-2.pickle`, …
 

@@ -1,0 +1,181 @@
+"""`gaitsim video`."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from gaitsim.export.video import Video
+
+
+class Format(StrEnum):
+    """The formats of a video."""
+
+    mp4 = "mp4"
+    gif = "gif"
+
+
+class View(StrEnum):
+    """From where the camera looks."""
+
+    iso = "iso"
+    side = "side"
+    top = "top"
+    orbit = "orbit"
+
+
+class Theme(StrEnum):
+    """The colours of a video."""
+
+    light = "light"
+    dark = "dark"
+
+
+def video(
+    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    format: Annotated[
+        Format | None,
+        typer.Option(help="MP4 (H.264) or GIF. Default: as --out ends, or mp4."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
+    ] = None,
+    generation: Annotated[
+        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
+    ] = None,
+    generations: Annotated[
+        str | None,
+        typer.Option(metavar="N,N,…", help="The best of several generations, side by side."),
+    ] = None,
+    view: Annotated[View, typer.Option(help="From where the camera looks.")] = View.iso,
+    theme: Annotated[Theme, typer.Option(help="Colours.")] = Theme.light,
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="Pixels. Default: 1280x720, or 640x360 for a GIF."),
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option(help="Pictures a second. Default: 30, or 25 for a GIF.")
+    ] = None,
+    speed: Annotated[float, typer.Option(help="0.25 is slow motion, 4 is time lapse.")] = 1.0,
+    intro: Annotated[bool, typer.Option(help="Begin with the fitness curve.")] = True,
+) -> None:
+    """Make a video of the champion as it moves: MP4 or GIF.
+
+    [bold]Examples[/bold]
+
+    gaitsim video spider
+
+    gaitsim video spider --generations 1,50,300 --view side
+
+    gaitsim video spider --out spider.gif --speed 0.5 --theme dark --no-intro
+    """
+    import sys
+
+    from gaitsim.cli.console import notice
+    from gaitsim.cli.interrupts import interruptible
+    from gaitsim.export.gait import check_folder
+    from gaitsim.export.video import Look, Video
+    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.reader import Run
+
+    chosen = _format(format, out)
+    look = Look(chosen, _size(size), fps, speed, view.value, theme.value, intro)
+    wanted = _generations(generation, generations)
+    if out is not None:
+        check_folder(out)
+    opened = Run(find_run(run))
+    try:
+        with interruptible():
+            made = Video(opened, wanted, look)
+            path = out or opened.exports() / made.name
+            _write(made, path)
+    except KeyboardInterrupt:
+        notice("Stopped; nothing was written.")
+        sys.exit(130)
+    width, height = look.pixels
+    print(
+        f"{path}: {len(made)} pictures of {width} × {height} at {float(look.rate):g} a second, "
+        f"{float(len(made) / look.rate):.1f} s"
+    )
+
+
+def _write(video: "Video", path: Path) -> None:
+    """Write it with a progress bar."""
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    from gaitsim.cli.console import errors
+
+    console = errors()
+    bar = Progress(
+        TextColumn("{task.description}", style="bold", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("pictures, left"),
+        TimeRemainingColumn(),
+        console=console,
+        disable=not console.is_terminal,
+    )
+    with bar:
+        task = bar.add_task(path.name, total=len(video))
+        video.write(path, lambda: bar.advance(task))
+
+
+def _format(format: Format | None, out: Path | None) -> str:
+    """The format asked for, or the one that the file's name ends with."""
+    from gaitsim.errors import GaitsimError
+
+    if format is not None or out is None:
+        return (format or Format.mp4).value
+    ending = out.suffix[1:].lower()
+    if ending not in Format.__members__:
+        raise GaitsimError(
+            f"{out} does not end with a format of videos",
+            where="--out",
+            allowed=", ".join(f".{known}" for known in Format),
+            remedy="give it such an ending, or say which with --format",
+        )
+    return ending
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    from gaitsim.errors import GaitsimError
+
+    if text is None:
+        return None
+    parts = text.lower().replace("×", "x").split("x")
+    if len(parts) != 2 or not all(part.isdecimal() and len(part) < 7 for part in parts):
+        raise GaitsimError(
+            f"{text!r} is no size of a picture",
+            where="--size",
+            allowed="width x height in pixels, such as 1280x720",
+        )
+    return int(parts[0]), int(parts[1])
+
+
+def _generations(one: int | None, several: str | None) -> list[int]:
+    from gaitsim.errors import GaitsimError
+
+    if several is None:
+        return [] if one is None else [one]
+    if one is not None:
+        raise GaitsimError(
+            "one generation and several are asked for",
+            where="--generation, --generations",
+            allowed="one of the two",
+        )
+    parts = [part.strip() for part in several.split(",")]
+    if not all(part.isdecimal() and len(part) < 10 for part in parts):
+        raise GaitsimError(
+            f"{several!r} are no generations",
+            where="--generations",
+            allowed="numbers with commas between them, such as 1,50,300",
+        )
+    return [int(part) for part in parts]

@@ -1,0 +1,41 @@
+"""Outlines in the picture: limbs, plates, discs."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+
+_ARC = np.linspace(-np.pi / 2, np.pi / 2, 12)  # a round end
+_CIRCLE = np.linspace(0, 2 * np.pi, 25)[:-1]
+
+
+def capsules(ends: Points, radii: Points) -> Points:
+    """Round-ended limbs that taper: ends (limbs, 2, 2) and radii (limbs, 2), in pixels.
+
+    Returns:
+        Their outlines, (limbs, corners, 2).
+    """
+    along = ends[:, 1] - ends[:, 0]
+    angle = np.arctan2(along[:, 1], along[:, 0])
+    turn = angle[:, None, None] + np.stack([_ARC + np.pi, _ARC])  # (limbs, 2, arc)
+    arcs = np.stack([np.cos(turn), np.sin(turn)], axis=-1) * radii[:, :, None, None]
+    return (ends[:, :, None] + arcs).reshape(len(ends), -1, 2)
+
+
+def discs(centres: Points, radius: float) -> Points:
+    """Circles on the ground: centres (discs, 3) -> (discs, corners, 3), metres."""
+    circle = np.zeros((len(_CIRCLE), 3))
+    circle[:, 0], circle[:, 1] = np.cos(_CIRCLE), np.sin(_CIRCLE)
+    return np.asarray(centres[:, None] + radius * circle)
+
+
+def hull(points: Points) -> Points:
+    """Corners of the convex hull of (points, 2), in order; none where it has no area."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    if len(points) < 3:
+        return points[:0]
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:  # all on one line
+        return points[:0]
