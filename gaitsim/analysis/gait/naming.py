@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.analysis.gait.contact import Foot, Stride
 from gaitsim.analysis.gait.exploits import BRIEF
@@ -26,12 +27,15 @@ class Name:
         reason: how near it is, or why there is none.
         distance: to the reference gait in cycles rms, where one was compared.
         lag: of a foot behind the one in front of it in cycles, in a metachronal gait.
+        pattern: phases of that gait, shifted so that it is nearest, by foot in cycles; None
+            for feet that were not compared.
     """
 
     name: str
     reason: str
     distance: float | None = None
     lag: float | None = None
+    pattern: tuple[float | None, ...] = ()
 
 
 def name_of(
@@ -73,13 +77,15 @@ def name_of(
     compared = _in_pairs(phases, relative)
     if compared is None:
         return Name(NONE, "the feet do not stand in pairs, left and right"), {}
-    found, distances = nearest(*compared)
+    chosen, layout = compared
+    found, distances = nearest(phases[chosen], layout)
+    places = iter(found.phases.tolist())
+    pattern = tuple(next(places) if compared_with else None for compared_with in chosen)
     away = f"{found.distance:.3f} cycles from {_described(found.name, found.lag)}"
-    if found.distance > NEAR:
-        return Name(
-            NONE, f"near no reference gait: the nearest is {away}", found.distance
-        ), distances
-    return Name(found.name, away, found.distance, found.lag), distances
+    if found.distance <= NEAR:
+        return Name(found.name, away, found.distance, found.lag, pattern), distances
+    reason = f"near no reference gait: the nearest is {away}"
+    return Name(NONE, reason, found.distance, pattern=pattern), distances
 
 
 def _described(name: str, lag: float | None) -> str:
@@ -89,15 +95,15 @@ def _described(name: str, lag: float | None) -> str:
     return f"a wave that runs {way} by {abs(lag):.2f} cycles a leg"
 
 
-def _in_pairs(phases: Floats, relative: Floats) -> tuple[Floats, Layout] | None:
-    """The feet that are compared with reference gaits, and where they are.
+def _in_pairs(phases: Floats, relative: Floats) -> tuple[NDArray[np.bool_], Layout] | None:
+    """Which feet are compared with reference gaits, (feet,), and where they are.
 
     Those that step, if they make pairs: eight legs of which two are held up can go in a
-    tripod. Else all of them, with those left out that do not step.
+    tripod. Else all of them, of which those count that step.
     """
     steps = ~np.isnan(phases)
     for chosen in (steps, np.ones_like(steps)):
         layout = layout_of(relative[:, chosen])
         if layout is not None:
-            return phases[chosen], layout
+            return chosen, layout
     return None

@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitsim.analysis.gait.intervals import Floats
 from gaitsim.analysis.gait.layout import Layout
-from gaitsim.analysis.gait.phases import distance
+from gaitsim.analysis.gait.phases import fit
 
 NEAR = 0.1  # cycles rms: farther from a pattern, a gait is not called by its name
 _ALTERNATING = {
@@ -24,19 +24,21 @@ _LAGS = np.arange(-45, 46) / 100  # cycles tried between neighbours of a metachr
 _SHALLOW = 0.04  # cycles: with less between neighbours, no wave is seen
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Nearest:
     """A reference gait and how near it is.
 
     Attributes:
         name: of the reference gait.
         distance: to it, root mean square over feet, cycles.
+        phases: of the reference, shifted so that it is nearest, (feet,), cycles.
         lag: of a foot behind the one on its side in front of it, where it was fitted,
             cycles.
     """
 
     name: str
     distance: float
+    phases: Floats
     lag: float | None = None
 
 
@@ -82,13 +84,9 @@ def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float
         phases: (feet,), cycles; NaN for feet that do not step, which are left out.
         layout: which foot is where.
     """
-    known = ~np.isnan(phases)
-    distances = {
-        name: distance(phases[known], pattern[known])
-        for name, pattern in references(layout).items()
-    }
-    best = min(distances, key=lambda name: distances[name])
-    closest = Nearest(best, distances[best])
+    found = [Nearest(name, *fit(phases, pattern)) for name, pattern in references(layout).items()]
+    distances = {one.name: one.distance for one in found}
+    closest = min(found, key=lambda one: one.distance)
     if closest.distance <= NEAR or layout.pairs < 3:
         return closest, distances
     wave = metachronal(phases, layout)
@@ -98,11 +96,10 @@ def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float
 
 def metachronal(phases: Floats, layout: Layout) -> Nearest:
     """The nearest gait in which feet follow one another by the same lag along each side."""
-    known = ~np.isnan(phases)
     found = [
-        Nearest("metachronal", distance(phases[known], pattern[known], starts=8), float(lag))
+        Nearest("metachronal", *fit(phases, pattern, starts=8), float(lag))
         for lag in _LAGS[np.abs(_LAGS) >= _SHALLOW]
         for across in (0.0, 0.5)
-        for pattern in [(layout.side * across + layout.place * lag) % 1]
+        for pattern in [layout.side * across + layout.place * lag]
     ]
     return min(found, key=lambda one: one.distance)

@@ -50,8 +50,13 @@ def _strides_passed(times: Floats, starts: Floats, stride: Stride) -> Floats:
 def circular_mean(cycles: ArrayLike) -> tuple[float, float]:
     """Mean direction of angles in cycles, from 0 to 1, and the length of the mean vector."""
     mean = np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64)).mean()
-    angle = float(np.angle(mean)) / (2 * np.pi) % 1.0
-    return angle if angle < 1 - 1e-9 else 0.0, float(abs(mean))
+    return float(_in_a_cycle(np.angle(mean) / (2 * np.pi))), float(abs(mean))
+
+
+def _in_a_cycle(cycles: ArrayLike) -> Floats:
+    """Phases from 0 to 1; what rounding leaves just below 1 is 0."""
+    phases = np.asarray(cycles, dtype=np.float64) % 1.0
+    return np.where(phases < 1 - 1e-9, phases, 0.0)
 
 
 def wrapped(cycles: NDArray[np.float64]) -> Floats:
@@ -59,19 +64,22 @@ def wrapped(cycles: NDArray[np.float64]) -> Floats:
     return np.asarray((cycles + 0.5) % 1.0 - 0.5)
 
 
-def distance(phases: Floats, pattern: Floats, starts: int = 32) -> float:
-    """Root mean square circular distance of two phase patterns, cycles.
+def fit(phases: Floats, pattern: Floats, starts: int = 32) -> tuple[float, Floats]:
+    """Root mean square circular distance of two phase patterns in cycles, and the second shifted.
 
-    The least over all common offsets, exactly: at the least one the mean of the
+    The least distance over all common shifts, exactly: at the least one the mean of the
     differences is zero, which is gone to from evenly spread ones.
 
     Args:
-        phases: (feet,), cycles.
+        phases: (feet,), cycles; NaN for feet that are left out.
         pattern: (feet,), cycles.
-        starts: how many offsets are tried.
+        starts: how many shifts are tried.
     """
-    away = phases - pattern
-    offset = np.arange(starts)[:, None] / starts
+    known = ~np.isnan(phases)
+    away = (phases - pattern)[known]
+    shift = np.arange(starts)[:, None] / starts
     for _ in range(4):
-        offset = offset + wrapped(away - offset).mean(axis=1, keepdims=True)
-    return float(np.sqrt((wrapped(away - offset) ** 2).mean(axis=1)).min())
+        shift = shift + wrapped(away - shift).mean(axis=1, keepdims=True)
+    distances = np.sqrt((wrapped(away - shift) ** 2).mean(axis=1))
+    best = int(np.argmin(distances))
+    return float(distances[best]), _in_a_cycle(pattern + shift[best])

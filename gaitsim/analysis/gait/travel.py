@@ -19,7 +19,7 @@ class Travel:
 
     Attributes:
         seconds: how long the gait is, from its first frame to its last.
-        forward, lateral: displacement along x and to the left.
+        forward, lateral, climb: displacement along x, to the left, and up.
         path: length of the centre's path, seen from above.
         speed: displacement, seen from above, over time.
         straightness: displacement over path; 1 is a straight line.
@@ -36,6 +36,7 @@ class Travel:
     seconds: float
     forward: float
     lateral: float
+    climb: float
     path: float
     speed: float
     straightness: float | None
@@ -77,6 +78,7 @@ def travel_of(skeleton: Skeleton, joint_angles: Array | None) -> Travel:
         seconds=seconds,
         forward=float(moved[0]),
         lateral=float(moved[1]),
+        climb=float(moved[2]),
         path=length,
         speed=speed,
         straightness=straight / length if length else None,

@@ -1,0 +1,152 @@
+"""Joint angles out of a file, as `gaitsim export` and `gaitsim imitate` write them."""
+
+import csv
+import io
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+
+LARGEST = 256 * 2**20  # bytes, of a file and of what is packed in it
+_ANGLES = ("joint_angles", "bestGait")
+_RATE = ("frame_rate", "frameRate")
+_NAMES = ("joint_names", "jointNames")
+_ALLOWED = (
+    "a .csv with a column time_s and one a joint, or a .npz or .mat with joint_angles or "
+    "bestGait, (frames, joints) in radians"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class GaitFile:
+    """Joint angles over time, as a file has them.
+
+    Attributes:
+        path: the file.
+        angles: (frames, joints) float64, radians.
+        frame_rate: frames a second, Hz; None where the file does not say.
+        joint_names: name of each joint; () where the file does not say.
+    """
+
+    path: Path
+    angles: NDArray[np.float64]
+    frame_rate: float | None
+    joint_names: tuple[str, ...]
+
+    def in_order(self, joints: Sequence[str]) -> NDArray[np.float64]:
+        """The angles in the order of a body's joints.
+
+        Raises:
+            GaitsimError: they are of other joints.
+        """
+        if not self.joint_names and self.angles.shape[1] == len(joints):
+            return self.angles
+        if sorted(self.joint_names) == sorted(joints):
+            return self.angles[:, [self.joint_names.index(joint) for joint in joints]]
+        foreign = [name for name in self.joint_names if name not in joints]
+        named = f", such as {foreign[0]!r}" if foreign else ""
+        raise GaitsimError(
+            f"{self.path} holds {self.angles.shape[1]} joints{named}, which are not this body's",
+            allowed=f"{len(joints)} joints: {', '.join(joints[:4])} …",
+            remedy="take a gait of the same body",
+        )
+
+
+def read_gait(path: Path) -> GaitFile:
+    """Read a gait file, .csv, .npz or .mat; nothing in it is executed.
+
+    Raises:
+        GaitsimError: it cannot be read, is too large, or holds no gait.
+    """
+    readers: dict[str, Callable[[bytes], Mapping[str, Any]]] = {
+        ".csv": _csv,
+        ".npz": _npz,
+        ".mat": _mat,
+    }
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise GaitsimError(f"{path} does not end with a format of gait files", allowed=_ALLOWED)
+    data = _bytes(path)
+    try:
+        return _checked(path, reader(data))
+    except GaitsimError:
+        raise
+    # What foreign bytes do to the readers of three formats is not foreseen.
+    except Exception as error:
+        raise _refused(path, f"{type(error).__name__}: {error}".rstrip(": ")) from None
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise GaitsimError(
+            f"cannot read the gait file {path}: {reason}", remedy="check the path"
+        ) from None
+    if len(data) > LARGEST:
+        raise GaitsimError(f"{path} is too large", allowed=f"at most {LARGEST:,} bytes")
+    return data
+
+
+def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
+    found = next((fields[name] for name in _ANGLES if name in fields), None)
+    if found is None:
+        raise _refused(path, f"it has none of {' and '.join(_ANGLES)}")
+    angles = np.asarray(found)
+    if angles.dtype.kind not in "fiu" or angles.ndim != 2 or len(angles) < 2:
+        raise _refused(path, f"its angles are {angles.dtype} of the shape {angles.shape}")
+    angles = angles.astype(np.float64)
+    if not np.isfinite(angles).all():
+        raise _refused(path, "its angles are not all finite")
+    rate = next((float(np.ravel(fields[name])[0]) for name in _RATE if name in fields), None)
+    if rate is not None and not 0 < rate < np.inf:
+        raise _refused(path, f"its frame rate is {rate}")
+    given = next((fields[name] for name in _NAMES if name in fields), ())
+    # A cell array of MATLAB holds an array for each text.
+    names = tuple(str(np.ravel(name)[0]) for name in np.ravel(given))
+    if names and len(names) != angles.shape[1]:
+        raise _refused(path, f"it names {len(names)} joints of {angles.shape[1]}")
+    return GaitFile(path, angles, rate, names)
+
+
+def _refused(path: Path, reason: str) -> GaitsimError:
+    return GaitsimError(f"{path} holds no gait: {reason}", allowed=_ALLOWED)
+
+
+def _npz(data: bytes) -> Mapping[str, Any]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(member.file_size for member in archive.infolist()) > LARGEST:
+            raise ValueError(f"unpacked it is larger than {LARGEST:,} bytes")
+    with np.load(io.BytesIO(data), allow_pickle=False) as file:
+        wanted = {*_ANGLES, *_RATE, *_NAMES}
+        return {name: file[name] for name in file.files if name in wanted}
+
+
+def _mat(data: bytes) -> Mapping[str, Any]:
+    from scipy.io import loadmat
+
+    # The stubs know paths alone.
+    read: Mapping[str, Any] = loadmat(
+        io.BytesIO(data),  # type: ignore[arg-type]
+        variable_names=[*_ANGLES, *_RATE, *_NAMES],
+    )
+    return read
+
+
+def _csv(data: bytes) -> Mapping[str, Any]:
+    text = io.StringIO(data.decode("utf-8-sig"))
+    header = next(csv.reader([text.readline()]), [])
+    if header[:1] != ["time_s"]:
+        raise ValueError("its first column is not time_s")
+    table = np.loadtxt(text, delimiter=",", comments=None, ndmin=2)
+    times = table[:, 0]
+    rate = {"frame_rate": (len(times) - 1) / (times[-1] - times[0])} if len(times) > 1 else {}
+    return {"joint_angles": table[:, 1:], "joint_names": np.array(header[1:]), **rate}

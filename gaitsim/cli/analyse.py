@@ -1,0 +1,116 @@
+"""`gaitsim analyse`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gaitsim.cli.run import Json
+
+if TYPE_CHECKING:
+    from gaitsim.analysis.subject import Subject
+    from gaitsim.runs.reader import Run
+
+
+def analyse(
+    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    generation: Annotated[
+        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
+    ] = None,
+    gait: Annotated[
+        Path | None,
+        typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
+    ] = None,
+    perturb: Annotated[
+        bool, typer.Option("--perturb", help="Play it again with late and inexact servos.")
+    ] = False,
+    figure: Annotated[
+        Path | None, typer.Option(help="PNG, SVG or PDF of footfalls, phases and stability.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say which gait emerged, and why it scored.
+
+    [bold]Examples[/bold]
+
+    gaitsim analyse spider
+
+    gaitsim analyse spider --perturb
+
+    gaitsim analyse spider --generation 10 --figure gait.pdf
+
+    gaitsim analyse spider --gait my-gait.csv --json
+    """
+    from gaitsim.analysis.gait import analyse_gait
+    from gaitsim.analysis.perturb import perturb as perturbed
+    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.reader import Run
+
+    if figure is not None:
+        from gaitsim.export.plots import check_target
+
+        check_target(figure)
+    opened = Run(find_run(run))
+    subject = _subject(opened, generation, gait)
+    history = opened.history
+    found = analyse_gait(subject.skeleton, subject.joint_angles)
+    first_best = float(history["best"][0]) if history else None
+    if figure is not None:
+        from gaitsim.export.gait_figure import plot_gait
+
+        plot_gait(found, subject.title, figure)
+    robustness = perturbed(subject, first_best) if perturb else None
+    if json:
+        from gaitsim.cli.console import print_json
+
+        print_json(_plain(opened, subject, found, robustness, figure))
+        return
+    from gaitsim.cli.gait_view import print_gait
+    from gaitsim.cli.why_view import print_robustness, print_why
+
+    print_gait(subject, found)
+    print_why(subject, history)
+    if robustness is not None:
+        print_robustness(robustness)
+    if figure is not None:
+        print(f"\n{figure}")
+
+
+def _subject(run: "Run", generation: int | None, gait: Path | None) -> "Subject":
+    from gaitsim.analysis.gait_file import read_gait
+    from gaitsim.analysis.subject import champion, from_file
+    from gaitsim.errors import GaitsimError
+    from gaitsim.runs.replay import replay
+
+    if gait is None:
+        return champion(replay(run, generation))
+    if generation is not None:
+        raise GaitsimError(
+            "--generation and --gait each say what to analyse", remedy="give one of them"
+        )
+    return from_file(read_gait(gait), run.experiment)
+
+
+def _plain(
+    run: "Run", subject: "Subject", found: Any, robustness: Any, figure: Path | None
+) -> dict[str, Any]:
+    from gaitsim.analysis import plain
+    from gaitsim.analysis.why import changes, course, in_words
+
+    history, generation = run.history, subject.generation
+    return {
+        "run": str(run.path),
+        "subject": subject.title,
+        "generation": generation,
+        "score": subject.score,
+        "recorded_score": subject.recorded,
+        "terms": subject.terms,
+        **plain.gait(found),
+        "terms_over_time": plain.course(course(subject)),
+        "terms_over_generations": (
+            None if generation is None else plain.changes(*changes(history, generation))
+        ),
+        "why": list(in_words(subject.terms, history, generation)),
+        "robustness": plain.robustness(robustness) if robustness else None,
+        "figure": str(figure) if figure else None,
+    }

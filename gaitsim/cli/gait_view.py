@@ -1,0 +1,174 @@
+"""How a gait is shown in a terminal: its name, footfalls, steps, travel and warnings."""
+
+import math
+
+import numpy as np
+from rich.text import Text
+
+from gaitsim.analysis.gait import Footfalls, Gait
+from gaitsim.analysis.subject import Subject
+from gaitsim.cli.console import number, output, table, visible
+
+WIDTH = 80
+SIGNS = 62  # of a row of the diagram, the foot's name before it
+STRIDES = 3  # shown, where they fit
+FEET = 24  # shown at most
+NAME = 14  # characters of a foot's name shown at most
+DOWN, UP = "█", "·"
+COLOURS = ("cyan", "yellow")  # left and right feet; others have no colour
+UNNAMED = ("none", "standing")
+
+
+def print_gait(subject: Subject, gait: Gait) -> None:
+    """All of it but the score."""
+    console = output()
+    console.print(subject.title, style="bold", markup=False)
+    found = gait.name
+    style = "bold" if found.name in UNNAMED else "bold green"
+    console.print(Text.assemble("Gait: ", (found.name, style), f", {found.reason}"))
+    for flag in gait.flags:
+        console.print(Text(f"Likely exploit: {flag.name}. {visible(flag.seen)}", style="red"))
+    if gait.footfalls is not None:
+        _print_footfalls(gait.footfalls, gait.frame_rate)
+    _print_travel(gait)
+    for missing in gait.missing:
+        console.print(Text(f"Not to be had: {missing}.", style="yellow"))
+
+
+def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
+    console = output()
+    stride = found.stride
+    if stride is not None:
+        console.print(
+            f"{stride.frequency:.2f} strides a second, {stride.frames:.1f} frames each; "
+            f"{stride.periodicity:.2f} alike from one to the next"
+        )
+    console.print()
+    for line in diagram(found, frame_rate):
+        console.print(line, no_wrap=True, crop=False)
+    console.print()
+    made = table(
+        "foot",
+        "duty factor",
+        "stance s",
+        "swing s",
+        "steps",
+        "phase",
+        "consistency",
+        numbers=("duty factor", "stance s", "swing s", "steps", "phase", "consistency"),
+    )
+    rows = list(zip(found.feet, found.phases, found.consistency, strict=True))
+    for foot, phase, consistency in rows[:FEET]:
+        made.add_row(
+            _short(foot.name),
+            number(foot.duty_factor, 2),
+            _or_dash(foot.stance, 3),
+            _or_dash(foot.swing, 3),
+            str(len(foot.touch_downs)),
+            _or_dash(float(phase), 2),
+            _or_dash(float(consistency), 2),
+        )
+    console.print(made, markup=False)
+    if len(rows) > FEET:
+        console.print(f"and {len(rows) - FEET} more feet; --json has them all")
+    console.print()
+
+
+def diagram(found: Footfalls, frame_rate: float) -> list[Text]:
+    """Footfalls over some strides, a row a foot (Hildebrand 1965), at most 80 columns wide.
+
+    A bar is a foot on the ground. Where a sign stands for several frames, it is what the
+    foot does in most of them.
+    """
+    frames, feet = found.touching.shape
+    stride = found.stride.frames if found.stride else 0.0
+    start = _start(found) if stride else 0
+    wanted = min(frames - start, math.ceil(stride * STRIDES) if stride else SIGNS)
+    if stride and wanted > SIGNS >= stride:
+        wanted = int(SIGNS // stride * stride)
+    each = max(1, math.ceil(wanted / SIGNS))
+    shown = found.touching[start : start + wanted]
+    label = max(len(_short(foot.name)) for foot in found.feet) + 1
+    lines = []
+    for index, foot in enumerate(found.feet[:FEET]):
+        signs = "".join(
+            DOWN if part.mean() >= 0.5 else UP
+            for part in np.split(shown[:, index], range(each, len(shown), each))
+        )
+        side = 0 if index < feet / 2 else 1
+        lines.append(Text.assemble(_short(foot.name).ljust(label), (signs, COLOURS[side])))
+    width = len(lines[0]) - label
+    begin, end = f"{start / frame_rate:.2f} s", f"{(start + len(shown)) / frame_rate:.2f} s"
+    scale = f"a sign is {1000 * each / frame_rate:.0f} ms"
+    line = begin + scale.center(max(0, width - len(begin) - len(end))) + end
+    if len(begin) + len(end) + len(scale) + 2 > width:
+        line = f"from {begin} to {end}, {scale}"
+    return [*lines, Text(" " * label + line, style="dim")]
+
+
+def _start(found: Footfalls) -> int:
+    """The second touch-down of the first foot that steps: past what a gait needs to settle."""
+    first = next((foot for foot in found.feet if foot.steps), None)
+    return first.touch_downs[1] if first and len(first.touch_downs) > STRIDES + 1 else 0
+
+
+def _print_travel(gait: Gait) -> None:
+    travel, found = gait.travel, gait.footfalls
+    made = table("measure", "value", "", "what it is", numbers=("value",))
+
+    def add(name: str, value: float | None, unit: str, meaning: str, digits: int = 3) -> None:
+        made.add_row(name, _or_dash(value, digits), unit, meaning)
+
+    add("speed", travel.speed, "m/s", f"displacement over {travel.seconds:.2f} s")
+    add("forward", travel.forward, "m", "displacement along x")
+    add("lateral", travel.lateral, "m", "displacement to the left")
+    if found is None:
+        add("climb", travel.climb, "m", "displacement upwards")
+    add("drift", travel.drift, "m", "greatest distance from the starting line")
+    add("straightness", travel.straightness, "", "displacement over length of path")
+    add("yaw", _degrees(travel.yaw), "°", "turn to the left at the end", 1)
+    add("yaw range", _degrees(travel.yaw_range), "°", "between its furthest headings", 1)
+    if found is not None:
+        add("Froude number", travel.froude, "", "speed² / (g · height of the centre)", 4)
+        add("slip ratio", found.slip.ratio, "", "slide of standing feet over length of path")
+        add(
+            "least margin",
+            _millimetres(float(found.margin.min())),
+            "mm",
+            "static stability, worst moment",
+            1,
+        )
+        add(
+            "median margin",
+            _millimetres(float(np.median(found.margin))),
+            "mm",
+            "static stability, half of the time above",
+            1,
+        )
+        add("unsupported", 100 * float(np.mean(found.margin < 0)), "%", _unsupported(found), 1)
+    if travel.joint_travel is not None:
+        add("joint travel", travel.joint_travel, "rad/m", "all joints, a metre; no energy", 1)
+    output().print(made, markup=False)
+
+
+def _unsupported(found: Footfalls) -> str:
+    if found.lying > 0:
+        return f"by feet; the trunk lies on the ground {100 * found.lying:.0f} % of the time"
+    return "of the time, centre outside the support"
+
+
+def _degrees(value: float | None) -> float | None:
+    return None if value is None else math.degrees(value)
+
+
+def _millimetres(value: float) -> float | None:
+    return 1000 * value if math.isfinite(value) else None
+
+
+def _or_dash(value: float | None, digits: int) -> str:
+    return "–" if value is None or not math.isfinite(value) else number(value, digits)
+
+
+def _short(name: str) -> str:
+    clean = visible(name)
+    return clean if len(clean) <= NAME else clean[: NAME - 1] + "…"
