@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli import (
+    analyse,
     compare,
     experiments,
     export,
@@ -55,6 +56,7 @@ for command in (
     export.export,
     plot.plot,
     video.video,
+    analyse.analyse,
     study.study,
     compare.compare,
 ):
