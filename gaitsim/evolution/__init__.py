@@ -3,5 +3,15 @@
 from gaitsim.evolution.breeding import breed, first_population
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.loop import evolve, stop_reason
+from gaitsim.evolution.stage import rescored, stage_progress
 
-__all__ = ["Generation", "Progress", "breed", "evolve", "first_population", "stop_reason"]
+__all__ = [
+    "Generation",
+    "Progress",
+    "breed",
+    "evolve",
+    "first_population",
+    "rescored",
+    "stage_progress",
+    "stop_reason",
+]

@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Plugin, Selection
+from gaitsim.contracts import Array, BitSpace, Genomes, GenomeSpace, Plugin, Selection
 from gaitsim.evaluation.judge import broken
 from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
@@ -41,6 +41,29 @@ def first_populations(experiment: Experiment, space: GenomeSpace, populations: i
     if not belongs:
         raise broken(experiment, "organism", "draws genomes that are not of its own space")
     return genomes.reshape(populations, size, space.genes)
+
+
+def population_from(experiment: Experiment, space: GenomeSpace, start: Array) -> Genomes:
+    """Generation 1 out of one genome: itself, then its mutations.
+
+    The experiment's own mutation makes them, with its options as they are at generation 1
+    and the random stream of that generation's mutation, which a population that is drawn
+    leaves unused.
+
+    Args:
+        experiment: its scheme and seed.
+        space: the genome space.
+        start: (genes,), of the space.
+
+    Returns:
+        (population, genes): the genome itself first.
+
+    Raises:
+        PluginError: the mutation fails or breaks its contract; names its package.
+    """
+    copies = np.tile(start, (experiment.evolution.population - 1, 1))
+    mutants = _mutated(experiment, space, copies, 1)
+    return np.concatenate([start[None], mutants])
 
 
 def breed(
@@ -101,7 +124,6 @@ def breed_each(
     best = np.argsort(-scores, axis=1, kind="stable")[:, :elites]
     selection = _at(experiment, "selection", experiment.selection, generation)
     crossover = _at(experiment, "crossover", experiment.crossover, generation)
-    mutation = _at(experiment, "mutation", experiment.mutation, generation)
     pairs = -(-wanted // crossover.children)
     # Each operator gets arrays of its own: what it changes in them is seen by no other.
     parents = _parents(
@@ -125,20 +147,27 @@ def breed_each(
     # First children of all pairs, then second ones: brought together by population.
     families = children.reshape(crossover.children, populations, pairs, genes)
     families = families.swapaxes(0, 1).reshape(populations, -1, genes)[:, :wanted]
-    with containing(experiment.entries["mutation"], "mutating children"):
-        children = mutation.mutate(
-            families.reshape(-1, genes),
-            space,
-            stream(experiment.seed, generation, Purpose.MUTATION),
-        )
-    _hold_children(experiment, "mutation", children, populations * wanted, space)
-    with containing(experiment.entries["organism"], "confining genomes"):
-        children = space.confine(children)
-        belong = space.contains(children) and len(children) == populations * wanted
-    if not belong:
-        raise broken(experiment, "organism", "confines genomes to ones that are not of its space")
+    children = _mutated(experiment, space, families.reshape(-1, genes), generation)
     kept = np.take_along_axis(genomes, best[:, :, None], axis=1)
     return np.concatenate([kept, children.reshape(populations, wanted, genes)], axis=1)
+
+
+def _mutated(
+    experiment: Experiment, space: GenomeSpace, genomes: Genomes, generation: int
+) -> Genomes:
+    """The genomes mutated and confined to the space, (individuals, genes)."""
+    mutation = _at(experiment, "mutation", experiment.mutation, generation)
+    with containing(experiment.entries["mutation"], "mutating children"):
+        mutants = mutation.mutate(
+            genomes, space, stream(experiment.seed, generation, Purpose.MUTATION)
+        )
+    _hold_children(experiment, "mutation", mutants, len(genomes), space)
+    with containing(experiment.entries["organism"], "confining genomes"):
+        mutants = space.confine(mutants)
+        belong = space.contains(mutants) and len(mutants) == len(genomes)
+    if not belong:
+        raise broken(experiment, "organism", "confines genomes to ones that are not of its space")
+    return mutants
 
 
 _Scheduled = TypeVar("_Scheduled", bound=Plugin)

@@ -18,12 +18,14 @@ class Progress:
         best_score: the best score so far, −inf where none was finite.
         stagnation: generations since the best score last rose.
         threshold: score that the next champion must beat, None where none is kept.
+        stage: of a run whose experiment was changed on the way, counted from 1.
     """
 
     evaluations: int
     best_score: float
     stagnation: int
     threshold: float | None
+    stage: int = 1
 
 
 @dataclass(frozen=True, eq=False)

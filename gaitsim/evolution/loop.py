@@ -12,10 +12,10 @@ import math
 import time
 from collections.abc import Callable, Iterator
 
-from gaitsim.contracts import Genomes
+from gaitsim.contracts import Array, Genomes
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.judge import hold_terms
-from gaitsim.evolution.breeding import breed, first_population
+from gaitsim.evolution.breeding import breed, first_population, population_from
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.experiment import Evolution, Experiment
 from gaitsim.registry import containing
@@ -25,6 +25,7 @@ def evolve(
     experiment: Experiment,
     evaluate: Callable[[Genomes], Evaluation],
     after: Generation | None = None,
+    start: Array | None = None,
 ) -> Iterator[Generation]:
     """Evolve generation after generation until a stop condition holds.
 
@@ -32,6 +33,7 @@ def evolve(
         experiment: what to evolve, and how.
         evaluate: scores a population.
         after: the generation to go on from; None begins with the first.
+        start: a genome, (genes,), that the first population is made of; None draws it.
 
     Yields:
         Each finished generation; the last one says in `stop` why it is the last.
@@ -41,11 +43,14 @@ def evolve(
     """
     space = experiment.space()
     while after is None or not stop_reason(experiment.evolution, after.number, after.progress):
-        start = time.perf_counter()
+        begun = time.perf_counter()
         if after is None:
             number = 1
             before = Progress(0, -math.inf, -1, experiment.evolution.fitness_threshold)
-            genomes = first_population(experiment, space)
+            if start is None:
+                genomes = first_population(experiment, space)
+            else:
+                genomes = population_from(experiment, space, start)
         else:
             number, before = after.number + 1, after.progress
             genomes = breed(experiment, space, after.genomes, after.scores, number)
@@ -63,7 +68,7 @@ def evolve(
             evaluation=evaluation,
             progress=progress,
             diversity=diversity,
-            seconds=time.perf_counter() - start,
+            seconds=time.perf_counter() - begun,
             is_champion=is_champion,
             stop=stop_reason(experiment.evolution, number, progress),
         )
@@ -88,6 +93,7 @@ def advance(
         best_score=max(best, before.best_score),
         stagnation=0 if rose else before.stagnation + 1,
         threshold=threshold,
+        stage=before.stage,
     )
     return progress, is_champion
 
