@@ -48,7 +48,7 @@ def course(subject: Subject) -> Course | GaitsimError:
     """
     frames = len(subject.skeleton.segments)
     keeps = np.unique(np.linspace(0, frames, PARTS + 1)[1:].round().astype(int))
-    keeps = keeps[keeps > 1]
+    keeps = keeps[keeps >= min(2, frames)]
     needs = subject.experiment.fitness.needs
     try:
         rows = [terms_of(subject.experiment, cut(subject.motion, needs, frames, keep))

@@ -33,7 +33,7 @@ def trunk(skeleton: Skeleton) -> Floats:
     for frame in looked_at:
         distance = np.linalg.norm(points[frame, :, None] - points[frame], axis=-1)
         least, most = np.minimum(least, distance), np.maximum(most, distance)
-    rigid = most - least < _RIGID * size(skeleton)
+    rigid = most - least <= _RIGID * size(skeleton)
     places = np.unique(points[0].round(9), axis=0, return_inverse=True)[1].ravel()
     groups = [rigid[2 * segment] & rigid[2 * segment + 1] for segment in range(segments.shape[1])]
     best: NDArray[np.bool_] = max(groups, key=lambda group: len(np.unique(places[group])))
