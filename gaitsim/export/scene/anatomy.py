@@ -1,4 +1,4 @@
-"""What a skeleton looks like: how thick its limbs are, and which of its segments frame a body."""
+"""What a skeleton looks like: how thick its limbs are, and which segments frame something."""
 
 from dataclasses import dataclass
 
@@ -9,6 +9,11 @@ from gaitsim.contracts import Skeleton
 
 THICKNESS = 0.13  # a limb's radius, in lengths of the middle segment
 SLENDER = 0.022  # and at most, in spans of the body
+FREE, TRUNK = 0.6, 2.2  # of that radius: a free end, and what limbs are hinged on
+_SAME = 1e-6  # spans: ends of segments that are nearer to each other are one joint
+
+Face = tuple[int, ...]
+"""Ends of segments, as indices into (segments × 2), in order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,74 +24,139 @@ class Anatomy:
         limbs: indices of the segments that are limbs, (limbs,).
         radii: of both ends of each limb, (limbs, 2) m.
         trunks: which of them are what others are hinged on, (limbs,).
-        plates: segments that form a closed loop, such as a body's outline or a wing.
+        plates: corners of closed loops, such as a body's outline or a wing.
         plate_radii: half of each plate's thickness, m.
+        solids: faces, seen from outside counter-clockwise, of what segments frame in
+            three dimensions, such as a cuboid.
         span: of the body, m.
     """
 
     limbs: NDArray[np.intp]
     radii: NDArray[np.float64]
     trunks: NDArray[np.bool_]
-    plates: tuple[tuple[int, ...], ...]
+    plates: tuple[Face, ...]
     plate_radii: tuple[float, ...]
+    solids: tuple[tuple[Face, ...], ...]
     span: float
 
 
 def anatomy(skeleton: Skeleton) -> Anatomy:
     """Look at a skeleton.
 
-    A limb is thick where it joins others or the body and thin at its free end; a segment
-    that joins nothing at its ends and touches nothing, such as a spine, is a trunk.
+    Segments that close on themselves frame a plate or a solid. The others are limbs: thick
+    where they join others or the body, thin at a free end. A segment that joins nothing at
+    its ends and touches nothing, such as a spine, is a trunk.
     """
     segments = skeleton.segments.astype(np.float64)
     lengths = np.median(np.linalg.norm(segments[:, :, 1] - segments[:, :, 0], axis=-1), axis=0)
     about = segments - np.asarray(skeleton.path, dtype=np.float64)[:, None, None]
     span = max(float(np.ptp(about.reshape(-1, 3), axis=0).max()), 1e-6)
-    plates = _loops(segments, 1e-6 * span)
-    framed = {index for plate in plates for index in plate}
-    limbs = np.array([i for i in range(len(skeleton.names)) if i not in framed], dtype=np.intp)
+    joints = _joints(segments, _SAME * span)
+    ends = segments[0].reshape(-1, 3)
+    plates, solids, framed = [], [], set[int]()
+    for frame in _frames(joints):
+        loop = _loop(frame, joints)
+        faces = () if loop else _faces(ends, frame)
+        if loop or faces:
+            framed.update(frame)
+            plates += [loop] if loop else []
+            solids += [faces] if faces else []
+    limbs = np.array([i for i in range(len(joints)) if i not in framed], dtype=np.intp)
     usual = float(np.median(lengths[limbs])) if len(limbs) else span
     radius = max(min(THICKNESS * usual, SLENDER * span), 0.004 * span)
-    ends = segments[0].reshape(-1, 3)
-    near = np.linalg.norm(ends[:, None] - ends, axis=-1) < 1e-6 * span
-    shared = (near.sum(axis=1) > 1).reshape(-1, 2)
-    radii = np.where(shared, 1.0, 0.6)
-    lonely = np.zeros(len(radii), dtype=np.bool_)
-    if skeleton.contacts is not None:
-        feet = skeleton.contacts[0].astype(np.float64)
-        foot = (np.linalg.norm(ends[:, None] - feet, axis=-1) < 1e-3 * span).any(axis=1)
-        lonely = ~(shared | foot.reshape(-1, 2)).any(axis=1)
-        radii[lonely] = 2.2
-        radii[~foot.reshape(-1, 2) & ~lonely[:, None]] = 1.0
-    shortest = [float(lengths[list(plate)].min()) for plate in plates]
+    shares, trunks = _shares(skeleton, joints, ends, span)
+    thin = [0.012 if len(plate) == 3 else 0.04 for plate in plates]
+    shortest = [min(lengths[end // 2] for end in plate) for plate in plates]
     return Anatomy(
         limbs,
-        radius * radii[limbs],
-        lonely[limbs],
-        plates,
-        tuple(0.04 * length for length in shortest),
+        radius * shares[limbs],
+        trunks[limbs],
+        tuple(plates),
+        tuple(float(share * length) for share, length in zip(thin, shortest, strict=True)),
+        tuple(solids),
         span,
     )
 
 
-def _loops(segments: NDArray[np.float64], tolerance: float) -> tuple[tuple[int, ...], ...]:
-    """Runs of segments, each beginning where the one before ends, that close on themselves."""
-    starts, ends = segments[0, :, 0], segments[0, :, 1]
-    found: list[tuple[int, ...]] = []
-    first = 0
-    while first < len(starts):
-        last = first
-        while last + 1 < len(starts) and _near(ends[last], starts[last + 1], tolerance):
-            last += 1
-            if last - first >= 2 and _near(ends[last], starts[first], tolerance):
-                found.append(tuple(range(first, last + 1)))
-                break
-        else:
-            first += 1
-            continue
-        first = last + 1
-    return tuple(found)
+def _joints(segments: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]:
+    """A number for each end of each segment, (segments, 2); ends that stay together share it."""
+    some = segments[[0, len(segments) // 2, -1]].reshape(3, -1, 3)
+    numbers = np.arange(some.shape[1])
+    for end in range(some.shape[1]):
+        near = (np.abs(some[:, :end] - some[:, end, None]) <= tolerance).all(axis=(0, 2))
+        if near.any():
+            numbers[end] = numbers[int(near.argmax())]
+    return numbers.reshape(-1, 2)
 
 
-def _near(one: NDArray[np.float64], other: NDArray[np.float64], tolerance: float) -> bool:
-    return float(np.linalg.norm(one - other)) <= tolerance
+def _frames(joints: NDArray[np.intp]) -> list[list[int]]:
+    """Groups of connected segments without a free end: what is left when limbs are taken off."""
+    left = [i for i, (one, other) in enumerate(joints) if one != other]
+    while True:
+        counts = np.bincount(joints[left].ravel(), minlength=joints.size)
+        closed = [i for i in left if counts[joints[i]].min() > 1]
+        if len(closed) == len(left):
+            break
+        left = closed
+    groups: list[list[int]] = []
+    for segment in left:
+        touched = [g for g in groups if np.isin(joints[g], joints[segment]).any()]
+        groups = [g for g in groups if g not in touched]
+        groups.append(sorted([segment, *(i for group in touched for i in group)]))
+    return sorted(groups)
+
+
+def _loop(frame: list[int], joints: NDArray[np.intp]) -> Face:
+    """The corners of a simple loop in order, or () where segments branch."""
+    if len(frame) < 3 or len(np.unique(joints[frame])) != len(frame):
+        return ()
+    rest = list(frame)
+    corners, at = [], joints[rest[0], 0]
+    while rest:
+        found = [(i, end) for i in rest for end in (0, 1) if joints[i, end] == at]
+        if not found:
+            return ()
+        segment, end = found[0]
+        corners.append(2 * segment + end)
+        at = joints[segment, 1 - end]
+        rest.remove(segment)
+    return tuple(corners)
+
+
+def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
+    """The faces of the convex hull of a group's ends, (); where it has no volume."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    own = np.array([2 * segment + end for segment in frame for end in (0, 1)])
+    try:
+        hull = ConvexHull(ends[own])
+    except QhullError:
+        return ()
+    middle = ends[own].mean(axis=0)
+    faces = []
+    for plane in np.unique(np.round(hull.equations, 6), axis=0):
+        triangles = hull.simplices[(np.abs(hull.equations - plane) < 1e-5).all(axis=1)]
+        corners = own[np.unique(triangles)]
+        away = ends[corners] - ends[corners].mean(axis=0)
+        across = np.cross(plane[:3], away[0])
+        order = np.argsort(np.arctan2(away @ across, away @ away[0]))
+        assert (ends[corners].mean(axis=0) - middle) @ plane[:3] > 0, "normals point outwards"
+        faces.append(tuple(int(corner) for corner in corners[order]))
+    return tuple(faces)
+
+
+def _shares(
+    skeleton: Skeleton, joints: NDArray[np.intp], ends: NDArray[np.float64], span: float
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """How thick each end of each segment is, (segments, 2), and which segments are trunks."""
+    shared = np.bincount(joints.ravel(), minlength=joints.size)[joints] > 1
+    shares = np.where(shared, 1.0, FREE)
+    if skeleton.contacts is None:
+        return shares, np.zeros(len(joints), dtype=np.bool_)
+    feet = skeleton.contacts[0].astype(np.float64)
+    foot = (np.linalg.norm(ends[:, None] - feet, axis=-1) < 1e-3 * span).any(axis=1)
+    foot = foot.reshape(-1, 2)
+    trunks = ~(shared | foot).any(axis=1)
+    shares[~foot] = 1.0
+    shares[trunks] = TRUNK
+    return shares, trunks

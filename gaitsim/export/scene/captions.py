@@ -18,13 +18,14 @@ def step(metres: float) -> str:
 def moment(take: Take, pose: Pose, seconds: float) -> str:
     """Time, distance and, of what flies, altitude, in words of constant width."""
     away = float(np.hypot(*(pose.middle - take.path[0])[:2]))
-    return _moment(take, min(seconds, take.seconds), away, float(pose.middle[2]))
+    return _moment(take, min(seconds, take.seconds), away, float(pose.middle[2]) + take.floor)
 
 
 def longest_moment(take: Take) -> str:
     """A text about as wide as the widest of `moment`."""
     away = float(np.hypot(*(take.path - take.path[0])[:, :2].T).max())
-    return _moment(take, take.seconds, away, float(take.path[np.abs(take.path[:, 2]).argmax(), 2]))
+    altitude = take.path[:, 2] + take.floor
+    return _moment(take, take.seconds, away, float(altitude[np.abs(altitude).argmax()]))
 
 
 def _moment(take: Take, seconds: float, away: float, altitude: float) -> str:
@@ -32,5 +33,6 @@ def _moment(take: Take, seconds: float, away: float, altitude: float) -> str:
     small = take.anatomy.span < SMALL
     lengths = [away, altitude] if take.flies else [away]
     said = [f"{100 * x:.1f} cm" if small else f"{x:.2f} m" for x in lengths]
+    said = [x.replace("-", "−") for x in said]
     words = (f"{name} {x}" for name, x in zip(("distance", "altitude"), said, strict=False))
     return "   ".join([f"{seconds:.2f} s", *words])

@@ -58,10 +58,15 @@ class Lettering:
         self.clock.set_text(captions.moment(self._take, pose, seconds))
 
     def _legend(self, right: float, bottom: float, room: float, size: float, grid: float) -> None:
-        """What the markers mean and how wide the grid is, as far as there is room."""
+        """What the markers mean and how wide the grid is, as far as there is room.
+
+        Below a body that flies the grid is as wide as suits its altitude, which has a scale.
+        """
+        if self._take.flies:
+            return
         scale = [(f"grid {captions.step(grid)}", "")]
         feet = [("on the ground", "stance"), ("in the air", "swing")]
-        for entries in [scale] if self._take.flies else [[*feet, *scale], feet]:
+        for entries in [*feet, *scale], feet:
             before, at = len(self.still), right
             for words, marker in reversed(entries):
                 at = self._entry(at, bottom, words, marker, size)

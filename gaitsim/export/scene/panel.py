@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.export.scene.bodies import body, shadow
 from gaitsim.export.scene.camera import DISTANCE, VIEWS, Camera, axes
 from gaitsim.export.scene.ground import SHADES, fine_step, grid, shaded
 from gaitsim.export.scene.lettering import POINT, Lettering, unit_of
-from gaitsim.export.scene.shapes import capsules, discs, hull
+from gaitsim.export.scene.shapes import discs, hull
 from gaitsim.export.scene.take import Pose, Take
+from gaitsim.export.scene.tape import Tape
 from gaitsim.export.scene.themes import Theme, mixed, rgb
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 Points = NDArray[np.float64]
 
 TRAIL = 240  # pieces of the path behind a body
-FOG = 0.3  # how much the far side of a body takes of the background
+CENTRE = 0.5  # of the body, as a share of a panel's height
 
 
 class Panel:
@@ -57,7 +59,8 @@ class Panel:
         self.colours = {name: rgb(colour) for name, colour in vars(theme).items()}
         self._clip = Bbox.from_bounds(*place)
         self._figure, self._identity = figure, IdentityTransform()
-        line = 1.3 * self.unit * POINT
+        self._line = 1.3 * self.unit
+        line = self._line * POINT
 
         def add(artist: Any, order: int) -> Any:
             artist.set_transform(self._identity)
@@ -85,7 +88,9 @@ class Panel:
         self.stance.set_linewidths([0.6 * line])
         self.swing = add(LineCollection([], colors=theme.swing, linewidths=1.8 * line), 6)
         self.body = add(PolyCollection([], joinstyle="round"), 7)
-        self._line = line
+        rise = scale * float(np.cos(np.radians(VIEWS[view][1])))
+        upright = self.take.flies and rise > 0.5 * scale
+        self.tape = Tape(figure, place, theme, rise, self.unit) if upright else None
         self.lettering = Lettering(figure, place, take, theme, fine_step(scale, self.unit))
 
     def show(self, seconds: float, turned: float = 0.0) -> None:
@@ -122,13 +127,7 @@ class Panel:
         pieces = np.stack([trail[:-1], trail[1:]], axis=1)
         away = np.linalg.norm(pieces.mean(axis=1) - pose.aim, axis=1) * self.scale / self.reach
         self.trail.set_paths(_layers(camera, pieces, 1 - away))
-        shadow = pose.segments.copy()
-        shadow[..., 2] = 0.0
-        look = self.take.anatomy
-        outlines = list(_capsules(camera, shadow[look.limbs], look.radii)[0])
-        for plate in look.plates:
-            outlines.append(camera.project(shadow[list(plate), 0])[0])
-        self.shadow.set_verts(outlines)
+        self.shadow.set_verts(shadow(camera, pose.segments, self.take.anatomy))
 
     def _show_feet(self, camera: Camera, pose: Pose) -> None:
         standing = pose.contacts[pose.touching].copy()
@@ -143,92 +142,18 @@ class Panel:
         self.swing.set_segments(list(swinging[:, None] + radius[:, None, None] * circle))
 
     def _show_body(self, camera: Camera, pose: Pose) -> None:
-        """Limbs and plates, the farthest first."""
-        look, colours = self.take.anatomy, self.colours
-        ground = colours["ground"]
-        drawn: list[tuple[float, int, list[tuple[Points, Points, Points, float]]]] = []
-        segments = pose.segments[look.limbs]
-        sides, depth = _capsules(camera, segments, look.radii)
-        lights, _ = _capsules(camera, segments, look.radii, 0.42, 0.36)
-        fog = self._fog(camera, depth)
-        trunk = look.trunks[:, None]
-        side, light = (
-            mixed(np.where(trunk, colours[f"body{of}"], colours[f"limb{of}"]), ground, fog)
-            for of in ("", "_light")
-        )
-        edge = mixed(colours["limb_edge"], ground, fog)
-        # Limbs begin inside a trunk, whose middle line is where they are hinged.
-        depth = depth - look.span * look.trunks
-        for i in range(len(segments)):
-            drawn.append(
-                (
-                    float(depth[i]),
-                    i,
-                    [(sides[i], side[i], edge[i], 1.1), (lights[i], light[i], light[i], 0.0)],
-                )
-            )
-        for place, (plate, radius) in enumerate(
-            zip(look.plates, look.plate_radii, strict=True), len(segments)
-        ):
-            drawn.append(self._plate(camera, pose.segments[list(plate), 0], radius, place))
-        drawn.sort(key=lambda one: (-one[0], one[1]))
-        parts = [part for _, _, parts in drawn for part in parts]
-        self.body.set_verts([part[0] for part in parts])
-        self.body.set_facecolors([part[1] for part in parts])
-        self.body.set_edgecolors([part[2] for part in parts])
-        self.body.set_linewidths([part[3] * self._line for part in parts])
-
-    def _plate(
-        self, camera: Camera, corners: Points, radius: float, place: int
-    ) -> tuple[float, int, list[tuple[Points, Points, Points, float]]]:
-        """A slab of rounded corners."""
-        normal = np.cross(corners[1] - corners[0], corners[-1] - corners[0])
-        normal /= max(float(np.linalg.norm(normal)), 1e-12)
-        if normal @ camera.ahead > 0:
-            normal = -normal
-        front, depth = camera.project(corners + radius * normal)
-        back, _ = camera.project(corners - radius * normal)
-        fog = self._fog(camera, depth.mean())
-        side, light, edge = (
-            mixed(self.colours[name], self.colours["ground"], fog)
-            for name in ("body", "body_light", "limb_edge")
-        )
-        around = hull(np.concatenate([front, back]))
-        rounding = 2 * radius * self.scale * POINT / self._line
-        return (
-            float(depth.mean()),
-            place,
-            [
-                (around, edge, edge, rounding + 2.2),
-                (around, side, side, rounding),
-                (front, light, light, 0.3 * rounding),
-            ],
-        )
-
-    def _fog(self, camera: Camera, depth: Any) -> Any:
-        span = self.take.anatomy.span
-        return FOG * np.clip((depth - camera.distance) / span + 0.5, 0.0, 1.0)
-
-
-CENTRE = 0.5  # of the body, as a share of a panel's height
+        parts = body(camera, pose.segments, self.take.anatomy, self.colours, self._line)
+        self.body.set_verts([part.outline for part in parts])
+        self.body.set_facecolors([part.face for part in parts])
+        self.body.set_edgecolors([part.edge for part in parts])
+        self.body.set_linewidths([part.width * POINT for part in parts])
+        if self.tape:
+            at = float(camera.project(pose.middle)[0][1])
+            self.tape.show(float(pose.middle[2]) + self.take.floor, at)
 
 
 def _on_ground(points: Points) -> Points:
     return np.concatenate([points, np.zeros((len(points), 1))], axis=1)
-
-
-def _capsules(
-    camera: Camera, segments: Points, radii: Points, share: float = 1.0, lift: float = 0.0
-) -> tuple[Points, Points]:
-    """Limbs in the picture, thinner and nearer to the light by shares of their radii."""
-    ends, depth = camera.project(segments)
-    pixels = radii * camera.scale_at(depth)
-    along = ends[:, 1] - ends[:, 0]
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    across *= np.where(across[:, 1:] < 0, -1.0, 1.0)
-    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
-    ends = ends + lift * pixels[..., None] * across[:, None]
-    return capsules(ends, share * pixels), depth.mean(axis=1)
 
 
 def _layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:

@@ -19,7 +19,7 @@ def capsules(ends: Points, radii: Points) -> Points:
     angle = np.arctan2(along[:, 1], along[:, 0])
     turn = angle[:, None, None] + np.stack([_ARC + np.pi, _ARC])  # (limbs, 2, arc)
     arcs = np.stack([np.cos(turn), np.sin(turn)], axis=-1) * radii[:, :, None, None]
-    return (ends[:, :, None] + arcs).reshape(len(ends), -1, 2)
+    return (ends[:, :, None] + arcs).reshape(len(ends), 2 * len(_ARC), 2)
 
 
 def discs(centres: Points, radius: float) -> Points:

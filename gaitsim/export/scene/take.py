@@ -16,7 +16,7 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A body at one moment.
+    """A body at one moment, above the floor.
 
     Attributes:
         segments: (segments, 2, 3) m.
@@ -60,8 +60,8 @@ class Take:
 
     @cached_property
     def path(self) -> Points:
-        """Where it is, (frames, 3) m."""
-        return np.asarray(self.skeleton.path, dtype=np.float64)
+        """Where it is above the floor, (frames, 3) m."""
+        return np.asarray(self.skeleton.path, dtype=np.float64) - (0.0, 0.0, self.floor)
 
     @cached_property
     def seconds(self) -> float:
@@ -69,10 +69,16 @@ class Take:
         return (len(self.path) - 1) / self.skeleton.frame_rate
 
     @cached_property
+    def floor(self) -> float:
+        """Height of the ground that is drawn, m: below what flies, as its zero is its start."""
+        return min(0.0, float(self.skeleton.segments[..., 2].min())) if self.flies else 0.0
+
+    @cached_property
     def box(self) -> Points:
         """Its points about its path at up to 100 moments, (points, 3) m."""
         every = np.unique(np.linspace(0, len(self.path) - 1, 100).astype(int))
-        about = self.skeleton.segments[every] - self._aims[every][:, None, None]
+        about = self.skeleton.segments[every] - (0.0, 0.0, self.floor)
+        about -= self._aims[every][:, None, None]
         return np.asarray(about, dtype=np.float64).reshape(-1, 3)
 
     @cached_property
@@ -97,7 +103,7 @@ class Take:
         if skeleton.contacts is not None and skeleton.touching is not None:
             contacts, touching = between(skeleton.contacts), skeleton.touching[before]
         return Pose(
-            between(skeleton.segments),
+            between(skeleton.segments) - (0.0, 0.0, self.floor),
             contacts,
             touching,
             middle,
