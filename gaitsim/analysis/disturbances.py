@@ -1,0 +1,59 @@
+"""What becomes of joint angles in servos that are late, slow or mounted the other way round."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Angles = NDArray[np.float64]
+"""(frames, joints), radians."""
+
+
+def late(angles: Angles, frames: NDArray[np.int64]) -> Angles:
+    """Joint angles, (frames, joints), each joint later by a number of frames, (joints,) or (1,).
+
+    A joint holds its first angle until then.
+    """
+    wanted = np.arange(len(angles))[:, None] - frames
+    return np.take_along_axis(angles, np.broadcast_to(np.maximum(wanted, 0), angles.shape), axis=0)
+
+
+def lagging(angles: Angles, frames: float) -> Angles:
+    """Joint angles as servos with a first-order lag follow them, with a time constant in frames."""
+    followed = angles.copy()
+    share = 1 - np.exp(-1 / frames)
+    for frame in range(1, len(angles)):
+        followed[frame] = followed[frame - 1] + share * (angles[frame] - followed[frame - 1])
+    return followed
+
+
+def without_every_second(angles: Angles) -> Angles:
+    """Joint angles with straight lines in place of every second frame."""
+    halved = angles.copy()
+    between = halved[1:-1:2]
+    halved[1:-1:2] = (angles[: len(between) * 2 : 2] + angles[2 : len(between) * 2 + 1 : 2]) / 2
+    return halved
+
+
+def mirror(joints: tuple[str, ...]) -> list[int] | None:
+    """For each joint, the index of its partner on the other side; None where names tell none.
+
+    'L1 coxa' and 'R1 coxa' are partners, and so are 'left knee' and 'right knee'; their
+    angles are taken to count alike on both sides, as forward and up do. A joint without a
+    side is its own partner.
+    """
+    found = []
+    for joint in joints:
+        other = _partner(joint)
+        if other is not None and other not in joints:
+            return None
+        found.append(joints.index(other if other is not None else joint))
+    return found if any(index != own for own, index in enumerate(found)) else None
+
+
+def _partner(joint: str) -> str | None:
+    for one, other in (("left", "right"), ("Left", "Right")):
+        for here, there in ((one, other), (other, one)):
+            if here in joint:
+                return joint.replace(here, there, 1)
+    if joint[:1] in ("L", "R") and (joint[1:2].isdigit() or joint[1:2] in (" ", "_", "-")):
+        return ("R" if joint[0] == "L" else "L") + joint[1:]
+    return None
