@@ -152,9 +152,12 @@ def _rest(line: Line, title: str) -> str:
 def _label(channel: Channel, title: str, several: bool) -> str:
     """The name of what an axis shows, and its unit."""
     component = title.rpartition(" ")[2] if channel.name == "pose" else ""
-    name = title if title and several else f"{channel.name} {title}".strip()
+    # 'x' says enough of a place, not of a velocity.
+    place = several and channel.name in ("pose", "position")
+    name = title if place else f"{channel.name} {title}".strip()
     unit = channel.unit_of(component)
-    return f"{shortened(name.replace('_', ' '), 24)}" + (f" ({unit})" if unit else "")
+    said = shortened(name.replace("_", " "), 24)
+    return f"{said}{chr(10) if several and not place else ' '}({unit})" if unit else said
 
 
 def _height(panels: int) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.export.plots.labels import head, heading_of_run
+from gaitsim.export.plots.labels import head, heading_of_run, numeral
 from gaitsim.export.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
 from gaitsim.runs.folder import CHAMPIONS
 from gaitsim.runs.reader import Run
@@ -118,7 +118,7 @@ def _mark_champions(axes: "Axes", run: Run, history: History, theme: Theme) -> N
     if np.isfinite(history["best"]).any():
         number, score, _ = run.champion()
         axes.plot(
-            number, score, marker="D", markersize=3.5, label=f"champion: {score:.4g}", **style
+            number, score, marker="D", markersize=3.5, label=f"champion: {numeral(score)}", **style
         )
 
 

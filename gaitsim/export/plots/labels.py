@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HEADING = 58  # characters of 8 points in a column's width
-_LEGEND = 60  # characters of 7 points in a row of a legend, marks not counted
-_MARK = 5  # characters that a legend's mark takes
+_LEGEND = 62  # characters of 7 points in a row of a legend, marks not counted
+_MARK = 7  # characters that a legend's mark takes
 
 
 def shortened(text: str, length: int) -> str:
@@ -23,6 +23,11 @@ def shortened(text: str, length: int) -> str:
         return text
     head = length * 2 // 3
     return f"{text[:head]}…{text[head - length + 1 :]}"
+
+
+def numeral(value: float) -> str:
+    """A number of four digits with a true minus sign, as axes write it."""
+    return f"{value:.4g}".replace("-", "−")
 
 
 def heading_of_run(run: Run) -> str:
@@ -36,7 +41,7 @@ def heading_of(replays: Sequence[Replay]) -> str:
     numbers = ", ".join(str(replay.generation) for replay in replays)
     if len(replays) > 1:
         return f"{heading_of_run(first.run)}, generations {shortened(numbers, 20)}"
-    return f"{heading_of_run(first.run)}, generation {numbers}, score {first.score:.4g}"
+    return f"{heading_of_run(first.run)}, generation {numbers}, score {numeral(first.score)}"
 
 
 def head(

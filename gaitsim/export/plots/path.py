@@ -21,6 +21,8 @@ _MOMENTS = 6  # that a body is drawn at, at most
 _SMALLEST = 0.07  # of the scene, that a body is drawn
 _FLYING = 0.25  # height over width from which a scene has a scale of heights
 
+_POINT = 1e-6  # m; what is smaller has no size to draw
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -58,13 +60,15 @@ def path_figure(request: Request) -> "Figure":
         )
     points = np.concatenate([scene.path, scene.bodies.reshape(-1, 3)])
     low, high = points.min(axis=0), points.max(axis=0)
+    if (high - low).max() < _POINT:  # a body that is one point and stays there
+        low, high = low - 0.05, high + 0.05
     if low[2] > -1e-9 and low[2] < high[2] - low[2]:
         low[2] = 0.0  # the ground, not just what is lowest
     with styled(theme):
-        space, above = _panels(low, high)
+        space, above, scale = _panels(low, high)
         figure = space.get_figure(root=True)
         assert figure is not None, "they are the panels of one"
-        _corner_view(space, scene, low, high, theme)
+        _corner_view(space, scene, low, high, scale, theme)
         _top_view(above, scene, theme)
         text = heading_of([replay])
         handles, labels = space.get_legend_handles_labels()
@@ -99,26 +103,33 @@ def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
     return Scene(path, bodies, at, factor)
 
 
-def _panels(low: Floats, high: Floats) -> tuple["Axes", "Axes"]:
-    """Panels for both views: one over the other, or beside each other for what is tall."""
+def _panels(low: Floats, high: Floats) -> tuple["Axes", "Axes", float]:
+    """Panels for the views from a corner and from above, and points a metre in the first.
+
+    One is over the other; beside each other for what is tall and slim.
+    """
     from matplotlib.figure import Figure
 
     corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1)
     width, height = np.ptp(seen(corners.reshape(-1, 3)), axis=0)
     across, deep = high[:2] - low[:2]
-    if height > 1.1 * width:
-        figure = Figure(figsize=(WIDTH, min(4.0, 0.6 + 1.6 * height / width)))
-        left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
-        return left, right
-    first = 2.9 * height / width
-    second = max(0.5, min(2.4, 2.9 * deep / max(across, 1e-9)))
-    figure = Figure(figsize=(WIDTH, 1.15 + first + second))
-    top, bottom = figure.subplots(2, 1, height_ratios=(first + 0.2, second + 0.2))
-    return top, bottom
+    if height > 2 * width:
+        figure = Figure(figsize=(WIDTH, 4.0))
+        left, right = figure.subplots(1, 2)
+        right.set_aspect("equal", adjustable="box")
+        return left, right, 72 * 3.0 / height
+    scale = min(2.75 / width, 2.8 / height)
+    second = float(np.clip(2.7 * deep / max(across, 1e-9), 0.5, 1.6))
+    figure = Figure(figsize=(WIDTH, 1.35 + scale * height + second))
+    top, bottom = figure.subplots(2, 1, height_ratios=(scale * height + 0.35, second + 0.2))
+    bottom.set_aspect("equal", adjustable="datalim")  # fills the width
+    return top, bottom, 72 * scale
 
 
-def _corner_view(axes: "Axes", scene: Scene, low: Floats, high: Floats, theme: Theme) -> None:
-    corner = floor(axes, low, high, theme)
+def _corner_view(
+    axes: "Axes", scene: Scene, low: Floats, high: Floats, scale: float, theme: Theme
+) -> None:
+    corner = floor(axes, low, high, scale, theme)
     if high[2] - low[2] > _FLYING * (high - low)[:2].max():
         mast(axes, np.array([*corner, low[2]]), float(high[2]), theme)
     shadow = scene.path.copy()
@@ -136,7 +147,6 @@ def _corner_view(axes: "Axes", scene: Scene, low: Floats, high: Floats, theme: T
 def _top_view(axes: "Axes", scene: Scene, theme: Theme) -> None:
     _bodies(axes, scene.bodies[..., :2], theme)
     _line(axes, scene.path[:, :2], theme)
-    axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     axes.set_title("from above", fontsize=7, pad=2)
@@ -145,12 +155,14 @@ def _top_view(axes: "Axes", scene: Scene, theme: Theme) -> None:
 def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
     """Bodies on paper, (moments, segments, 2, 2), the later the darker."""
     from matplotlib.collections import LineCollection
+    from matplotlib.colors import to_rgb
 
-    shades = np.linspace(0.35, 1.0, len(bodies)) if len(bodies) > 1 else [1.0]
-    for body, shade in zip(bodies, shades, strict=True):
-        lines = LineCollection(
-            [*body], colors=theme.colours[0], alpha=shade, linewidths=0.8, zorder=2
-        )
+    ink, paper = (np.array(to_rgb(colour)) for colour in (theme.colours[0], theme.background))
+    shares = np.linspace(0.4, 1.0, len(bodies)) if len(bodies) > 1 else [1.0]
+    for body, share in zip(bodies, shares, strict=True):
+        # Mixed rather than transparent, which would show a dot wherever two lines meet.
+        colour = tuple(share * ink + (1 - share) * paper)
+        lines = LineCollection([*body], colors=[colour], linewidths=0.8, zorder=2)
         lines.set_capstyle("round")
         axes.add_collection(lines)
     axes.autoscale_view()

@@ -26,6 +26,8 @@ VIEW: Floats = np.array(
     ]
 )
 
+_ROOM = (24.0, 9.0)  # points that a number takes across and down
+
 
 def seen(points: NDArray[np.floating]) -> Floats:
     """Points in space, (…, 3), on paper, (…, 2), metres."""
@@ -39,13 +41,14 @@ def nice(step: float) -> float:
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= step * (1 - 1e-9))
 
 
-def floor(axes: "Axes", low: Floats, high: Floats, theme: Theme) -> Floats:
+def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -> Floats:
     """Draw a floor under a box, with metres along its front and its right side.
 
     Args:
         axes: where.
         low: least x, y, z of what stands on it.
         high: largest.
+        scale: points on paper a metre, so that numbers do not touch.
         theme: colours.
 
     Returns:
@@ -60,10 +63,11 @@ def floor(axes: "Axes", low: Floats, high: Floats, theme: Theme) -> Floats:
             ends = np.array([[*begin, z], [*end, z]])
             ends[:, axis] = line * step
             axes.plot(*seen(ends).T, color=theme.faint, linewidth=0.5, alpha=0.7, zorder=0)
-    for line in _labelled(int(first[0]), int(last[0]) - 1, 7):  # the corner is left to y
+    # The corner is left to y.
+    for line in _labelled(int(first[0]), int(last[0]) - 1, _ROOM[0] / (step * scale * VIEW[0, 0])):
         at = seen(np.array([line * step, begin[1], z]))
         _write(axes, at, f"{line * step:g}", (0, -2), ha="center", va="top")
-    for line in _labelled(int(first[1]), int(last[1]), 4):
+    for line in _labelled(int(first[1]), int(last[1]), _ROOM[1] / (step * scale * VIEW[1, 1])):
         at = seen(np.array([end[0], line * step, z]))
         _write(axes, at, f"{line * step:g}", (3, -1), ha="left", va="center")
     _write(
@@ -111,9 +115,9 @@ def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
     _write(axes, middle, "z (m)", (-18, 0), ha="right", va="center", rotation=90)
 
 
-def _labelled(first: int, last: int, most: int) -> range:
-    """Lines of a grid to label: every one, or every so many that few are left, 0 among them."""
-    every = max(1, math.ceil((last - first) / most))
+def _labelled(first: int, last: int, least: float) -> range:
+    """Lines of a grid to label: each, or one in so many that they are apart, 0 among them."""
+    every = int(nice(max(1.0, least)))
     return range(math.ceil(first / every) * every, last + 1, every)
 
 

@@ -1,0 +1,93 @@
+"""`gaitsim plot`, from the command line."""
+
+import pytest
+
+from gaitsim.cli.plot import Kind, Theme
+from gaitsim.export.plots import THEMES
+from gaitsim.export.plots.kinds import KINDS
+
+
+@pytest.fixture
+def finished(gaitsim, puppet_file):
+    gaitsim("run", puppet_file)
+
+
+def test_the_command_knows_every_kind_and_theme():
+    assert [*Kind] == [*KINDS, "all"]
+    assert [*Theme] == [*THEMES]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--kind", "nothing"), "'joints'"),
+        (("--kind", "footfall"), "has no feet on the ground"),
+        (("--kind", "fitness", "--generation", 2), "takes no --generation"),
+        (("--kind", "terms", "--channel", "a", "--window", "1:2"), "no --channel and no --window"),
+        (("--kind", "path", "--generations", "1,2"), "--kind channel takes them"),
+        (("--kind", "path", "--generation", 6), "has no generation 6"),
+        (("--kind", "channel", "--generations", "1,6"), "has no generation 6"),
+        (("--kind", "channel", "--generations", "1,,2"), "'1,,2' are no generations"),
+        (("--kind", "channel", "--generations", "1", "--generation", 1), "one of the two"),
+        (("--kind", "channel", "--channel", "[red]"), "has no channel '[red]'"),
+        (("--kind", "joints", "--window", "2:1"), "'2:1' is no part of a motion"),
+        (("--kind", "joints", "--window", "0:nan"), "'0:nan' is no part of a motion"),
+        (("--kind", "joints", "--window", "3:4"), "no two frames"),
+        (("--kind", "joints", "--out", "a.gif"), "does not end with a format"),
+        (("--kind", "joints", "--out", "missing/a.png"), "there is no folder missing"),
+        (("--out", "a.png", "--format", "svg"), "ends with .png"),
+        (("--kind", "all", "--out", "missing"), "there is no folder missing"),
+        (("--kind", "all", "--generation", 9), "has no generation 9"),
+    ],
+)
+def test_bad_input_is_one_message_and_leaves_nothing(gaitsim, finished, tmp_path, options, says):
+    before = sorted(tmp_path.rglob("*"))
+    done = gaitsim("plot", "puppet", *options, code=2)
+    assert says in " ".join(done.stderr.replace("│", " ").split())
+    assert done.stdout == ""
+    exports = tmp_path / "runs" / "puppet" / "exports"
+    assert [path for path in sorted(tmp_path.rglob("*")) if path != exports] == [
+        path for path in before if path != exports
+    ]
+
+
+def test_all_kinds_are_drawn_that_there_are_and_the_others_are_named(gaitsim, finished, tmp_path):
+    done = gaitsim("plot", "puppet", "--kind", "all", "--generation", 2, "--format", "svg")
+    names = ["fitness", "terms", *(f"{kind}-generation-2" for kind in ("path", "joints"))]
+    names.insert(3, "channel-joint_angles-generation-2")
+    assert done.stdout.splitlines() == [f"runs/puppet/exports/{name}.svg" for name in names]
+    assert all((tmp_path / line).exists() for line in done.stdout.splitlines())
+    assert "No plot of the kind footfall: organism 'puppet'" in done.stderr
+    assert "No plot of the kind stability" in done.stderr
+
+
+def test_all_kinds_go_to_a_folder(gaitsim, finished, tmp_path):
+    (tmp_path / "figures").mkdir()
+    gaitsim("plot", "puppet", "--kind", "all", "--out", "figures", "--theme", "dark")
+    assert len([*(tmp_path / "figures").glob("*.png")]) == 5
+
+
+def test_generations_and_components_are_chosen(gaitsim, finished, tmp_path):
+    gaitsim(
+        *("plot", "puppet", "--kind", "channel", "--channel", "joint_angles"),
+        *("--component", "elbow", "--generations", "1,5", "--out", "a.svg"),
+    )
+    drawn = (tmp_path / "a.svg").read_text()
+    for text in ("generation 1", "generation 5", "joint angles elbow (rad)"):
+        assert f"<!-- {text} -->" in drawn
+
+
+def test_a_body_of_one_frame_has_plots_of_its_scores(gaitsim, install, working, puppet_file):
+    install(
+        "still",
+        working,
+        {"organism": {"body": "Body"}, "fitness": {"distance": "Distance"}},
+    )
+    gaitsim(
+        *("run", puppet_file, "--set", "organism.plugin=body"),
+        *("--set", "fitness.plugin=distance", "--out", "flights"),
+    )
+    done = gaitsim("plot", "flights", "--kind", "all")
+    assert done.stdout.split() == ["flights/exports/fitness.png", "flights/exports/terms.png"]
+    assert "no channel that goes over time" in done.stderr
+    assert "only one frame" in done.stderr
