@@ -147,6 +147,8 @@ def _csv(data: bytes) -> Mapping[str, Any]:
     if header[:1] != ["time_s"]:
         raise ValueError("its first column is not time_s")
     table = np.loadtxt(text, delimiter=",", comments=None, ndmin=2)
-    times = table[:, 0]
-    rate = {"frame_rate": (len(times) - 1) / (times[-1] - times[0])} if len(times) > 1 else {}
-    return {"joint_angles": table[:, 1:], "joint_names": np.array(header[1:]), **rate}
+    fields = {"joint_angles": table[:, 1:], "joint_names": np.array(header[1:])}
+    if len(table) < 2:
+        return fields
+    seconds = float(table[-1, 0] - table[0, 0])
+    return {**fields, "frame_rate": (len(table) - 1) / seconds if seconds else np.inf}
