@@ -100,20 +100,23 @@ class Change:
 
 
 def changes(history: Mapping[str, Floats], generation: int) -> tuple[int, tuple[Change, ...]]:
-    """How the terms changed from the first generation that has them up to another one.
+    """How the terms changed from the first generation of a stage up to another one.
 
     Returns:
-        The first generation, and the terms in the order of the history. A run whose fitness
-        was changed has the terms of the last one; what it scored by before is left out.
+        The first generation that was judged as that one was, and the terms in the order of
+        the history. What a run scored by before its fitness was changed is left out.
     """
     names = [
         name
         for name in history
-        if name not in COLUMNS and MEAN + name in history
+        if name not in COLUMNS
+        and MEAN + name in history
         and np.isfinite(history[name][generation - 1])
-    ]  # fmt: skip
-    known = np.isfinite([history[name][:generation] for name in names]).all(axis=0)
-    first = int(np.flatnonzero(~known)[-1]) + 1 if not known.all() else 0
+    ]
+    same = np.isfinite([history[name][:generation] for name in names]).all(axis=0)
+    if "stage" in history:
+        same &= history["stage"][:generation] == history["stage"][generation - 1]
+    first = int(np.flatnonzero(~same)[-1]) + 1 if not same.all() else 0
     return first + 1, tuple(
         Change(
             name,
@@ -141,7 +144,7 @@ def in_words(
     if generation is None:
         return (*told, *_slight(terms, total))
     first, found = changes(history, generation)
-    return (*told, *_driven(first, found), *_constant(history, found, generation))
+    return (*told, *_driven(first, found), *_constant(history, first, found, generation))
 
 
 def _dominant(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
@@ -182,19 +185,20 @@ def _driven(first: int, found: tuple[Change, ...]) -> tuple[str, ...]:
 
 
 def _constant(
-    history: Mapping[str, Floats], found: tuple[Change, ...], generation: int
+    history: Mapping[str, Floats], first: int, found: tuple[Change, ...], generation: int
 ) -> tuple[str, ...]:
     """Terms of the best that stayed the same, against how far the best score moved."""
-    best = history["best"][:generation]
-    best = best[np.isfinite(best)]
-    spread = float(np.ptp(best)) if len(best) else 0.0
+    part = slice(first - 1, generation)
+    best = history["best"][part]
+    spread = float(np.ptp(best[np.isfinite(best)])) if np.isfinite(best).any() else 0.0
+    count = generation - first + 1
     settled = []
     for change in found:
-        away = np.abs(history[change.name][:generation] - change.last) > SLIGHT * spread
-        since = int(np.flatnonzero(away)[-1]) + 2 if away.any() else 1
+        away = np.abs(history[change.name][part] - change.last) > SLIGHT * spread
+        before = int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0
         # A term that settled in the last half of the search may just have come to its end.
-        if generation > 2 and since <= generation / 2:
-            when = "all along" if since == 1 else f"since generation {since}"
+        if count > 2 and before < count / 2:
+            when = f"since generation {first + before}" if before else "all along"
             settled.append(f"{change.name} {change.last:z.3f} {when}")
     return (f"constant: {', '.join(settled)}",) if settled else ()
 

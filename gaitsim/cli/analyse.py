@@ -8,6 +8,11 @@ import typer
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
+
     from gaitsim.analysis.subject import Subject
     from gaitsim.runs.reader import Run
 
@@ -54,12 +59,11 @@ def analyse(
     subject = _subject(opened, generation, gait)
     history = opened.history
     found = analyse_gait(subject.skeleton, subject.joint_angles)
-    first_best = float(history["best"][0]) if history else None
     if figure is not None:
         from gaitsim.export.gait_figure import plot_gait
 
         plot_gait(found, subject.title, figure)
-    robustness = perturbed(subject, first_best) if perturb else None
+    robustness = perturbed(subject, _first_best(history, subject)) if perturb else None
     if json:
         from gaitsim.cli.console import print_json
 
@@ -89,6 +93,16 @@ def _subject(run: "Run", generation: int | None, gait: Path | None) -> "Subject"
             "--generation and --gait each say what to analyse", remedy="give one of them"
         )
     return from_file(read_gait(gait), run.experiment)
+
+
+def _first_best(history: "Mapping[str, NDArray[np.float64]]", subject: "Subject") -> float | None:
+    """The best score of the first generation that was judged as the subject is, if any."""
+    from gaitsim.analysis.why import changes
+
+    if not history:
+        return None
+    generation = subject.generation or len(history["best"])
+    return float(history["best"][changes(history, generation)[0] - 1])
 
 
 def _plain(

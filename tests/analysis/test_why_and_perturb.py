@@ -123,6 +123,14 @@ def test_a_changed_fitness_is_told_from_where_it_holds():
     history = columns(now=[np.nan, np.nan, 1, 4], then=[5.0, 6, np.nan, np.nan])
     first, (change,) = changes(history, 4)
     assert (first, change.name, change.gain, change.mean_last) == (3, "now", 3, 2)
+    # In a stage of its own, a term of the same name is another one.
+    history = columns(a=[9.0, 9, 1, 2, 4], b=[0.0, 0, 0, 0, 0]) | {
+        "stage": np.array([0, 0, 1, 1, 1.0])
+    }
+    first, (change, _) = changes(history, 5)
+    assert (first, change.first) == (3, 1)
+    assert "b 0.000 all along" in str(in_words({"a": 4.0, "b": 0.0}, history, 5))
+    assert changes(history, 2)[0] == 1
 
 
 def test_late_and_lagging_joints():
