@@ -1,0 +1,192 @@
+"""`gaitsim analyse` as it is typed and read."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitsim.analysis.gait import analyse_gait
+from gaitsim.export.gait import gait_of, write_gait
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import replay
+
+GAITS = Path(__file__).parents[2] / "data/gaits"
+SMALL = ("--population", 10, "--generations", 3)
+
+
+def strict(text):
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+@pytest.fixture
+def spider(gaitsim, tmp_path):
+    """A run of three generations of ten spiders."""
+    gaitsim("run", "spider", *SMALL)
+    return Run(tmp_path / "runs/spider")
+
+
+def test_a_gait_is_told_and_why_it_scored(gaitsim, spider):
+    shown = gaitsim("analyse", "spider")
+    assert shown.stderr == ""
+    assert "\x1b" not in shown.stdout
+    generation, score, _ = spider.champion()
+    for text in (
+        f"runs/spider, best of generation {generation}",
+        "Gait: ",
+        "a sign is 33 ms",
+        "L1 ",
+        "R4 ",
+        "Froude number",
+        "least margin",
+        f"Why it scored {score:.4f}".replace("-", "−"),
+        "term, had it ended at",
+        f"of {generation}",
+    ):
+        assert text in shown.stdout
+    assert "How it bears perturbation" not in shown.stdout
+    assert "The run recorded" not in shown.stdout
+
+
+def test_it_fits_80_columns_of_a_terminal(gaitsim, spider, monkeypatch):
+    monkeypatch.setattr("gaitsim.cli.console.PIPED_WIDTH", 80)
+    for arguments in (("--perturb",), ("--gait", GAITS / "wave.npz")):
+        lines = gaitsim("analyse", "spider", *arguments).stdout.splitlines()
+        assert max(map(len, lines)) <= 80
+
+
+def test_colours_are_left_out_where_they_are_not_wanted(gaitsim, spider, monkeypatch):
+    for name in ("NO_COLOR", "FORCE_COLOR", "TERM"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    assert "\x1b[36m" in gaitsim("analyse", "spider").stdout
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert not re.search(r"\x1b\[3[0-9]", gaitsim("analyse", "spider").stdout)
+
+
+def test_the_diagram_is_what_the_feet_do(gaitsim, spider):
+    shown = gaitsim("analyse", "spider", "--gait", GAITS / "alternating-tetrapod.npz").stdout
+    assert "Gait: alternating tetrapod, 0.000 cycles from alternating tetrapod" in shown
+    rows = dict(line.split() for line in shown.splitlines() if re.match(r"[LR]\d [█·]+$", line))
+    assert list(rows) == ["L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4"]
+    assert set(map(len, rows.values())) == {48}  # two strides of 24 frames
+    assert rows["L1"] == rows["R2"] == rows["L3"] == rows["R4"]
+    assert rows["R1"] == rows["L2"] == rows["R3"] == rows["L4"]
+    assert rows["L1"].count("█") == pytest.approx(24, abs=2)
+    overlap = sum(a == b for a, b in zip(rows["L1"], rows["R1"], strict=True))
+    assert overlap <= 4
+
+
+def test_json_has_all_the_numbers(gaitsim, spider):
+    found = strict(gaitsim("analyse", "spider", "--json", "--perturb").stdout)
+    generation, score, _ = spider.champion()
+    kept = replay(spider)
+    gait = analyse_gait(kept.skeleton, kept.motion["joint_angles"][0])
+    assert (found["run"], found["generation"]) == ("runs/spider", generation)
+    assert found["score"] == found["recorded_score"] == score
+    assert sum(found["terms"].values()) == pytest.approx(score)
+    assert found["name"] == gait.name.name
+    assert found["travel"]["froude"] == gait.travel.froude
+    assert [foot["name"] for foot in found["feet"]] == [foot.name for foot in gait.footfalls.feet]
+    touching = np.array([foot["touching"] for foot in found["feet"]], dtype=bool).T
+    assert (touching == kept.motion["stance"][0]).all()
+    assert found["stability"]["margin"] == pytest.approx(gait.footfalls.margin.tolist())
+    assert found["terms_over_time"]["terms"]["forward"][-1] == found["terms"]["forward"]
+    assert found["terms_over_generations"]["first_generation"] == 1
+    assert found["robustness"]["trials"][0] == {
+        "name": "played again", "score": pytest.approx(score), "fall": pytest.approx(0, abs=1e-9),
+        "sign": "",
+    }  # fmt: skip
+    assert found["why"]
+    assert found["figure"] is None
+
+
+def test_another_generation_is_analysed(gaitsim, spider):
+    found = strict(gaitsim("analyse", "spider", "--generation", 1, "--json").stdout)
+    assert (found["generation"], found["score"]) == (1, spider.champion(1)[1])
+    assert found["robustness"] is None
+    for arguments, says in [
+        (("--generation", 4), "has no generation 4"),
+        (("--generation", 1, "--gait", "a.csv"), "each say what to analyse"),
+    ]:
+        assert says in gaitsim("analyse", "spider", *arguments, code=2).stderr
+
+
+def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
+    champion = strict(gaitsim("analyse", "spider", "--json").stdout)
+    for format in ("mat", "csv", "npz"):
+        path = tmp_path / f"gait.{format}"
+        write_gait(gait_of(spider), path, format)
+        found = strict(gaitsim("analyse", "spider", "--gait", path.name, "--json").stdout)
+        assert found["subject"] == f"gait.{format} on the spider"
+        assert found["score"] == pytest.approx(champion["score"])
+        assert found["feet"] == champion["feet"]
+        assert found["terms_over_generations"] is found["recorded_score"] is None
+    shown = gaitsim("analyse", "spider", "--gait", GAITS / "flip-flop.npz", "--perturb").stdout
+    assert "Likely exploit: flip-flop. " in shown
+    assert "no servo follows that" in shown
+    for path, says in [
+        ("none.csv", "cannot read the gait file none.csv: No such file"),
+        ("gait.txt", "format of gait files"),
+    ]:
+        done = gaitsim("analyse", "spider", "--gait", path, code=2)
+        assert says in done.stderr
+        assert done.stdout == ""
+
+
+def test_the_figure_is_drawn(gaitsim, spider, tmp_path):
+    done = gaitsim("analyse", "spider", "--figure", "gait.svg")
+    assert done.stdout.endswith("\ngait.svg\n")
+    text = (tmp_path / "gait.svg").read_text()
+    gaitsim("analyse", "spider", "--figure", "again.svg", "--json")
+    assert (tmp_path / "again.svg").read_text() == text
+    for name in ("standing", "flip-flop", "wave"):
+        gaitsim("analyse", "spider", "--gait", GAITS / f"{name}.npz", "--figure", f"{name}.png")
+        assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    for path, says in [("a.gif", "format that can be drawn"), ("none/a.png", "no folder none")]:
+        done = gaitsim("analyse", "spider", "--figure", path, code=2)
+        assert says in done.stderr
+        assert done.stdout == ""
+
+
+def test_a_body_without_feet_is_told_and_still_shown(gaitsim, puppet_file, tmp_path):
+    gaitsim("run", puppet_file)
+    shown = gaitsim("analyse", "puppet", "--perturb").stdout
+    assert "Gait: none, the body has no feet" in shown
+    assert shown.count("no contacts, so there are no footfalls") == 1
+    assert "speed " in shown
+    assert "reach " in shown
+    assert "cannot play given joint angles" in shown
+    assert "genes inexact by 1% of their range" in shown
+    found = strict(gaitsim("analyse", "puppet", "--json").stdout)
+    assert found["feet"] is found["stride"] is found["stability"] is found["slip"] is None
+    done = gaitsim("analyse", "puppet", "--figure", "a.png", code=2)
+    assert "a body without feet has no footfalls to draw" in done.stderr
+    assert not (tmp_path / "a.png").exists()
+    done = gaitsim("analyse", "puppet", "--gait", GAITS / "wave.npz", code=2)
+    assert "24 joints" in done.stderr or "cannot play" in done.stderr
+
+
+def test_the_millipede_hops_on_its_belly(gaitsim, tmp_path):
+    gaitsim("run", "millipede")
+    shown = gaitsim("analyse", "millipede", "--figure", "millipede.pdf").stdout
+    assert "Gait: in-phase hop" in shown
+    assert "the trunk lies on the ground 100 % of the time" in shown
+    assert "The fitness reads nothing over time" in shown
+    assert "Likely exploit" not in shown
+
+
+def test_runs_that_are_not_there_are_told(gaitsim, puppet, tmp_path):
+    from gaitsim.runs.folder import create_run
+
+    create_run(puppet(), tmp_path / "runs/unbegun")
+    for name, says in (("nobody", "there is no run 'nobody'"), ("unbegun", "no finished gener")):
+        done = gaitsim("analyse", name, code=2)
+        assert says in done.stderr
+        assert done.stdout == ""
+    assert not list((tmp_path / "runs/unbegun/exports").iterdir())
