@@ -79,7 +79,7 @@ class Fly(Organism):
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
 
     position_scale: float = option(
-        10.0, "distance that the network sees as 1, the most that it sees", unit="m", gt=0
+        2.0, "distance that the network sees as 1, the most that it sees", unit="m", gt=0
     )
     velocity_scale: float = option(
         5.0, "speed that the network sees as 1, the most that it sees", unit="m/s", gt=0
