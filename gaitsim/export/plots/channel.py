@@ -8,7 +8,7 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.export.plots.channels import Channel, over_time, read_channel
 from gaitsim.export.plots.components import Line, finite, lines_of
-from gaitsim.export.plots.labels import head, heading_of, heading_of_run, shortened
+from gaitsim.export.plots.labels import head, heading_of, shortened
 from gaitsim.export.plots.panels import bars, grid
 from gaitsim.export.plots.request import LackingError, Request, stretch
 from gaitsim.export.plots.style import WIDTH, Theme, styled
@@ -119,7 +119,7 @@ def _numbers(
         figure.supylabel(_label(channel, "", False), fontsize=8)
     handles, labels = places[0].get_legend_handles_labels()
     single = len(labels) == 1 and not several
-    text = heading_of_run(request.run) if several else heading_of(request.replays)
+    text = heading_of(request.replays)
     head(figure, text, *(((), ()) if single else (handles, labels)))
     return figure
 

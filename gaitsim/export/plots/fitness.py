@@ -71,7 +71,7 @@ def _draw(axes: "Axes", history: History, theme: Theme) -> None:
     band = "mean ± s.d."
     low, high = mean - spread, mean + spread
     if "lower quartile" in history:
-        band = "middle half"
+        band = "quartiles"
         low, high = history["lower quartile"], history["upper quartile"]
     for index, part in enumerate(stages(history)):
         first = index == 0
@@ -137,12 +137,10 @@ def mark_stages(axes: "Axes", history: History, theme: Theme, *, named: bool = T
         if named:
             axes.annotate(
                 f"stage {index}",
-                (start - 0.5, 1),
+                (start - 0.5, 0),  # below the curves, which rise
                 xycoords=("data", "axes fraction"),
-                xytext=(2, -1),
+                xytext=(2, 2),
                 textcoords="offset points",
-                rotation=90,
-                va="top",
                 fontsize=6,
             )
     return starts

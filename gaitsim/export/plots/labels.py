@@ -32,16 +32,23 @@ def numeral(value: float) -> str:
 
 def heading_of_run(run: Run) -> str:
     """The experiment's name and seed."""
-    return f"{shortened(run.experiment.name, 36)}, seed {run.experiment.seed}"
+    return _named(run, "")
 
 
 def heading_of(replays: Sequence[Replay]) -> str:
-    """The same with the generations."""
-    first = replays[0]
+    """The same with the generation and the score, or with the generations."""
     numbers = ", ".join(str(replay.generation) for replay in replays)
+    one = replays[0]
     if len(replays) > 1:
-        return f"{heading_of_run(first.run)}, generations {shortened(numbers, 20)}"
-    return f"{heading_of_run(first.run)}, generation {numbers}, score {numeral(first.score)}"
+        return _named(one.run, f", generations {shortened(numbers, 24)}")
+    return _named(one.run, f", generation {numbers}, score {numeral(one.score)}")
+
+
+def _named(run: Run, more: str) -> str:
+    """What more there is to say, behind as much of the name as there is room for."""
+    rest = f", seed {run.experiment.seed}{more}"
+    name = " ".join(run.experiment.name.split())
+    return shortened(name, max(10, _HEADING - len(rest))) + rest
 
 
 def head(
