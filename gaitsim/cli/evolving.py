@@ -5,8 +5,8 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -16,7 +16,7 @@ from gaitsim.cli.progress import Display, display
 from gaitsim.cli.summary import summarise
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evolution import evolve, stop_reason
+from gaitsim.evolution import stop_reason
 from gaitsim.runs.folder import command
 from gaitsim.runs.writer import RunWriter
 
@@ -59,6 +59,7 @@ def evolve_run(
     *,
     workers: int | None,
     json: bool,
+    overrides: Sequence[str] = (),
     generations: int | None = None,
     any_version: bool = False,
 ) -> None:
@@ -71,7 +72,9 @@ def evolve_run(
     """
     with _interrupts() as interrupted:
         try:
-            with RunWriter(path, generations=generations, any_version=any_version) as writer:
+            with RunWriter(
+                path, overrides=overrides, generations=generations, any_version=any_version
+            ) as writer:
                 if writer.warning:
                     notice(f"Warning: {writer.warning}")
                 reason = _evolve(writer, display(writer, json), workers, interrupted)
@@ -108,10 +111,10 @@ def _evolve(
     try:
         with Evaluator(writer.experiment, workers) as evaluator:
             _prepare(evaluator)
+            _begin_stage(writer, evaluator, shown)
             with shown:
                 interrupted.patient, interrupted.say = True, shown.stopping
-                for generation in evolve(writer.experiment, evaluator.evaluate, last):
-                    writer.record(generation)
+                for generation in writer.evolve(evaluator.evaluate):
                     shown.update(generation)
                     if generation.stop or interrupted.wanted:
                         return generation.stop
@@ -129,12 +132,23 @@ def _prepare(evaluator: Evaluator) -> None:
     """Compile or load kernels, and say so while it takes long."""
     start = time.perf_counter()
     name = evaluator.experiment.entries["organism"].name
-    console = errors()
-    if console.is_terminal:
-        with console.status(f"Preparing {name}: the first run compiles its kernels …"):
-            evaluator.prepare()
-    else:
+    with _status(f"Preparing {name}: the first run compiles its kernels …"):
         evaluator.prepare()
     seconds = time.perf_counter() - start
     if seconds > SLOW:
         notice(f"Prepared {name} in {seconds:.1f} s; compiled kernels are kept for the next run.")
+
+
+def _begin_stage(writer: RunWriter, evaluator: Evaluator, shown: Display) -> None:
+    """Judge the population anew where a change asks for it, and say that a stage begins."""
+    if writer.rescores and writer.last is not None:
+        with _status(f"Scoring the population of generation {writer.last.number} anew …"):
+            writer.begin(evaluator.evaluate)
+    if writer.changes:
+        shown.begin_stage(writer)
+
+
+def _status(text: str) -> AbstractContextManager[object]:
+    """A line for a terminal, as long as the block takes."""
+    console = errors()
+    return console.status(text) if console.is_terminal else nullcontext()

@@ -23,6 +23,7 @@ from gaitsim.runs.writer import RunWriter
 
 BLOCKS = "▁▂▃▄▅▆▇█"
 COURSES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
+SCORES = ("best", "mean")  # of them, the courses on the scale of the scores
 BEST_SHOWN = 5
 WIDEST = 100  # characters; a longer line of sight helps no one
 VALUE = 7  # characters that most numbers fit in
@@ -40,11 +41,20 @@ class Display(Protocol):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None: ...
+    def begin_stage(self, writer: RunWriter) -> None:
+        """Say that a stage begins with the next generation, its population judged already."""
+
     def update(self, generation: Generation) -> None:
         """Show a finished generation."""
 
     def stopping(self) -> None:
         """Say that the run stops after this generation; called by a signal's handler."""
+
+
+def _stage_line(writer: RunWriter) -> str:
+    first = writer.last.number + 1 if writer.last else 1
+    what = "; ".join(map(str, writer.changes))
+    return visible(f"stage {writer.stage} from generation {first} on: {what}")
 
 
 def display(writer: RunWriter, json: bool) -> Display:
@@ -76,7 +86,13 @@ class Silent:
 
 
 class JsonLines(Silent):
-    """One object a generation: the columns of the history."""
+    """One object a generation: the columns of the history; and one where a stage begins."""
+
+    def begin_stage(self, writer: RunWriter) -> None:
+        """Print the stage's number, its first generation, and what it changes."""
+        first = writer.last.number + 1 if writer.last else 1
+        changes = [str(change) for change in writer.changes]
+        print_json({"stage": writer.stage, "first": first, "changes": changes})
 
     def update(self, generation: Generation) -> None:
         """Print the generation's row."""
@@ -91,6 +107,10 @@ class PlainLines(Silent):
         self._clock = clock
         self._printed = -math.inf
         print(f"run {visible(str(writer.path))}", flush=True)
+
+    def begin_stage(self, writer: RunWriter) -> None:
+        """Print a line."""
+        print(_stage_line(writer), flush=True)
 
     def update(self, generation: Generation) -> None:
         """Print a line if it is time."""
@@ -128,14 +148,19 @@ class LiveView:
         self._generation = writer.last
         self._row = row(writer.last) if writer.last else {}
         history = writer.run.history if writer.last else {}
-        self._courses = {name: [*history.get(name, [])] for name in COURSES}
+        # Scores of another fitness or body would stand on another scale.
+        first = writer.run.comparable - 1 if history else 0
+        self._courses = {
+            name: [*history.get(name, [])[first if name in SCORES else 0 :]] for name in COURSES
+        }
         self._clock = clock
         # When each of the latest generations ended: how fast it goes now, not on average.
         self._ends = deque([(clock(), self._done)], maxlen=1000)
         self._begun = clock()
         self._note = ""
         self._ended = False
-        self._live = Live(self, console=console or output(), refresh_per_second=8)
+        self._console = console or output()
+        self._live = Live(self, console=self._console, refresh_per_second=8)
 
     def __enter__(self) -> Self:
         self._begun = self._clock()
@@ -151,6 +176,14 @@ class LiveView:
     ) -> None:
         self._ended = True
         self._live.stop()
+
+    def begin_stage(self, writer: RunWriter) -> None:
+        """Print a line that stays; scores of another scale begin their courses anew."""
+        self._console.print(_stage_line(writer), style="bold", markup=False)
+        if writer.last is not None and any(change.rescores for change in writer.changes):
+            self._generation, self._row = writer.last, row(writer.last)
+            for name in SCORES:
+                self._courses[name] = [self._row[name]]
 
     def update(self, generation: Generation) -> None:
         """Take note; the screen follows eight times a second, whatever the search's speed."""
@@ -220,9 +253,12 @@ class LiveView:
         rate = self._speed() * len(generation.genomes)
         if rate:
             foot.append(f"{rate:,.0f} evaluations/s, ")
-        return foot.append(
-            f"best of generation {generation.number - generation.progress.stagnation:,}"
-        )
+        if generation.progress.stagnation >= 0:  # else: only judged anew
+            best = generation.number - generation.progress.stagnation
+            foot.append(f"best of generation {best:,}")
+        if generation.progress.stage > 1:
+            foot.append(f", stage {generation.progress.stage}" if foot else "")
+        return foot
 
     def _terms(self, generation: Generation, width: int, rows: int) -> Table:
         """The sum of each of the best, as many of them and of their terms as there is room for."""

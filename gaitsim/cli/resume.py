@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.run import Json, Workers
+from gaitsim.cli.run import Json, Set, Workers
 
 
 def resume(
@@ -12,6 +12,7 @@ def resume(
     generations: Annotated[
         int | None, typer.Option(help="Go on to this generation. Default: as far as planned.")
     ] = None,
+    set_: Set = None,
     workers: Workers = None,
     any_version: Annotated[
         bool,
@@ -21,13 +22,20 @@ def resume(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Go on with a run, exactly as if it had never stopped.
+    """Go on with a run, exactly as if it had never stopped; or train it on under other options.
+
+    What --set changes holds from the next generation on, and is recorded as a stage of the
+    run. The population stays as it is; another fitness or body judges it anew.
 
     [bold]Examples[/bold]
 
     gaitsim resume spider
 
     gaitsim resume spider --generations 2000
+
+    gaitsim resume spider --set mutation.rate=0.01 --generations 400
+
+    gaitsim resume spider --set fitness.plugin=spider-classic --generations 400
     """
     from gaitsim.cli.evolving import evolve_run
     from gaitsim.runs.folder import find_run
@@ -36,6 +44,7 @@ def resume(
         find_run(run),
         workers=workers,
         json=json,
+        overrides=set_ or (),
         generations=generations,
         any_version=any_version,
     )

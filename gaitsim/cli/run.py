@@ -26,6 +26,15 @@ def run(
     seed: Annotated[int | None, typer.Option(help="Seed of all randomness.")] = None,
     set_: Set = None,
     workers: Workers = None,
+    from_: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="FILE|RUN[@N]",
+            help="Begin with a kept individual: a champion's file, a run's champion, or the best "
+            "of a run's generation N. The others are its mutations.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the run. Default: runs/<name>.")
     ] = None,
@@ -44,10 +53,17 @@ def run(
     gaitsim run spider --set mutation.rate=0.1 --set fitness.yaw_weight=2
 
     gaitsim run my-spider.toml --out runs/mine --json > log.jsonl
+
+    gaitsim run spider --from runs/spider --set fitness.yaw_weight=4
+
+    gaitsim run spider --from spider@120
+
+    gaitsim run spider --from runs/spider/champions/generation-000012.pickle
     """
     from gaitsim.cli.evolving import evolve_run
     from gaitsim.experiment import load_experiment
     from gaitsim.runs.folder import create_run
+    from gaitsim.runs.start import check_start, kept_individual
 
     short = {
         "evolution.generations": generations,
@@ -56,4 +72,8 @@ def run(
     }
     given = [f"{key}={value}" for key, value in short.items() if value is not None]
     loaded = load_experiment(experiment, [*given, *(set_ or [])])
-    evolve_run(create_run(loaded, out), workers=workers, json=json)
+    start = None
+    if from_ is not None:
+        start = kept_individual(from_)
+        check_start(loaded, start, f"--from {from_}")
+    evolve_run(create_run(loaded, out, start), workers=workers, json=json)

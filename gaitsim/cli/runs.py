@@ -49,8 +49,8 @@ def _row(path: Path) -> dict[str, Any]:
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import Evolution
     from gaitsim.runs.lock import is_locked
+    from gaitsim.runs.opening import is_finished
     from gaitsim.runs.reader import Run
-    from gaitsim.runs.writer import is_finished
     from gaitsim.toml import parse
 
     row: dict[str, Any] = {
@@ -77,6 +77,6 @@ def _row(path: Path) -> dict[str, Any]:
     if found is not None:
         row["generation"] = found[0].generation
         row["best"] = found[0].best_score
-        finished = is_finished(evolution, found[0])
+        finished = is_finished(evolution, found[0], run.experiment_text)
     row["state"] = "running" if is_locked(path) else "finished" if finished else "stopped"
     return row

@@ -7,6 +7,11 @@ import typer
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
+
     from gaitsim.runs.reader import Run
 
 
@@ -20,7 +25,7 @@ def show(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Show a run in full: what it is made of, how far it is, and its champion.
+    """Show a run in full: what it is made of, how far it is, its stages, and its champion.
 
     [bold]Examples[/bold]
 
@@ -49,9 +54,11 @@ def show(
 def _print_json(run: "Run") -> None:
     from gaitsim.cli.console import print_json
     from gaitsim.cli.summary import champion_of
+    from gaitsim.runs.start import read_start
 
     experiment, history = run.experiment, run.history
     champion = champion_of(run, history)
+    start = read_start(run)
     print_json(
         {
             "run": str(run.path),
@@ -62,6 +69,17 @@ def _print_json(run: "Run") -> None:
             "generations": experiment.evolution.generations,
             "evaluations": int(history["evaluations"][-1]) if history else 0,
             "seconds": float(history["seconds"].sum()) if history else 0.0,
+            "start": {"generation": start.generation, "score": start.score} if start else None,
+            "stages": [
+                {
+                    "stage": stage.number,
+                    "first": stage.first,
+                    "last": stage.last,
+                    "changes": [str(change) for change in stage.changes],
+                }
+                for stage in run.stages
+            ],
+            "pending": [str(change) for change in run.pending],
             "champion": champion.plain() if champion else None,
             "fingerprint": run.fingerprint() if history else None,
         }
@@ -73,6 +91,7 @@ def _print(run: "Run") -> None:
     from gaitsim.cli.progress import sparkline
     from gaitsim.cli.summary import champion_of, print_champion
     from gaitsim.runs.folder import command
+    from gaitsim.runs.start import read_start
 
     experiment, history = run.experiment, run.history
     console = output()
@@ -80,6 +99,12 @@ def _print(run: "Run") -> None:
     console.print(f"{experiment.name}: {experiment.description}", markup=False)
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
     console.print(f"seed {experiment.seed}  {parts}", markup=False)
+    start = read_start(run)
+    if start is not None:
+        console.print(
+            f"begun with a kept individual of generation {start.generation}, "
+            f"its score {number(start.score, 4)} there"
+        )
     if not history:
         again = command("resume", run.path)
         console.print(f"No generation is finished yet. Go on: {again}", markup=False)
@@ -89,9 +114,27 @@ def _print(run: "Run") -> None:
         f"{int(history['evaluations'][-1]):,} evaluations in {history['seconds'].sum():.1f} s"
     )
     for name in ("best", "mean"):
-        console.print(
-            f"{name} {sparkline(list(history[name]), 48)} {number(history[name][-1])}",
-            markup=False,
-        )
+        course = history[name][run.comparable - 1 :]
+        console.print(f"{name} {sparkline(list(course), 48)} {number(course[-1])}", markup=False)
+    _print_stages(run, history)
     console.print()
     print_champion(run, champion_of(run, history))
+
+
+def _print_stages(run: "Run", history: "Mapping[str, NDArray[np.float64]]") -> None:
+    """The stages of a run that has several, and what waits to begin one."""
+    from gaitsim.cli.console import number, output, table
+
+    console = output()
+    stages = run.stages
+    if len(stages) > 1:
+        made = table("stage", "generations", "best", "changed", numbers=("stage", "best"))
+        for stage in stages:
+            best = history["best"][stage.first - 1 : stage.last].max()
+            changed = "; ".join(map(str, stage.changes))
+            made.add_row(str(stage.number), f"{stage.first} to {stage.last}", number(best), changed)
+        console.print()
+        console.print(made, markup=False)
+    if run.pending:
+        changed = "; ".join(map(str, run.pending))
+        console.print(f"from generation {stages[-1].last + 1} on: {changed}", markup=False)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.cli.console import number, output, print_json, table
+from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
 from gaitsim.runs.folder import command
 from gaitsim.runs.history import best_terms
@@ -51,15 +52,16 @@ def champion_of(run: Run, history: Mapping[str, NDArray[np.float64]]) -> Champio
     Raises:
         GaitsimError: the run is damaged, or the body cannot move its champion.
     """
-    if not history or not np.isfinite(history["best"].max()):
+    if not history or not np.isfinite(history["best"][run.comparable - 1 :].max()):
         return None
     generation, score, genome = run.champion()
-    return Champion(generation, score, best_terms(history, generation), _measures(run, genome))
+    measures = _measures(run.experiment_at(generation), genome)
+    return Champion(generation, score, best_terms(history, generation), measures)
 
 
-def _measures(run: Run, genome: NDArray[Any]) -> dict[str, tuple[float, str, str]]:
-    organism = run.experiment.organism
-    with containing(run.experiment.entries["organism"], "measuring the champion"):
+def _measures(experiment: Experiment, genome: NDArray[Any]) -> dict[str, tuple[float, str, str]]:
+    organism = experiment.organism
+    with containing(experiment.entries["organism"], "measuring the champion"):
         measures = organism.measures(organism.move(genome[None]))
         return {
             str(name): (float(measure.values[0]), measure.unit, measure.help)

@@ -1,6 +1,11 @@
 """An experiment: everything that a run is a function of. Frozen; to and from TOML."""
 
-from gaitsim.experiment.loading import load_experiment, parse_experiment, with_overrides
+from gaitsim.experiment.loading import (
+    load_experiment,
+    parse_experiment,
+    parse_space,
+    with_overrides,
+)
 from gaitsim.experiment.model import SCHEMA, Evolution, Experiment
 
 __all__ = [
@@ -9,5 +14,6 @@ __all__ = [
     "Experiment",
     "load_experiment",
     "parse_experiment",
+    "parse_space",
     "with_overrides",
 ]

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gaitsim import toml
+from gaitsim.contracts import GenomeSpace
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
-from gaitsim.experiment.model import Experiment
+from gaitsim.experiment.model import Experiment, space_of
 from gaitsim.experiment.reader import Reader
 from gaitsim.presets import read_preset
 
@@ -99,6 +100,23 @@ def parse_experiment(text: str, source: str, overrides: Sequence[str] = ()) -> E
     except GaitsimError as error:
         raise ExperimentError([error]) from None
     return Reader(source).read(data, overrides)
+
+
+def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
+    """The name and the genome space of the body that an experiment's TOML text describes.
+
+    Unlike `parse_experiment`, it does without the experiment's other plugins.
+
+    Raises:
+        ExperimentError: the body has problems, such as a package that is not installed.
+        PluginError: the body cannot say what its genomes are.
+    """
+    try:
+        data = toml.parse(text, source)
+    except GaitsimError as error:
+        raise ExperimentError([error]) from None
+    entry, organism = Reader(source).read_organism(data)
+    return entry.name, space_of(entry, organism)
 
 
 def with_overrides(experiment: Experiment, overrides: Sequence[str]) -> Experiment:

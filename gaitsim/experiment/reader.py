@@ -8,6 +8,7 @@ from typing import Any, cast
 from pydantic import BaseModel, ValidationError
 
 from gaitsim import options, registry
+from gaitsim.contracts import Organism
 from gaitsim.declarations import PLUGIN
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
 from gaitsim.experiment.combination import check_combination, check_pairing, check_sizes
@@ -59,6 +60,19 @@ class Reader:
         if self.problems.found or evolution is None:
             raise ExperimentError(self.problems.found)
         return Experiment(name, description, seed, evolution, **plugins, entries=entries)
+
+    def read_organism(self, data: dict[str, Any]) -> tuple[Entry, Organism]:
+        """The body alone, whatever is wrong with the rest.
+
+        Raises:
+            ExperimentError: with all the body's problems.
+        """
+        entries: dict[str, Entry] = {}
+        plugins: dict[str, Any] = {}
+        self._plugin("organism", data, entries, plugins)
+        if self.problems.found:
+            raise ExperimentError(self.problems.found)
+        return entries["organism"], plugins["organism"]
 
     def _report(self, key: str, what: str, allowed: str = "", remedy: str = "") -> None:
         self.problems.report(key, what, allowed, remedy)

@@ -1,6 +1,7 @@
 """What a checkpoint and a champion hold, checked to the last key when they are read."""
 
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -30,10 +31,17 @@ from gaitsim.runs.schema import (
 
 @dataclass(frozen=True)
 class Stage:
-    """From which generation on which experiment held, as resolved TOML."""
+    """A stage that came to its end, since the experiment was changed after it.
+
+    Args:
+        generation: its last one.
+        experiment: that held up to it, as resolved TOML.
+        versions: of gaitsim, NumPy and each plugin's package then, by name.
+    """
 
     generation: int
     experiment: str
+    versions: dict[str, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +61,7 @@ class Checkpoint:
         stagnation: generations since the best score last rose.
         best_score: the best score so far; −inf where none was finite.
         threshold: the score that the next champion must beat; None where none is saved.
-        stages: experiments that held before, in the order of their generations.
+        stages: those before the present one, in the order of their generations.
     """
 
     kind: ClassVar[str] = "population"
@@ -102,7 +110,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None =
         RunError: the file cannot be written; what stood there still does.
         ValueError: the checkpoint is not one; see `Checkpoint`.
     """
-    data = _pack(checkpoint)
+    data = pack(checkpoint)
     if previous is None:
         write_bytes(path, data)
     else:
@@ -116,7 +124,7 @@ def write_champion(path: Path, champion: Champion) -> None:
         RunError: the file cannot be written; what stood there still does.
         ValueError: the champion is not one; see `Champion`.
     """
-    write_bytes(path, _pack(champion))
+    write_bytes(path, pack(champion))
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
@@ -196,9 +204,9 @@ def _check_checkpoint(**values: Any) -> Checkpoint:
             raise MismatchError(f"terms.{term_name}", "finite where the score is")
     if not checkpoint.reasons.keys() <= {str(index) for index in np.flatnonzero(failed)}:
         raise MismatchError("reasons", "given for individuals with the score −inf alone")
-    begins = [stage.generation for stage in checkpoint.stages]
-    if begins != sorted(begins):
-        raise MismatchError("stages", "in the order of their generations")
+    ends = [0, *(stage.generation for stage in checkpoint.stages), checkpoint.generation]
+    if checkpoint.stages and not all(before < end for before, end in pairwise(ends)):
+        raise MismatchError("stages", "in the order of their generations, before the checkpoint's")
     return checkpoint
 
 
@@ -218,7 +226,9 @@ _CHECKPOINT = record(
         "stagnation": count,
         "best_score": below_infinity,
         "threshold": optional(finite),
-        "stages": each(record(Stage, {"generation": count, "experiment": text})),
+        "stages": each(
+            record(Stage, {"generation": count, "experiment": text, "versions": named(name)})
+        ),
     },
 )
 _CHAMPION = record(
@@ -235,8 +245,12 @@ _CHAMPION = record(
 _RULES = {Checkpoint.kind: _CHECKPOINT, Champion.kind: _CHAMPION}
 
 
-def _pack(record: Checkpoint | Champion) -> bytes:
-    """The file of `record`, which the rule that will read it has accepted."""
+def pack(record: Checkpoint | Champion) -> bytes:
+    """The file of `record`, which the rule that will read it has accepted.
+
+    Raises:
+        ValueError: it is not one; see `Checkpoint` and `Champion`.
+    """
     content = _plain(record)
     try:
         _RULES[record.kind](content, record.kind)

@@ -12,10 +12,12 @@ from pathlib import Path
 from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
 from gaitsim.runs.atomic import sync_folder, write_bytes, writing
+from gaitsim.runs.checkpoint import Champion, pack
 from gaitsim.runs.safe_pickle import MAX_BYTES
 
 RUNS = Path("runs")
 EXPERIMENT = "experiment.toml"
+START = "start.pickle"
 CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
 HISTORY, BESTS = "history.csv", "bests.bin"
 CHAMPIONS, EXPORTS = "champions", "exports"
@@ -77,7 +79,9 @@ def _made(path: Path) -> float:
         return 0.0
 
 
-def create_run(experiment: Experiment, out: Path | None = None) -> Path:
+def create_run(
+    experiment: Experiment, out: Path | None = None, start: Champion | None = None
+) -> Path:
     """Make the folder of a new run; a name that is taken gets a number: spider-2.
 
     The folder appears at one stroke, with its experiment in it.
@@ -85,17 +89,23 @@ def create_run(experiment: Experiment, out: Path | None = None) -> Path:
     Args:
         experiment: written to it, resolved.
         out: the folder to make; None is `runs/<name of the experiment>`.
+        start: an individual that fits the experiment's body, which the first population
+            is made of; None draws it.
 
     Raises:
         RunError: it cannot be made, or the population is too large for a checkpoint.
     """
-    _check_size(experiment)
+    check_size(experiment)
     wanted = RUNS / experiment.name if out is None else out
-    files = {EXPERIMENT: experiment.to_toml()}
+    files: dict[str, str | bytes] = {EXPERIMENT: experiment.to_toml()}
+    if start is not None:
+        files[START] = pack(start)
     return create_folder(wanted, files, (CHAMPIONS, EXPORTS))
 
 
-def create_folder(wanted: Path, files: Mapping[str, str], folders: Iterable[str] = ()) -> Path:
+def create_folder(
+    wanted: Path, files: Mapping[str, str | bytes], folders: Iterable[str] = ()
+) -> Path:
     """Make a folder at one stroke, files and folders in it; a taken name gets a number.
 
     Raises:
@@ -112,8 +122,9 @@ def create_folder(wanted: Path, files: Mapping[str, str], folders: Iterable[str]
         draft = wanted.parent / f"{_DRAFT}{secrets.token_hex(8)}"
         draft.mkdir()
         try:
-            for name, text in files.items():
-                write_bytes(draft / name, text.encode())
+            for name, content in files.items():
+                data = content.encode() if isinstance(content, str) else content
+                write_bytes(draft / name, data)
             for name in folders:
                 (draft / name).mkdir()
             path = _name(draft, wanted)
@@ -132,7 +143,12 @@ def _remove_drafts(folder: Path) -> None:
                 shutil.rmtree(draft)
 
 
-def _check_size(experiment: Experiment) -> None:
+def check_size(experiment: Experiment) -> None:
+    """Check that the population is one that a checkpoint can hold.
+
+    Raises:
+        RunError: it is too large.
+    """
     population, space = experiment.evolution.population, experiment.space()
     # The other half is room for the scores and their terms.
     most = MAX_BYTES // 2 // (space.genes * space.dtype.itemsize)

@@ -1,13 +1,13 @@
 """`history.csv`: one row a generation. `bests.bin`: each generation's best genome.
 
-Both only ever grow by whole records; on resuming they are cut back to the checkpoint.
+How rows are made and both files read; `growing` writes them.
 """
 
 import csv
 import io
-import os
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +20,13 @@ from gaitsim.evolution import Generation
 
 COLUMNS = (
     "generation",
+    "stage",
     "evaluations",
     "best",
     "mean",
     "median",
+    "lower quartile",
+    "upper quartile",
     "worst",
     "spread",
     "diversity",
@@ -42,6 +45,7 @@ def row(generation: Generation) -> dict[str, float]:
     scores = generation.scores
     alive = np.isfinite(scores)
     finite = scores[alive] if alive.any() else scores
+    lower, median, upper = _quartiles(finite)
     best = generation.best
     terms = generation.evaluation.terms
     means = {
@@ -50,10 +54,13 @@ def row(generation: Generation) -> dict[str, float]:
     }
     return {
         "generation": generation.number,
+        "stage": generation.progress.stage,
         "evaluations": generation.progress.evaluations,
         "best": float(scores[best]),
         "mean": float(finite.mean()),
-        "median": float(np.median(finite)),
+        "median": median,
+        "lower quartile": lower,
+        "upper quartile": upper,
         "worst": float(scores.min()),
         "spread": float(finite.std()) if alive.any() else 0.0,
         "diversity": generation.diversity,
@@ -63,12 +70,58 @@ def row(generation: Generation) -> dict[str, float]:
     }
 
 
-def line(values: Mapping[str, float] | tuple[str, ...]) -> str:
+def _quartiles(values: NDArray[np.float64]) -> list[float]:
+    """Lower quartile, median and upper quartile, linear between neighbours as NumPy's.
+
+    A tenth of what np.quantile takes for a hundred values: 15 µs.
+    """
+    ordered = np.sort(values).tolist()
+    found = []
+    for part in (0.25, 0.5, 0.75):
+        place = part * (len(ordered) - 1)
+        below, rest = int(place), place % 1
+        low, high = ordered[below], ordered[math.ceil(place)]
+        # Of equals, such as −inf of a generation in which all failed, there is no mean.
+        found.append(low if low == high else low * (1 - rest) + high * rest)
+    return found
+
+
+def line(cells: Iterable[str | float]) -> str:
     """One line of CSV; numbers in the shortest form that reads back the same."""
-    cells = values if isinstance(values, tuple) else [repr(value) for value in values.values()]
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(cells)
+    csv.writer(text, lineterminator="\n").writerow(
+        [cell if isinstance(cell, str) else repr(cell) for cell in cells]
+    )
     return text.getvalue()
+
+
+def header(terms: Sequence[str]) -> tuple[str, ...]:
+    """The names of a history's columns: the general ones, a term each, a term's mean each."""
+    return (*COLUMNS, *terms, *(MEAN + name for name in terms))
+
+
+def terms_of(names: Iterable[str]) -> list[str]:
+    """The terms among the names of a history's columns."""
+    more = list(names)[len(COLUMNS) :]
+    return more[: len(more) // 2]
+
+
+def used_terms(columns: Mapping[str, NDArray[np.float64]], present: Sequence[str]) -> list[str]:
+    """The terms that some stage of a run has or had, in the order in which they came.
+
+    Columns of a stage that was given up before its first generation hold no number.
+
+    Args:
+        columns: of the history.
+        present: the terms of the stage that the run is in.
+    """
+    known = [
+        name
+        for name in terms_of(columns)
+        if name in present
+        or not (np.isnan(columns[name]).all() and np.isnan(columns[MEAN + name]).all())
+    ]
+    return [*known, *(name for name in present if name not in known)]
 
 
 def line_ends(path: Path) -> list[int]:
@@ -78,6 +131,24 @@ def line_ends(path: Path) -> list[int]:
         RunError: it cannot be read.
     """
     return [end.end() for end in re.finditer(b"\n", _read(path))]
+
+
+def read_header(path: Path) -> tuple[str, ...]:
+    """The names of a history's columns; () where there is no whole line yet.
+
+    Raises:
+        RunError: it cannot be read, or is no text.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            first = file.readline()
+        return tuple(next(csv.reader([first]))) if first.endswith("\n") else ()
+    except FileNotFoundError:
+        return ()
+    except (UnicodeDecodeError, csv.Error):
+        raise _damaged(path, "its first line is no text") from None
+    except OSError as error:
+        raise RunError(f"cannot read {path}: {error.strerror}") from None
 
 
 def read_history(path: Path) -> dict[str, NDArray[np.float64]]:
@@ -95,22 +166,22 @@ def read_history(path: Path) -> dict[str, NDArray[np.float64]]:
     rows = data.count(b"\n") - 1
     try:
         text = io.StringIO(data.decode())
-        header = next(csv.reader([text.readline()]))
+        names = next(csv.reader([text.readline()]))
         # Three times as fast as csv and float() for a hundred thousand generations.
         table = (
             np.loadtxt(text, delimiter=",", comments=None, ndmin=2)
             if rows
-            else np.empty((0, len(header)))
+            else np.empty((0, len(names)))
         )
     except (UnicodeDecodeError, csv.Error, ValueError):
         raise _damaged(path, "a row does not hold numbers alone") from None
-    if table.shape != (rows, len(header)):
+    if table.shape != (rows, len(names)):
         raise _damaged(path, "a row does not hold as many numbers as there are columns")
-    if tuple(header[: len(COLUMNS)]) != COLUMNS:
+    if tuple(names[: len(COLUMNS)]) != COLUMNS:
         raise _damaged(path, "its first line does not name the columns of a history")
     if not np.array_equal(table[:, 0], np.arange(1, rows + 1)):
         raise _damaged(path, "its rows are not those of the generations from 1 on")
-    return {name: table[:, column] for column, name in enumerate(header)}
+    return {name: table[:, column] for column, name in enumerate(names)}
 
 
 def _damaged(path: Path, reason: str) -> RunError:
@@ -131,9 +202,12 @@ def _read(path: Path) -> bytes:
 
 
 def best_terms(columns: Mapping[str, NDArray[np.float64]], generation: int) -> dict[str, float]:
-    """The terms of the best score of a generation, out of a history's columns."""
-    more = list(columns)[len(COLUMNS) :]  # a column a term, then a mean a term
-    return {name: float(columns[name][generation - 1]) for name in more[: len(more) // 2]}
+    """The terms of the best score of a generation, out of a history's columns.
+
+    Only those that have a number: another stage's terms have none.
+    """
+    found = {name: float(columns[name][generation - 1]) for name in terms_of(columns)}
+    return {name: value for name, value in found.items() if not math.isnan(value)}
 
 
 def record_type(space: GenomeSpace) -> np.dtype[Any]:
@@ -152,24 +226,3 @@ def read_bests(path: Path, space: GenomeSpace) -> NDArray[Any]:
     data = _read(path)
     layout = record_type(space)
     return np.frombuffer(data, layout, count=len(data) // layout.itemsize)
-
-
-class Growing:
-    """A file that grows by whole records and can be cut back."""
-
-    def __init__(self, path: Path, keep: int) -> None:
-        """Open `path` for appending after its first `keep` bytes."""
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        os.ftruncate(self._descriptor, keep)
-        os.lseek(self._descriptor, 0, os.SEEK_END)
-
-    def append(self, data: bytes) -> None:
-        """Add a record and force it to disk."""
-        view = memoryview(data)
-        while view:
-            view = view[os.write(self._descriptor, view) :]
-        os.fsync(self._descriptor)
-
-    def close(self) -> None:
-        """Close the file."""
-        os.close(self._descriptor)

@@ -1,6 +1,7 @@
 """A run on disk, opened for reading."""
 
 import hashlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
 from gaitsim.experiment import Experiment, parse_experiment
-from gaitsim.registry import KINDS, containing, entries
+from gaitsim.registry import KINDS, entries
 from gaitsim.runs.atomic import writing
 from gaitsim.runs.checkpoint import Checkpoint, read_with_fallback
+from gaitsim.runs.fitting import fitting, misfit
 from gaitsim.runs.folder import (
     BESTS,
     CHECKPOINT,
@@ -24,7 +26,8 @@ from gaitsim.runs.folder import (
     PREVIOUS,
     command,
 )
-from gaitsim.runs.history import read_bests, read_history, record_type
+from gaitsim.runs.history import header, read_bests, read_history, record_type, used_terms
+from gaitsim.runs.stages import Change, RunStage, changes, comparable, options, pending, stages_of
 
 
 def versions(experiment: Experiment) -> dict[str, str]:
@@ -33,6 +36,19 @@ def versions(experiment: Experiment) -> dict[str, str]:
     for kind, entry in experiment.entries.items():
         found[f"{kind} {entry.name}"] = f"{entry.package} {entry.version}"
     return found
+
+
+def _missing(found: Mapping[str, str]) -> list[GaitsimError]:
+    """What a run's plugins that are not installed came with, by the versions of a checkpoint."""
+    known = {f"{kind} {name}" for kind in KINDS for name in entries(kind)}
+    return [
+        GaitsimError(
+            f"the {key} of this run came with the package {package}",
+            remedy=f"install it: pip install {'=='.join(package.split())}",
+        )
+        for key, package in found.items()
+        if key.split()[0] in KINDS and key not in known
+    ]
 
 
 @dataclass(frozen=True)
@@ -66,30 +82,92 @@ class Run:
         Raises:
             ExperimentError: it has problems, such as a plugin that is no longer installed.
         """
+        return self.experiment_with(())
+
+    def experiment_with(self, overrides: Sequence[str]) -> Experiment:
+        """The experiment after overrides, 'KEY=VALUE' each, its plugins loaded.
+
+        Raises:
+            ExperimentError: with all the problems of both.
+        """
         try:
-            return parse_experiment(self.experiment_text, str(self.path / EXPERIMENT))
+            return parse_experiment(self.experiment_text, str(self.path / EXPERIMENT), overrides)
         except ExperimentError as error:
-            raise ExperimentError([*error.problems, *self._missing()]) from None
+            try:
+                found = self.checkpoint()
+            except RunError:
+                found = None
+            missing = _missing(found[0].versions if found else {})
+            raise ExperimentError([*error.problems, *missing]) from None
+
+    @property
+    def stages(self) -> tuple[RunStage, ...]:
+        """The stages of the run, the present one last; () before the first generation."""
+        found = self.checkpoint()
+        return stages_of(found[0]) if found else ()
+
+    def stage_at(self, generation: int) -> RunStage:
+        """The stage that a generation belongs to.
+
+        Raises:
+            RunError: there is no such generation.
+        """
+        stages = self.stages
+        if not stages:
+            raise self.unfinished()
+        for stage in stages:
+            if stage.first <= generation <= stage.last:
+                return stage
+        raise self._no_generation(generation, stages[-1].last)
 
     def experiment_at(self, generation: int) -> Experiment:
-        """The experiment as it was when `generation` was evolved."""
-        return self.experiment
+        """The experiment as it was when `generation` was evolved, its plugins loaded.
 
-    def _missing(self) -> list[GaitsimError]:
-        """What the run's plugins that are not installed came with."""
-        try:
-            found = self.checkpoint()
-        except RunError:
-            found = None
-        known = {f"{kind} {name}" for kind in KINDS for name in entries(kind)}
-        return [
-            GaitsimError(
-                f"the {key} of this run came with the package {package}",
-                remedy=f"install it: pip install {'=='.join(package.split())}",
-            )
-            for key, package in (found[0].versions if found else {}).items()
-            if key.split()[0] in KINDS and key not in known
-        ]
+        Raises:
+            ExperimentError: it has problems, such as a plugin that is no longer installed.
+            RunError: there is no such generation.
+        """
+        stage = self.stage_at(generation)
+        text = stage.experiment
+        if text not in self._parsed:
+            if not changes(text, self.experiment_text):
+                return self.experiment
+            source = f"{self.path}, the experiment of stage {stage.number}"
+            try:
+                self._parsed[text] = parse_experiment(text, source)
+            except ExperimentError as error:
+                raise ExperimentError([*error.problems, *_missing(stage.versions)]) from None
+        return self._parsed[text]
+
+    @cached_property
+    def _parsed(self) -> dict[str, Experiment]:
+        return {}
+
+    @property
+    def pending(self) -> tuple[Change, ...]:
+        """What was changed since the last generation, and begins a stage with the next one.
+
+        Raises:
+            ExperimentError: the experiment has problems.
+        """
+        found = self.checkpoint()
+        if found is None or found[0].experiment == self.experiment_text:
+            return ()
+        return pending(found[0], self.experiment)
+
+    @property
+    def comparable(self) -> int:
+        """The first generation whose scores can be compared with those of the last one.
+
+        Those before it were judged by another fitness, or of another body.
+
+        Raises:
+            RunError: no generation is finished yet.
+        """
+        stages = self.stages
+        if not stages:
+            raise self.unfinished()
+        return comparable(stages)
 
     @property
     def history(self) -> dict[str, NDArray[np.float64]]:
@@ -98,16 +176,19 @@ class Run:
         Raises:
             RunError: it is damaged, or ends before the checkpoint.
         """
-        return self._history(self.generation)
+        found = self.checkpoint()
+        return self._history(found[0]) if found else {}
 
-    def _history(self, generation: int) -> dict[str, NDArray[np.float64]]:
-        if generation == 0:
-            return {}
+    def _history(self, checkpoint: Checkpoint) -> dict[str, NDArray[np.float64]]:
+        generation = checkpoint.generation
         columns = read_history(self.path / HISTORY)
         rows = len(columns["generation"]) if columns else 0
         if rows < generation:
             raise self.ends_early(HISTORY, rows, generation)
-        return {name: values[:generation] for name, values in columns.items()}
+        columns = {name: values[:generation] for name, values in columns.items()}
+        terms = [name for name in checkpoint.terms if name in columns]
+        # Without those of a stage whose first generation was not finished.
+        return {name: columns[name] for name in header(used_terms(columns, terms))}
 
     @property
     def bests(self) -> NDArray[Any]:
@@ -153,17 +234,15 @@ class Run:
         Raises:
             CheckpointError: it is not.
         """
-        space, population = self.experiment.space(), self.experiment.evolution.population
-        genomes = checkpoint.genomes
-        with containing(self.experiment.entries["organism"], "looking at genomes"):
-            fits = space.contains(genomes)
-        if not fits or len(genomes) != population:
+        population, genomes = self.experiment.evolution.population, checkpoint.genomes
+        wrong = misfit(self.experiment, genomes, checkpoint.experiment, "the population")
+        if wrong or len(genomes) != population:
+            reason = wrong or f"it asks for {population} individuals"
             raise CheckpointError(
                 f"the population of {len(genomes)} with {genomes.shape[1]} genes in "
-                f"{self.path / CHECKPOINT} does not belong to the experiment beside it",
+                f"{self.path / CHECKPOINT} does not belong to the experiment beside it: {reason}",
                 where=str(self.path / EXPERIMENT),
-                allowed=f"a population of {population} with {space.genes} {space.name} genes, "
-                "within the bounds of the organism",
+                allowed=f"a population of {population} with {fitting(self.experiment)}",
                 remedy="take back what was changed in the experiment, or begin a new run with it",
             )
 
@@ -178,6 +257,8 @@ class Run:
     def champion(self, generation: int | None = None) -> tuple[int, float, NDArray[Any]]:
         """The best individual of a generation, or of all: generation, score, genome (genes,).
 
+        Of all, that is, whose scores can be compared with those of the last generation.
+
         Raises:
             RunError: no generation is finished yet, there is no such one, or all failed.
         """
@@ -185,14 +266,14 @@ class Run:
         if not len(bests):
             raise self.unfinished()
         if generation is not None and not 1 <= generation <= len(bests):
-            raise RunError(
-                f"the run {self.path} has no generation {generation}",
-                allowed=f"1 to {len(bests)}",
-            )
-        number = generation or int(np.argmax(bests["score"])) + 1
+            raise self._no_generation(generation, len(bests))
+        first = self.comparable
+        number = generation or first + int(np.argmax(bests["score"][first - 1 :]))
         best = bests[number - 1]
         if not np.isfinite(best["score"]):
-            which = "any generation" if generation is None else f"generation {generation}"
+            which = f"generation {generation}"
+            if generation is None:
+                which = "any generation" if first == 1 else f"all generations from {first} on"
             raise RunError(
                 f"the run {self.path} has no champion: every individual of {which} failed",
                 remedy=f"see why: {command('show', self.path)}",
@@ -210,6 +291,11 @@ class Run:
             folder.mkdir(exist_ok=True)
         return folder
 
+    def _no_generation(self, generation: int, last: int) -> RunError:
+        return RunError(
+            f"the run {self.path} has no generation {generation}", allowed=f"1 to {last}"
+        )
+
     def unfinished(self) -> RunError:
         """The error of a run that has not come to the end of its first generation."""
         return RunError(
@@ -218,7 +304,7 @@ class Run:
         )
 
     def fingerprint(self) -> str:
-        """SHA-256 of population, scores and history, times left out.
+        """SHA-256 of population, scores, history and stages, times left out.
 
         Raises:
             RunError: no generation is finished yet.
@@ -230,8 +316,11 @@ class Run:
         digest = hashlib.sha256()
         digest.update(checkpoint.genomes.tobytes())
         digest.update(checkpoint.scores.tobytes())
-        for name, values in self._history(checkpoint.generation).items():
+        for name, values in self._history(checkpoint).items():
             if name != "seconds":
                 digest.update(name.encode())
                 digest.update(values.tobytes())
+        stages = stages_of(checkpoint)
+        for stage in stages if len(stages) > 1 else ():
+            digest.update(f"{stage.first} {options(stage.experiment)}".encode())
         return digest.hexdigest()

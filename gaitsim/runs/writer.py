@@ -1,33 +1,28 @@
 """A run on disk, written generation by generation."""
 
 import re
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError, PluginError, RunError
+from gaitsim.contracts import Genomes
+from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, Progress, stop_reason
-from gaitsim.experiment import Evolution, with_overrides
+from gaitsim.evolution import Generation, evolve, rescored
 from gaitsim.runs import history
-from gaitsim.runs.atomic import remove_partials, write_bytes, writing
+from gaitsim.runs.atomic import remove_partials, writing
 from gaitsim.runs.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
-from gaitsim.runs.folder import (
-    BESTS,
-    CHAMPIONS,
-    CHECKPOINT,
-    EXPERIMENT,
-    HISTORY,
-    PREVIOUS,
-    command,
-)
+from gaitsim.runs.folder import BESTS, CHAMPIONS, CHECKPOINT, HISTORY, PREVIOUS
+from gaitsim.runs.growing import ClashError, Growing, GrowingHistory
 from gaitsim.runs.lock import RunLock
+from gaitsim.runs.opening import open_run
 from gaitsim.runs.reader import Run, versions
-from gaitsim.toml import parse
+from gaitsim.runs.stages import Change
 
 REASONS_KEPT = 1000
 """Of how many failed individuals a checkpoint says why."""
@@ -40,34 +35,50 @@ class RunWriter:
         run: the same, for reading.
         experiment: as it goes on.
         last: the generation to go on from; None where none is finished.
+        changes: of the experiment, by which a stage begins; () where none does.
+        stage: number of the stage that goes on or begins, from 1.
+        warning: what a user should know about how the run was found, or ''.
 
     Raises:
-        RunError: another process writes it, it is damaged, or was made with other
-            versions of its plugins' packages.
+        RunError: another process writes it, it is damaged, was made with other versions
+            of its plugins' packages, or would not go on under what is asked.
+        ExperimentError: the experiment has problems, or what is asked does not fit the
+            run; nothing is changed then.
     """
 
     def __init__(
-        self, path: Path, *, generations: int | None = None, any_version: bool = False
+        self,
+        path: Path,
+        *,
+        overrides: Sequence[str] = (),
+        generations: int | None = None,
+        any_version: bool = False,
     ) -> None:
-        """Open the run in `path`; `generations` changes how far it is to go."""
+        """Open the run in `path`.
+
+        Args:
+            path: its folder.
+            overrides: changes of the experiment from here on, 'KEY=VALUE' each.
+            generations: how far it is to go; None as far as planned.
+            any_version: go on although a package has another version now.
+        """
         self.path = path
         with ExitStack() as held:
             held.callback(RunLock(path).release)
             remove_partials(path)
             self.run = Run(path)
-            self.experiment = self.run.experiment
-            self._warnings: list[str] = []
-            self.last = self._restore(any_version)
-            if generations is not None:
-                self._extend(generations)
+            opening = open_run(
+                self.run, overrides, generations=generations, any_version=any_version
+            )
+            self.experiment, self.last = opening.experiment, opening.last
+            self.changes: tuple[Change, ...] = opening.changes
+            self.stage = len(opening.stages) + 1
+            self.warning = "; ".join(opening.warnings)
+            self._start, self._stages = opening.start, opening.stages
+            self._unscored = opening.rescores
             self._layout = history.record_type(self.experiment.space())
             self._cut_back(held)
             self._held = held.pop_all()
-
-    @property
-    def warning(self) -> str:
-        """What a user should know about how the run was found, or ''."""
-        return "; ".join(self._warnings)
 
     def __enter__(self) -> Self:
         return self
@@ -80,51 +91,6 @@ class RunWriter:
     ) -> None:
         self._held.close()
 
-    def _restore(self, any_version: bool) -> Generation | None:
-        found = self.run.checkpoint(keep_damaged=True)
-        if found is None:
-            return None
-        checkpoint, warning = found
-        if warning:
-            self._warnings.append(warning)
-        self._compare_versions(checkpoint, any_version)
-        self.run.check_fit(checkpoint)
-        changes = _changes(checkpoint.experiment, self.experiment.to_toml())
-        if changes:
-            self._warnings.append(
-                f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
-                f"({', '.join(changes)}): the run goes on as it says now"
-            )
-        return restored(checkpoint)
-
-    def _compare_versions(self, checkpoint: Checkpoint, any_version: bool) -> None:
-        now = versions(self.experiment)
-        changed = {
-            name: f"{name}: {then} then, {now[name]} now"
-            for name, then in checkpoint.versions.items()
-            if name in now and now[name] != then
-        }
-        numpy = changed.pop("numpy", None)
-        if changed and not any_version:
-            raise RunError(
-                f"the run {self.path} was made with other versions: " + "; ".join(changed.values()),
-                remedy="install those versions, or go on with these by --any-version: "
-                "the rest may then not be what it would have been",
-            )
-        if numpy:
-            self._warnings.append(f"another version of {numpy}: the last bits may differ")
-
-    def _extend(self, generations: int) -> None:
-        done = self.last.number if self.last else 0
-        if generations < done:
-            raise RunError(
-                f"the run {self.path} is at generation {done} already",
-                allowed=f"--generations {done} or more",
-                remedy=f"leave it, or begin a new one: {command('run', self.path / EXPERIMENT)}",
-            )
-        self.experiment = with_overrides(self.experiment, [f"evolution.generations={generations}"])
-        write_bytes(self.path / EXPERIMENT, self.experiment.to_toml().encode())
-
     def _cut_back(self, held: ExitStack) -> None:
         """Open the growing files after the records that the checkpoint counts, drop the rest."""
         done = self.last.number if self.last else 0
@@ -136,14 +102,49 @@ class RunWriter:
         if stored < done:
             raise self.run.ends_early(BESTS, stored, done)
         with writing(self.path):
-            self._history = history.Growing(rows, lines[done] if done else 0)
+            self._history = GrowingHistory(rows, lines[: done + 1] if done else [])
             held.callback(self._history.close)
-            self._bests = history.Growing(bests, done * self._layout.itemsize)
+            self._bests = Growing(bests, done * self._layout.itemsize)
             held.callback(self._bests.close)
             for champion in (self.path / CHAMPIONS).glob("generation-*.pickle"):
                 number = re.fullmatch(r"generation-(\d+)", champion.stem)
                 if number and int(number[1]) > done:
                     champion.unlink()
+
+    @property
+    def rescores(self) -> bool:
+        """Whether a stage begins for which the population has yet to be judged anew."""
+        return self._unscored
+
+    def begin(self, evaluate: Callable[[Genomes], Evaluation]) -> None:
+        """Begin the stage, if one begins: judge the population anew if its scores changed.
+
+        Writes nothing. Done twice, it does no more than once.
+
+        Args:
+            evaluate: scores a population under `experiment`.
+
+        Raises:
+            PluginError: the body or the fitness fails or breaks its contract.
+        """
+        if self._unscored and self.last is not None:
+            self.last = rescored(self.last, evaluate, self.last.progress)
+        self._unscored = False
+
+    def evolve(self, evaluate: Callable[[Genomes], Evaluation]) -> Iterator[Generation]:
+        """Evolve from here; a generation that is yielded is on the disk.
+
+        Args:
+            evaluate: scores a population under `experiment`.
+
+        Raises:
+            PluginError: a plugin fails or breaks its contract; names its package.
+            RunError: a generation cannot be written.
+        """
+        self.begin(evaluate)
+        for generation in evolve(self.experiment, evaluate, self.last, self._start):
+            self.record(generation)
+            yield generation
 
     def record(self, generation: Generation) -> None:
         """Write a finished generation: history and best first, the checkpoint last.
@@ -154,9 +155,12 @@ class RunWriter:
         Raises:
             RunError: it cannot be written; the run stands as of the generation before.
         """
+        if self._unscored:
+            raise ValueError("a stage begins with begin()")
         values = history.row(generation)
-        if generation.number == 1:
-            self._check_columns(values, generation)
+        terms = generation.evaluation.terms
+        if len(values) < len(history.COLUMNS) + 2 * len(terms):
+            raise self._clash()
         if not self.path.is_dir():
             raise RunError(
                 f"the folder of the run {self.path} is gone",
@@ -166,24 +170,25 @@ class RunWriter:
         record = np.zeros((), self._layout)
         record["score"], record["genome"] = generation.scores[best], generation.genomes[best]
         with writing(self.path):
-            header = history.line(tuple(values)) if generation.number == 1 else ""
-            self._history.append((header + history.line(values)).encode())
+            try:
+                self._history.append(values)
+            except ClashError:
+                raise self._clash() from None
             self._bests.append(record.tobytes())
         if generation.is_champion:
             self._write_champion(generation)
         write_checkpoint(self.path / CHECKPOINT, self._checkpoint(generation), self.path / PREVIOUS)
 
-    def _check_columns(self, values: dict[str, float], generation: Generation) -> None:
-        """Refuse terms that are called as other columns of the history are."""
-        if len(values) < len(history.COLUMNS) + 2 * len(generation.evaluation.terms):
-            entry = self.experiment.entries["fitness"]
-            raise PluginError(
-                f"{entry} names a term as a column of the history is named",
-                where=entry.target,
-                allowed=f"other names than {', '.join(history.COLUMNS)}, and none that is another "
-                f"term's after {history.MEAN!r}",
-                remedy=f"update {entry.package}, or report it to its author",
-            )
+    def _clash(self) -> PluginError:
+        """The error of a term that is called as another column of the history is."""
+        entry = self.experiment.entries["fitness"]
+        return PluginError(
+            f"{entry} names a term as a column of the history is named",
+            where=entry.target,
+            allowed=f"other names than {', '.join(history.COLUMNS)}, and none that is another "
+            f"term's after {history.MEAN!r}",
+            remedy=f"update {entry.package}, or report it to its author",
+        )
 
     def _write_champion(self, generation: Generation) -> None:
         best = generation.best
@@ -216,6 +221,7 @@ class RunWriter:
             stagnation=progress.stagnation,
             best_score=progress.best_score,
             threshold=progress.threshold,
+            stages=self._stages,
         )
 
     @cached_property
@@ -225,56 +231,3 @@ class RunWriter:
     @cached_property
     def _toml(self) -> str:
         return self.experiment.to_toml()
-
-
-def restored(checkpoint: Checkpoint) -> Generation:
-    """The generation that a checkpoint holds."""
-    reasons = {int(index): reason for index, reason in checkpoint.reasons.items()}
-    return Generation(
-        number=checkpoint.generation,
-        genomes=checkpoint.genomes,
-        evaluation=Evaluation(checkpoint.scores, checkpoint.terms, reasons),
-        progress=Progress(
-            evaluations=checkpoint.evaluations,
-            best_score=checkpoint.best_score,
-            stagnation=checkpoint.stagnation,
-            threshold=checkpoint.threshold,
-        ),
-        diversity=float("nan"),
-        seconds=0.0,
-        is_champion=False,
-        stop="",
-    )
-
-
-def is_finished(evolution: Evolution, checkpoint: Checkpoint) -> bool:
-    """Whether a stop condition holds for the generation of a checkpoint."""
-    generation = restored(checkpoint)
-    return bool(stop_reason(evolution, generation.number, generation.progress))
-
-
-def _changes(then: str, now: str) -> list[str]:
-    """The options by which two experiments evolve differently, each as `rate: 0.1, now 0.2`."""
-    before, after = _options(then), _options(now)
-    return [
-        f"{key}: {before.get(key, 'not set')}, now {after.get(key, 'not set')}"
-        for key in sorted({*before, *after})
-        if before.get(key) != after.get(key)
-    ]
-
-
-def _options(text: str) -> dict[str, Any]:
-    """The options of an experiment that matter from one generation to the next."""
-    try:
-        tables = parse(text, "")
-    except GaitsimError:
-        return {}
-    options = {
-        f"{section}.{key}": value
-        for section, table in tables.items()
-        if isinstance(table, dict)
-        for key, value in table.items()
-    }
-    options["seed"] = tables.get("seed")
-    options.pop("evolution.generations", None)
-    return options

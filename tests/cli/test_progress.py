@@ -52,7 +52,9 @@ def writer(total: int = 300, last: Generation | None = None, **history: list[flo
         path=Path("runs/spider"),
         experiment=SimpleNamespace(evolution=SimpleNamespace(generations=total)),
         last=last,
-        run=SimpleNamespace(history={name: np.array(values) for name, values in history.items()}),
+        run=SimpleNamespace(
+            history={name: np.array(values) for name, values in history.items()}, comparable=1
+        ),
     )
 
 

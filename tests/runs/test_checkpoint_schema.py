@@ -8,7 +8,7 @@ from gaitsim.errors import CheckpointError
 from gaitsim.runs import safe_pickle
 from gaitsim.runs.checkpoint import (
     Stage,
-    _pack,
+    pack,
     read_champion,
     read_checkpoint,
     write_champion,
@@ -20,7 +20,7 @@ INF = math.inf
 
 def content(record) -> dict:
     """The builtins that stand in the file of a record."""
-    return safe_pickle.loads(_pack(record), Path("a.pickle"))
+    return safe_pickle.loads(pack(record), Path("a.pickle"))
 
 
 UNWRITABLE = {
@@ -64,9 +64,13 @@ UNWRITABLE = {
     "no experiment": {"experiment": None},
     "versions that are a list": {"versions": ["0.1.0"]},
     "a version that is a number": {"versions": {"gaitsim": 1.0}},
-    "stages out of order": {"stages": (Stage(2, ""), Stage(1, ""))},
+    "stages out of order": {"stages": (Stage(2, "", {}), Stage(1, "", {}))},
+    "two stages of one generation": {"stages": (Stage(2, "", {}), Stage(2, "", {}))},
+    "a stage that ends with the checkpoint": {"stages": (Stage(7, "", {}),)},
+    "a stage without a generation": {"stages": (Stage(0, "", {}),)},
+    "a stage with versions that are no texts": {"stages": (Stage(1, "", {"numpy": 2}),)},
     "a stage that is a text": {"stages": ("",)},
-    "a negative stage": {"stages": (Stage(-1, ""),)},
+    "a negative stage": {"stages": (Stage(-1, "", {}),)},
 }
 
 
@@ -165,7 +169,14 @@ def test_every_key_is_needed_and_no_other_allowed(kind, tmp_path, checkpoint, ch
 
 @pytest.mark.parametrize(
     "stages",
-    [None, {}, [1], [{"generation": 1}], [{"generation": True, "experiment": ""}]],
+    [
+        None,
+        {},
+        [1],
+        [{"generation": 1}],
+        [{"generation": 1, "experiment": ""}],
+        [{"generation": True, "experiment": "", "versions": {}}],
+    ],
     ids=repr,
 )
 def test_stages_are_checked(stages, tmp_path, checkpoint):

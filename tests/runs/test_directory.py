@@ -41,8 +41,7 @@ def record_all(writer):
 def go_on(path, until=None, **options):
     """Evolve a run, at most to a generation; what its writer warned of."""
     with RunWriter(path, **options) as writer:
-        for event in events(writer):
-            writer.record(event)
+        for event in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
             if event.number == until:
                 break
         return writer.warning

@@ -11,9 +11,9 @@ from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress
+from gaitsim.runs.growing import Growing
 from gaitsim.runs.history import (
     COLUMNS,
-    Growing,
     line,
     line_ends,
     read_bests,
@@ -47,10 +47,13 @@ def test_a_row_holds_what_numpy_says(scores):
     values = row(generation(scores))
     expected = {
         "generation": 3,
+        "stage": 1,
         "evaluations": 70,
         "best": np.max(scores),
         "mean": np.mean(scores),
         "median": np.median(scores),
+        "lower quartile": np.quantile(scores, 0.25),
+        "upper quartile": np.quantile(scores, 0.75),
         "worst": np.min(scores),
         "spread": np.std(scores),
         "diversity": 0.25,
@@ -59,13 +62,13 @@ def test_a_row_holds_what_numpy_says(scores):
         "mean reach": np.mean(scores),
     }
     assert list(values) == list(expected)
-    assert list(values)[:9] == list(COLUMNS)
-    assert values == pytest.approx(expected, rel=1e-12)
+    assert list(values)[:12] == list(COLUMNS)
+    assert values == pytest.approx(expected, rel=1e-12, abs=1e-9)
 
 
 def test_terms_are_those_of_the_best_then_means():
     values = row(generation([1.0, 5.0, 5.0], {"far": [1.0, 2.0, 3.0], "near": [0.0, 3.0, 2.0]}))
-    assert list(values)[9:] == ["far", "near", "mean far", "mean near"]
+    assert list(values)[12:] == ["far", "near", "mean far", "mean near"]
     assert [values[name] for name in ("far", "near", "mean far")] == [2.0, 3.0, 2.0]
 
 
@@ -74,11 +77,13 @@ def test_failed_individuals_count_for_the_worst_alone():
     assert values["worst"] == -INF
     assert (values["best"], values["mean"], values["median"]) == (3.0, 2.0, 2.0)
     assert (values["spread"], values["mean far"]) == (1.0, 2.0)
+    assert (values["lower quartile"], values["upper quartile"]) == (1.5, 2.5)
 
 
 def test_a_generation_that_failed_has_a_row():
     values = row(generation([-INF, -INF], {"far": [math.nan, INF]}))
-    assert [values[name] for name in ("best", "mean", "median", "worst")] == [-INF] * 4
+    names = ("best", "mean", "median", "worst", "lower quartile", "upper quartile")
+    assert [values[name] for name in names] == [-INF] * 6
     assert values["spread"] == 0.0
     assert math.isnan(values["far"])
     assert math.isnan(values["mean far"])
@@ -86,7 +91,7 @@ def test_a_generation_that_failed_has_a_row():
 
 def table(*generations):
     rows = [row(one) for one in generations]
-    return "".join([line(tuple(rows[0])), *map(line, rows)])
+    return "".join([line(rows[0]), *(line(row.values()) for row in rows)])
 
 
 @settings(derandomize=True, deadline=None, max_examples=50)

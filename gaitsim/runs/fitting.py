@@ -1,0 +1,71 @@
+"""Whether genomes that were evolved for one body are genomes of another."""
+
+import hashlib
+from collections.abc import Sequence
+
+import numpy as np
+
+from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Experiment, parse_space
+from gaitsim.registry import containing
+
+
+def misfit(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
+    """Why genomes cannot go on as those of an experiment's body, or ''.
+
+    Args:
+        experiment: whose body they are to be for.
+        genomes: (individuals, genes).
+        source: the experiment that they were evolved under, as TOML. Where its body
+            cannot be made any longer, its labels are not compared.
+        whose: the genomes, as told: 'the population'.
+
+    Raises:
+        PluginError: the body cannot say what its genomes are.
+    """
+    space = experiment.space()
+    labels: Sequence[str] | None
+    try:
+        body, before = parse_space(source, "the experiment before")
+        came, labels = _described(body, before), before.labels
+    except GaitsimError:
+        kind = "real" if genomes.dtype.kind == "f" else "bit"
+        came, labels = f"{genomes.shape[1]} {kind} genes", None
+    entry = experiment.entries["organism"]
+    wrong = ""
+    if genomes.dtype != space.dtype or genomes.shape[1] != space.genes:
+        wrong = f"{whose} has {came}"
+    elif labels is not None and tuple(labels) != tuple(space.labels):
+        at = next(i for i in range(space.genes) if labels[i] != space.labels[i])
+        wrong = f"{whose} has {came}: gene {at + 1} is {labels[at]!r}, not {space.labels[at]!r}"
+    else:
+        with containing(entry, "looking at genomes"):
+            fits = space.contains(genomes)
+        if not fits:
+            wrong = f"{whose} leaves the bounds of the genes{_first_outside(space, genomes)}"
+    return wrong
+
+
+def fitting(experiment: Experiment) -> str:
+    """The genomes that fit an experiment's body, as told."""
+    return f"{_described(experiment.entries['organism'].name, experiment.space())}, within bounds"
+
+
+def _described(body: str, space: GenomeSpace) -> str:
+    digest = hashlib.sha256("\n".join(space.labels).encode()).hexdigest()[:8]
+    return f"{space.genes} {space.name} genes of the organism {body!r} (labels {digest})"
+
+
+def _first_outside(space: GenomeSpace, genomes: Genomes) -> str:
+    if not isinstance(space, RealSpace):
+        return ""
+    outside = np.argwhere((genomes < space.lower) | (genomes > space.upper))
+    if not len(outside):
+        return ""
+    individual, gene = outside[0]
+    whose = f" of individual {individual}" if len(genomes) > 1 else ""
+    return (
+        f": {space.labels[gene]!r}{whose} is {genomes[individual, gene]:g}, "
+        f"allowed {space.lower[gene]:g} to {space.upper[gene]:g}"
+    )

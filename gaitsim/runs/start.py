@@ -1,0 +1,110 @@
+"""A run that begins with a kept individual instead of a population that is drawn."""
+
+import os
+from pathlib import Path
+
+from gaitsim.contracts import Array
+from gaitsim.errors import CheckpointError, RunError
+from gaitsim.experiment import Experiment
+from gaitsim.runs.checkpoint import Champion, read_champion
+from gaitsim.runs.fitting import fitting, misfit
+from gaitsim.runs.folder import START, find_run
+from gaitsim.runs.history import best_terms
+from gaitsim.runs.reader import Run
+
+ALLOWED = (
+    "a champion's file, as in runs/spider/champions; a run, for its champion; or RUN@GENERATION, "
+    "for that generation's best"
+)
+
+
+def kept_individual(reference: str) -> Champion:
+    """The individual that a user names: a champion's file, a run, or RUN@GENERATION.
+
+    Raises:
+        CheckpointError: the file is not a champion's, is damaged, or hostile.
+        RunError: there is no such file, run or generation, or it has no champion.
+    """
+    # os.path, unlike pathlib, answers for names that no file can have, too.
+    if os.path.isfile(reference):  # noqa: PTH113
+        return read_champion(Path(reference))
+    run, mark, number = reference.rpartition("@")
+    if mark and number.isascii() and number.isdecimal() and len(number) < 10:
+        try:  # for a run whose name ends so
+            path = find_run(reference)
+        except RunError:
+            return champion_of(_found(run), int(number))
+        return champion_of(Run(path))
+    return champion_of(_found(reference))
+
+
+def _found(run: str) -> Run:
+    try:
+        return Run(find_run(run))
+    except RunError as error:
+        error.where = error.where or "--from"
+        error.remedy = f"give {ALLOWED}"
+        raise
+
+
+def champion_of(run: Run, generation: int | None = None) -> Champion:
+    """A run's champion, or a generation's, as its file would hold it.
+
+    Raises:
+        RunError: there is no such generation, or it has no champion.
+    """
+    number, score, genome = run.champion(generation)
+    stage = run.stage_at(number)
+    return Champion(
+        experiment=stage.experiment,
+        versions=dict(stage.versions),
+        generation=number,
+        genome=genome,
+        score=score,
+        terms=best_terms(run.history, number),
+    )
+
+
+def check_start(experiment: Experiment, start: Champion, where: str) -> None:
+    """Check that an individual's genome is one of the experiment's body.
+
+    Raises:
+        RunError: it is not; says what was expected and what came.
+    """
+    wrong = misfit(experiment, start.genome[None], start.experiment, "the genome")
+    if wrong:
+        raise RunError(
+            f"{wrong}; so no run can begin with it",
+            where=where,
+            allowed=fitting(experiment),
+            remedy="begin with an individual of the same body, its options that shape the "
+            "genome being the same, too",
+        )
+
+
+def read_start(run: Run) -> Champion | None:
+    """The individual that a run began with; None where its first population was drawn.
+
+    Raises:
+        CheckpointError: its file is damaged or hostile.
+    """
+    path = run.path / START
+    return read_champion(path) if os.path.lexists(path) else None
+
+
+def fitting_start(run: Run, experiment: Experiment) -> Array | None:
+    """The genome, (genes,), that the run's first population is to be made of; None draws it.
+
+    Raises:
+        CheckpointError: its file is damaged or hostile.
+        RunError: it does not fit the experiment.
+    """
+    try:
+        start = read_start(run)
+    except CheckpointError as error:
+        error.remedy = "restore it from a copy; without it, this run cannot begin as it was meant"
+        raise
+    if start is None:
+        return None
+    check_start(experiment, start, str(run.path / START))
+    return start.genome
