@@ -44,7 +44,12 @@ class Theme(StrEnum):
 def plot(
     run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
     kind: Annotated[
-        Kind, typer.Option(help="What to plot; all: each kind that the body has.")
+        Kind,
+        typer.Option(
+            metavar="KIND",
+            help="fitness, terms, path, channel, footfall, joints, stability, or all of these "
+            "that the body has.",
+        ),
     ] = Kind.fitness,
     generation: Annotated[
         int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
@@ -55,12 +60,16 @@ def plot(
     ] = None,
     channel: Annotated[
         str | None,
-        typer.Option(help="Channel of the motion; a wrong name lists them. For --kind channel."),
+        typer.Option(
+            metavar="NAME",
+            help="Channel of the motion; a wrong name lists them. For --kind channel.",
+        ),
     ] = None,
     component: Annotated[
         list[str] | None,
         typer.Option(
-            help="Component of the channel, as z, 2 or 'L1 coxa'; may be repeated. Default: all."
+            metavar="NAME",
+            help="Component of the channel, as z, 2 or 'L1 coxa'; may be repeated. Default: all.",
         ),
     ] = None,
     window: Annotated[

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.export.plots import plot_fitness
+from gaitsim.export.plots import fitness_figure, plot_fitness
+from gaitsim.export.plots.kinds import draw
+from gaitsim.export.plots.request import Request
 from gaitsim.runs.folder import create_run
 from gaitsim.runs.reader import Run
 
@@ -101,3 +103,45 @@ def test_a_file_that_cannot_be_written_is_one_message(spider, tmp_path, monkeypa
 def test_nothing_asks_for_a_display(spider, tmp_path):
     plot_fitness(spider, tmp_path / "a.png")
     assert "matplotlib.pyplot" not in sys.modules
+
+
+def with_history(run, monkeypatch, **columns):
+    """The same run, its history with other columns."""
+    history = run.history | columns
+    monkeypatch.setattr(type(run), "history", property(lambda self: history))
+    return run
+
+
+def test_quartiles_are_the_band_where_the_history_has_them(spider, monkeypatch):
+    low, high = spider.history["mean"] - 1, spider.history["mean"] + 3
+    columns = {"lower quartile": low, "upper quartile": high}
+    (axes,) = fitness_figure(with_history(spider, monkeypatch, **columns)).axes
+    (band,) = axes.collections
+    assert band.get_label() == "quartiles"
+    corners = band.get_paths()[0].vertices
+    for generation in (1, 2, 3):
+        assert {low[generation - 1], high[generation - 1]} <= {
+            y for x, y in corners if x == generation
+        }
+
+
+def test_scores_of_two_stages_are_not_joined(puppet_run, monkeypatch):
+    run = with_history(puppet_run(), monkeypatch, stage=np.array([1.0, 1, 1, 2, 2]))
+    (axes,) = fitness_figure(run).axes
+    best = [line for line in axes.lines if line.get_linestyle() == "-"]
+    assert [line.get_xdata().tolist() for line in best[:2]] == [[1, 2, 3], [4, 5]]
+    assert [text.get_text() for text in axes.texts] == ["stage 2"]
+    assert axes.texts[0].xy[0] == 3.5
+    panels = draw("terms", Request(run)).axes
+    assert all(len(line.get_xdata()) <= 3 for axes in panels for line in axes.lines)
+
+
+def test_kept_champions_are_marked(puppet_run):
+    run = puppet_run("evolution.fitness_threshold=-100", "evolution.delta_fitness=0.01")
+    kept = sorted(int(path.stem[-6:]) for path in (run.path / "champions").iterdir())
+    assert kept
+    (axes,) = fitness_figure(run).axes
+    marks = {line.get_label().split(":")[0]: line for line in axes.lines}
+    assert marks["kept champion"].get_xdata().tolist() == kept
+    number, score, _ = run.champion()
+    assert marks["champion"].get_xydata().tolist() == [[number, score]]
