@@ -9,6 +9,7 @@ from gaitsim.cli import (
     compare,
     experiments,
     export,
+    imitate,
     plot,
     plugins,
     resume,
@@ -57,6 +58,7 @@ for command in (
     plot.plot,
     video.video,
     analyse.analyse,
+    imitate.imitate,
     study.study,
     compare.compare,
 ):

@@ -12,6 +12,7 @@ from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.registry import containing
 from gaitsim.runs.atomic import write_bytes
 from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import Replay, replay
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +41,25 @@ def gait_of(run: Run, generation: int | None = None) -> Gait:
         RunError: there is no such generation, or no champion.
         GaitsimError: the body has no joint angles.
     """
-    number, score, genome = run.champion(generation)
-    organism, entry = run.experiment.organism, run.experiment.entries["organism"]
+    return gait_of_replay(replay(run, generation))
+
+
+def gait_of_replay(replay: Replay) -> Gait:
+    """The gait of a kept individual.
+
+    Raises:
+        GaitsimError: the body has no joint angles.
+        PluginError: the body breaks its contract.
+    """
+    organism, entry = replay.experiment.organism, replay.experiment.entries["organism"]
     if "joint_angles" not in organism.channels:
         raise GaitsimError(
             f"{entry} has no joint angles to export",
-            where=str(run.path),
+            where=str(replay.run.path),
             allowed="a body with the channel 'joint_angles'",
         )
+    motion = replay.motion
     with containing(entry, "moving the champion"):
-        motion = organism.move(genome[None])
         angles = np.asarray(motion["joint_angles"][0], dtype=np.float64)
         names = tuple(str(name) for name in organism.joint_names())
         frame_rate = float(motion.frame_rate)
@@ -63,7 +73,7 @@ def gait_of(run: Run, generation: int | None = None) -> Gait:
         raise PluginError(
             f"{entry} moves at {frame_rate} frames a second", where=entry.target, allowed="above 0"
         )
-    return Gait(angles, names, frame_rate, number, score)
+    return Gait(angles, names, frame_rate, replay.generation, replay.score)
 
 
 def write_gait(gait: Gait, path: Path, format: str) -> None:

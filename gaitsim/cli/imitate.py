@@ -1,0 +1,182 @@
+"""`gaitsim imitate`."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gaitsim.cli.run import Json
+
+if TYPE_CHECKING:
+    from gaitsim.imitation.imitating import Result, Teacher
+    from gaitsim.imitation.learning import Settings
+
+
+class Preset(StrEnum):
+    """Ready settings of the training."""
+
+    source = "source"
+    steady = "steady"
+
+
+class Activation(StrEnum):
+    """Activations of the hidden layer."""
+
+    leaky_relu = "leaky-relu"
+    relu = "relu"
+    tanh = "tanh"
+    sigmoid = "sigmoid"
+
+
+class Output(StrEnum):
+    """Activations of the outputs."""
+
+    linear = "linear"
+    same = "same"
+
+
+class Format(StrEnum):
+    """The formats of a gait file."""
+
+    mat = "mat"
+    csv = "csv"
+    npz = "npz"
+
+
+def imitate(
+    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    generation: Annotated[
+        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
+    ] = None,
+    settings: Annotated[
+        Preset,
+        typer.Option(
+            help="source: radians, a fixed rate. steady: noise on the inputs and a falling rate, "
+            "for a gait that lasts."
+        ),
+    ] = Preset.source,
+    activation: Annotated[
+        Activation | None,
+        typer.Option(help="Of the hidden layer. Default: leaky-relu."),
+    ] = None,
+    output: Annotated[
+        Output | None,
+        typer.Option(help="Activation of the outputs: none, or the hidden layer's."),
+    ] = None,
+    hidden: Annotated[
+        int | None, typer.Option(min=1, max=4096, help="Hidden neurons. Default: 48.")
+    ] = None,
+    epochs: Annotated[
+        int | None, typer.Option(min=1, max=1_000_000, help="Epochs. Default: 1000.")
+    ] = None,
+    learning_rate: Annotated[
+        float | None,
+        typer.Option(min=1e-9, max=10, help="Default: 0.008; steady: 0.02, falling to 0."),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of weights, order and noise.")] = 0,
+    compare_activations: Annotated[
+        bool,
+        typer.Option("--compare-activations", help="Train with all four, and plot their errors."),
+    ] = False,
+    format: Annotated[Format, typer.Option(help="Of the imitator's gait file.")] = Format.mat,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to write to. Default: the run's exports folder.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Train a network that imitates the champion, and let it walk on its own.
+
+    From each frame of joint angles it learns the next; then it plays as many frames from the
+    first one, and is judged beside its teacher. Ctrl-C stops, and nothing is written.
+
+    [bold]Examples[/bold]
+
+    gaitsim imitate spider
+
+    gaitsim imitate spider --settings steady --seed 3
+
+    gaitsim imitate spider --compare-activations --output same
+    """
+    import sys
+
+    from gaitsim.cli.console import print_json
+    from gaitsim.cli.imitation_view import files_of, plain, print_results, write_results
+    from gaitsim.export.gait import check_folder
+    from gaitsim.imitation.imitating import teacher_of
+    from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
+    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.reader import Run
+    from gaitsim.runs.replay import replay as replayed
+
+    opened = Run(find_run(run))
+    if out is not None:
+        check_folder(out / "imitator.npz")
+    given: Mapping[str, Any] = {
+        "activation": activation and activation.value,
+        "output": output and output.value,
+        "hidden": hidden,
+        "epochs": epochs,
+        "learning_rate": learning_rate,
+        "seed": seed,
+    }
+    chosen = replace(
+        SETTINGS[settings], **{name: value for name, value in given.items() if value is not None}
+    )
+    teacher = teacher_of(replayed(opened, generation))
+    names = [chosen.activation]
+    if compare_activations:
+        names += [name for name in ACTIVATIONS if name != chosen.activation]
+    results = _train(teacher, [replace(chosen, activation=name) for name in names], quiet=json)
+    if results is None:
+        sys.exit(130)
+    files = files_of(out or opened.exports(), format, compare_activations)
+    write_results(teacher, results, files)
+    if json:
+        print_json(plain(teacher, results, files))
+    else:
+        print_results(teacher, results, files, preset=settings.value)
+
+
+def _train(teacher: "Teacher", every: "list[Settings]", quiet: bool) -> "list[Result] | None":
+    """Train with each of the settings, with a progress bar; None when the user stopped it."""
+    import time
+    from functools import partial
+
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from gaitsim.cli.console import errors, notice
+    from gaitsim.cli.interrupts import interruptible
+    from gaitsim.imitation.imitating import imitate as imitated
+    from gaitsim.imitation.learning import prepare
+
+    console = errors()
+    bar = Progress(
+        TextColumn("{task.fields[label]}", style="bold", markup=False),
+        BarColumn(),
+        TextColumn("epoch {task.completed}/{task.total}, left"),
+        TimeRemainingColumn(),
+        console=console,
+        disable=quiet or not console.is_terminal,
+    )
+    found: list[Result] = []
+    try:
+        with interruptible():
+            start = time.monotonic()
+            with console.status("Preparing: the first training compiles its kernel …"):
+                prepare()
+            if time.monotonic() - start > 1 and not quiet:
+                notice("Prepared; the compiled kernel is kept for the next training.")
+            with bar:
+                for settings in every:
+                    label = f"learning, {settings.activation}"
+                    if bar.disable and not quiet:
+                        notice(f"{label}: {settings.epochs} epochs")
+                    task = bar.add_task("", total=settings.epochs, label=label)
+                    found.append(imitated(teacher, settings, partial(bar.advance, task)))
+    except KeyboardInterrupt:
+        notice("Stopped; nothing was written.")
+        return None
+    return found

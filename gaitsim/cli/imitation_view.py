@@ -1,0 +1,165 @@
+"""What `gaitsim imitate` writes and prints."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from math import degrees, sqrt
+from pathlib import Path
+from typing import Any
+
+from gaitsim.cli.console import notice, number, output, table
+from gaitsim.imitation.imitating import Result, Teacher
+from gaitsim.imitation.verdict import Performance
+from gaitsim.runs.folder import command
+
+Files = Mapping[str, Path]
+FORWARD, ENOUGH = "forward", 0.9
+
+
+def files_of(folder: Path, format: str, several: bool) -> Files:
+    """The files that are written, by what they hold."""
+    files = {
+        "imitator": folder / "imitator.npz",
+        "gait": folder / f"imitator-gait.{format}",
+        "error": folder / "imitator-error.png",
+    }
+    if several:
+        files["activations"] = folder / "imitator-activations.png"
+    return files
+
+
+def write_results(teacher: Teacher, results: Sequence[Result], files: Files) -> None:
+    """Write the first result in full, and the errors of all where that is asked for.
+
+    Raises:
+        RunError: a file cannot be written.
+    """
+    from gaitsim.export.gait import Gait, write_gait
+    from gaitsim.export.plots import save
+    from gaitsim.export.plots.imitation import errors_figure
+    from gaitsim.export.plots.labels import heading_of_run
+    from gaitsim.imitation.file import save_imitator
+
+    first = results[0]
+    learnt = first.imitation
+    save_imitator(learnt, files["imitator"])
+    score = first.performance.score if first.performance else float("nan")
+    gait = Gait(
+        learnt.joint_angles, learnt.joint_names, learnt.frame_rate, learnt.generation, score
+    )
+    write_gait(gait, files["gait"], files["gait"].suffix[1:])
+    heading = f"imitator of {heading_of_run(teacher.replay.run)}"
+    errors = {result.settings.activation: result.errors for result in results}
+    one = {first.settings.activation: first.errors}
+    save(errors_figure(one, f"{heading}, {first.settings.activation}"), files["error"])
+    if "activations" in files:
+        save(errors_figure(errors, heading), files["activations"])
+
+
+def plain(teacher: Teacher, results: Sequence[Result], files: Files) -> dict[str, Any]:
+    """For JSON: the first result, and those of the other activations."""
+    found = {
+        "run": str(teacher.replay.run.path),
+        "generation": teacher.gait.generation,
+        "teacher": teacher.performance.plain,
+        **_plain(teacher, results[0]),
+        "files": {what: str(path) for what, path in files.items()},
+    }
+    if len(results) > 1:
+        found["activations"] = [_plain(teacher, result) for result in results]
+    return found
+
+
+def _plain(teacher: Teacher, result: Result) -> dict[str, Any]:
+    return {
+        "settings": asdict(result.settings),
+        "one_step_mse": result.one_step,
+        "free_running_mse": result.free_running,
+        "beyond_limits": result.beyond_limits,
+        "angles": result.imitation.asked.size,
+        "imitator": result.performance.plain if result.performance else None,
+        "forward_kept": _kept(teacher, result),
+    }
+
+
+def print_results(
+    teacher: Teacher, results: Sequence[Result], files: Files, preset: str = ""
+) -> None:
+    """Teacher and imitator side by side, both errors, and the files."""
+    first, console = results[0], output()
+    run, sizes = teacher.replay.run, first.imitation.imitator.network.sizes
+    console.print(
+        f"{run.path}: imitator of the best of generation {teacher.gait.generation}, "
+        f"network {'-'.join(map(str, sizes))}, {first.settings.activation}",
+        style="bold",
+        markup=False,
+    )
+    console.print(
+        f"next frame from the teacher's: rms error {_degrees(first.one_step)} "
+        f"(MSE {first.one_step:.2e} rad²)\n"
+        f"on its own for {len(teacher.gait.angles)} frames: {_degrees(first.free_running)} "
+        f"from the teacher (MSE {first.free_running:.2e} rad²)"
+    )
+    if first.performance is None:
+        console.print(
+            "This body has no play(): its limits are not checked, and the imitator has no score.",
+            style="dim",
+        )
+    else:
+        asked = first.imitation.asked.size
+        console.print(
+            f"{first.beyond_limits:,} of {asked:,} angles were beyond the body's limits of angle "
+            "or speed, and held to them"
+        )
+        console.print()
+        console.print(_side_by_side(teacher.performance, first.performance), markup=False)
+        kept = _kept(teacher, first)
+        if kept is not None:
+            console.print(f"It keeps {kept:.1%} of its teacher's way forward.")
+            if kept < ENOUGH and preset != "steady":
+                again = command("imitate", run.path, "--settings", "steady")
+                notice(f"A gait that lasts may need another training: {again}")
+    if len(results) > 1:
+        console.print()
+        console.print(_activations(teacher, results), markup=False)
+    console.print()
+    for path in files.values():
+        console.print(str(path), markup=False, soft_wrap=True)
+
+
+def _side_by_side(teacher: Performance, imitator: Performance) -> Any:
+    made = table("", "teacher", "imitator", "unit", numbers=("teacher", "imitator"))
+    made.add_row("score", number(teacher.score), number(imitator.score), "")
+    for name, value in teacher.terms.items():
+        made.add_row(f"  {name}", number(value), number(imitator.terms[name]), "")
+    for name, (value, unit) in teacher.measures.items():
+        other = imitator.measures.get(name)
+        made.add_row(name, number(value), number(other[0]) if other else "", unit)
+    return made
+
+
+def _activations(teacher: Teacher, results: Sequence[Result]) -> Any:
+    columns = ("next frame", "on its own", "forward", "score")
+    made = table("activation", *columns, numbers=columns)
+    for result in results:
+        judged, kept = result.performance, _kept(teacher, result)
+        made.add_row(
+            result.settings.activation,
+            _degrees(result.one_step),
+            _degrees(result.free_running),
+            "" if kept is None else f"{kept:.1%}".replace("-", "−"),
+            "" if judged is None else number(judged.score),
+        )
+    return made
+
+
+def _degrees(mean_square: float) -> str:
+    return f"{degrees(sqrt(mean_square)):.3g}°"
+
+
+def _kept(teacher: Teacher, result: Result) -> float | None:
+    """The share of the teacher's way forward, where the body measures one."""
+    if result.performance is None or FORWARD not in teacher.performance.measures:
+        return None
+    whole, _ = teacher.performance.measures[FORWARD]
+    reached = result.performance.measures.get(FORWARD)
+    return reached[0] / whole if reached and whole else None

@@ -1,0 +1,132 @@
+"""Stochastic gradient descent on a network with one hidden layer; compiled."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gaitsim.network import LEAK
+
+TANH, SIGMOID, RELU, LEAKY_RELU, LINEAR = range(5)
+CODES = {
+    "tanh": TANH,
+    "sigmoid": SIGMOID,
+    "relu": RELU,
+    "leaky-relu": LEAKY_RELU,
+    "linear": LINEAR,
+}
+
+Floats = NDArray[np.float64]
+
+
+@njit(inline="always")
+def _activated(code: int, z: Any) -> Any:
+    if code == TANH:
+        return np.tanh(z)
+    if code == SIGMOID:
+        return (1.0 + np.tanh(0.5 * z)) / 2.0
+    if code == RELU:
+        return max(z, 0.0)
+    if code == LEAKY_RELU:
+        return max(z, LEAK * z)
+    return z
+
+
+@njit(inline="always")
+def _slope(code: int, a: Any) -> Any:
+    """Of the activation where it made `a`."""
+    if code == TANH:
+        return 1.0 - a * a
+    if code == SIGMOID:
+        return a * (1.0 - a)
+    if code == RELU:
+        return 1.0 if a > 0.0 else 0.0
+    if code == LEAKY_RELU:
+        return 1.0 if a > 0.0 else LEAK
+    return 1.0
+
+
+@njit(inline="always")
+def _layer(weights: Floats, biases: Floats, inputs: Floats, code: int, outputs: Floats) -> None:
+    for i in range(weights.shape[0]):
+        z = biases[i]
+        for j in range(weights.shape[1]):
+            z += weights[i, j] * inputs[j]
+        outputs[i] = _activated(code, z)
+
+
+@njit(inline="always")
+def _step(weights: Floats, biases: Floats, inputs: Floats, delta: Floats, rate: float) -> None:
+    for i in range(weights.shape[0]):
+        step = rate * delta[i]
+        for j in range(weights.shape[1]):
+            weights[i, j] -= step * inputs[j]
+        biases[i] -= step
+
+
+@njit(nogil=True, cache=True)
+def descend(
+    w1: Floats,
+    b1: Floats,
+    w2: Floats,
+    b2: Floats,
+    code: int,
+    output: int,
+    inputs: Floats,
+    targets: Floats,
+    orders: NDArray[np.int64],
+    noise: Floats,
+    rates: Floats,
+    errors: Floats,
+) -> None:
+    """Learn for some epochs, one pair at a time; the network's arrays are changed in place.
+
+    A step goes along the gradient of half the squared error, summed over the outputs.
+
+    Args:
+        w1: (hidden, inputs); `b1`, (hidden,), `w2`, (outputs, hidden), and `b2`, (outputs,),
+            are the other parameters.
+        b1: see `w1`.
+        w2: see `w1`.
+        b2: see `w1`.
+        code: activation of the hidden layer.
+        output: activation of the outputs.
+        inputs: (pairs, inputs).
+        targets: (pairs, outputs).
+        orders: in which order an epoch takes the pairs, (epochs, pairs).
+        noise: added to the inputs, (epochs, pairs, inputs); (epochs, 0, 0) for none.
+        rates: learning rate of each epoch, (epochs,).
+        errors: filled, (epochs,): mean squared error over all pairs and outputs after each
+            epoch, without noise.
+    """
+    pairs, joints = targets.shape
+    seen, hidden = np.empty(inputs.shape[1]), np.empty(len(b1))
+    answer, delta, back = np.empty(joints), np.empty(joints), np.empty(len(b1))
+    for epoch in range(len(rates)):
+        for turn in range(pairs):
+            pair = orders[epoch, turn]
+            for j in range(len(seen)):
+                seen[j] = inputs[pair, j]
+            if noise.shape[1]:
+                for j in range(len(seen)):
+                    seen[j] += noise[epoch, turn, j]
+            _layer(w1, b1, seen, code, hidden)
+            _layer(w2, b2, hidden, output, answer)
+            for i in range(joints):
+                delta[i] = (answer[i] - targets[pair, i]) * _slope(output, answer[i])
+            back[:] = 0.0
+            for i in range(joints):
+                for j in range(len(hidden)):
+                    back[j] += w2[i, j] * delta[i]
+            for j in range(len(hidden)):
+                back[j] *= _slope(code, hidden[j])
+            _step(w2, b2, hidden, delta, rates[epoch])
+            _step(w1, b1, seen, back, rates[epoch])
+        total = 0.0
+        for pair in range(pairs):
+            _layer(w1, b1, inputs[pair], code, hidden)
+            _layer(w2, b2, hidden, output, answer)
+            for i in range(joints):
+                total += (answer[i] - targets[pair, i]) ** 2
+        errors[epoch] = total / (pairs * joints)

@@ -1,0 +1,148 @@
+"""An imitator on disk: its gait and its network in one `.npz`."""
+
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim.imitation.imitator import Angles, Imitator
+from gaitsim.network import Network
+from gaitsim.runs.atomic import write_bytes
+
+LARGEST = 64 * 2**20  # bytes, packed and unpacked
+
+
+@dataclass(frozen=True, eq=False)
+class Imitation:
+    """What a network made of a gait.
+
+    Attributes:
+        joint_angles: the gait that the body played, (frames, joints), radians.
+        asked: what the network asked for, the same shape; beyond the body's limits the two
+            differ.
+        frame_rate: frames a second, Hz.
+        joint_names: name of each joint.
+        generation: of the teacher.
+        imitator: the network.
+        seed: of its training.
+    """
+
+    joint_angles: Angles
+    asked: Angles
+    frame_rate: float
+    joint_names: tuple[str, ...]
+    generation: int
+    imitator: Imitator
+    seed: int
+
+
+def save_imitator(imitation: Imitation, path: Path) -> None:
+    """Write an imitation at one stroke, without anything pickled.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    imitator = imitation.imitator
+    network = imitator.network
+    layers = {
+        f"{kind}{layer}": array
+        for kind, arrays in (("W", network.weights), ("b", network.biases))
+        for layer, array in enumerate(arrays, 1)
+    }
+    file = io.BytesIO()
+    fields: Mapping[str, Any] = {
+        "joint_angles": imitation.joint_angles,
+        "asked": imitation.asked,
+        "frame_rate": imitation.frame_rate,
+        "joint_names": np.array(imitation.joint_names),
+        "units": "rad",
+        "generation": imitation.generation,
+        "seed": imitation.seed,
+        "activation": network.activation,
+        "output": network.output,
+        "centre": imitator.centre,
+        "scale": imitator.scale,
+        **layers,
+    }
+    np.savez_compressed(file, **fields)
+    write_bytes(path, file.getvalue())
+
+
+def load_imitator(path: Path) -> Imitation:
+    """Read what `save_imitator` wrote; nothing in it is executed.
+
+    Raises:
+        GaitsimError: it cannot be read, is too large, or is not such a file.
+    """
+    try:
+        with path.open("rb") as opened:
+            data = opened.read(LARGEST + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise GaitsimError(
+            f"cannot read {path}: {reason}",
+            remedy="'gaitsim imitate RUN' writes one to the run's exports folder",
+        ) from None
+    try:
+        return _imitation(_fields(data))
+    except Exception as error:  # what foreign bytes do to the readers is not foreseen
+        raise GaitsimError(
+            f"{path} holds no imitator: {type(error).__name__}: {error}",
+            allowed="an imitator.npz as 'gaitsim imitate' writes it",
+        ) from None
+
+
+def _fields(data: bytes) -> dict[str, NDArray[Any]]:
+    if len(data) > LARGEST:
+        raise ValueError(f"it is larger than {LARGEST:,} bytes")
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(member.file_size for member in archive.infolist()) > LARGEST:
+            raise ValueError(f"unpacked it is larger than {LARGEST:,} bytes")
+    with np.load(io.BytesIO(data), allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
+def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
+    names = tuple(str(name) for name in fields["joint_names"])
+    joints = len(names)
+    angles, asked = _numbers(fields, "joint_angles", 2), _numbers(fields, "asked", 2)
+    if angles.shape != asked.shape or angles.shape[1] != joints or len(angles) < 2:
+        raise ValueError(f"angles of {angles.shape} and {asked.shape} for {joints} joints")
+    count = sum(name[:1] == "W" and name[1:].isdecimal() for name in fields)
+    network = Network(
+        tuple(_numbers(fields, f"W{layer}", 2) for layer in range(1, count + 1)),
+        tuple(_numbers(fields, f"b{layer}", 1) for layer in range(1, count + 1)),
+        str(fields["activation"]),
+        str(fields["output"]),
+    )
+    centre, scale = _numbers(fields, "centre", 1), float(_numbers(fields, "scale", 0))
+    rate = float(_numbers(fields, "frame_rate", 0))
+    if {network.sizes[0], network.sizes[-1], len(centre)} != {joints}:
+        raise ValueError(f"a network of {network.sizes} for {joints} joints")
+    if rate <= 0 or scale <= 0:
+        raise ValueError(f"frame rate {rate}, scale {scale}")
+    return Imitation(
+        angles,
+        asked,
+        rate,
+        names,
+        int(fields["generation"]),
+        Imitator(network, centre, scale),
+        int(fields["seed"]),
+    )
+
+
+def _numbers(fields: Mapping[str, NDArray[Any]], name: str, dimensions: int) -> Angles:
+    array = fields[name]
+    if array.dtype.kind not in "fiu" or array.ndim != dimensions:
+        raise ValueError(f"{name} is {array.dtype} of the shape {array.shape}")
+    values: Angles = array.astype(np.float64)
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name} is not all finite")
+    return values

@@ -1,0 +1,137 @@
+"""How the network learns a gait: settings, and the training."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim.imitation.imitator import Angles, Imitator
+from gaitsim.network import Network
+
+ACTIVATIONS = ("leaky-relu", "relu", "tanh", "sigmoid")
+CHUNK = 20  # epochs between two words on the progress: some hundredths of a second
+_WEIGHTS, _ORDER, _NOISE = range(3)  # purposes of randomness
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All that a training depends on, beside the gait.
+
+    Attributes:
+        activation: of the hidden layer.
+        output: 'linear', or 'same' as the hidden layer.
+        hidden: neurons of the hidden layer.
+        epochs: how often all pairs are learnt.
+        learning_rate: what a step follows of the gradient of half the squared error.
+        decay: whether the rate falls to zero along half a cosine.
+        noise: standard deviation of what is added to the inputs, as the network sees them.
+        normalise: whether the network sees angles from the middle of each joint's range, over
+            the largest range; otherwise radians.
+        seed: of the first weights, the order of the pairs, and the noise.
+    """
+
+    activation: str = "leaky-relu"
+    output: str = "linear"
+    hidden: int = 48
+    epochs: int = 1000
+    learning_rate: float = 0.008
+    decay: bool = False
+    noise: float = 0.0
+    normalise: bool = False
+    seed: int = 0
+
+
+SETTINGS = {
+    "source": Settings(),
+    # Noise teaches to come back to the gait from beside it. Without the decay the last pairs
+    # learnt would leave a trace in it.
+    "steady": Settings(learning_rate=0.02, decay=True, noise=0.05, normalise=True),
+}
+
+
+def learn(
+    teacher: Angles, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
+) -> tuple[Imitator, NDArray[np.float64]]:
+    """Train a network on the pairs of a gait, each frame and the next, one pair a step.
+
+    The same gait and settings give the same network to the bit.
+
+    Args:
+        teacher: (frames, joints), radians, at least 2 frames.
+        settings: of the training.
+        progress: called with the number of epochs since the last call.
+
+    Returns:
+        The imitator, and its mean squared error over all pairs and joints after each epoch,
+        (epochs,), rad².
+
+    Raises:
+        GaitsimError: the error grew beyond all bounds.
+    """
+    from gaitsim.imitation.descent import CODES, descend
+
+    centre, scale = _units(teacher, settings.normalise)
+    frames = (teacher - centre) / scale
+    inputs, targets = np.ascontiguousarray(frames[:-1]), np.ascontiguousarray(frames[1:])
+    output = settings.activation if settings.output == "same" else settings.output
+    joints = teacher.shape[1]
+    network = Network.random(
+        (joints, settings.hidden, joints), _rng(settings, _WEIGHTS), settings.activation, output
+    )
+    rates = np.full(settings.epochs, settings.learning_rate)
+    if settings.decay:
+        rates *= (1 + np.cos(np.pi * np.arange(settings.epochs) / settings.epochs)) / 2
+    errors = np.empty(settings.epochs)
+    w1, w2 = (weight.astype(np.float64) for weight in network.weights)
+    b1, b2 = (bias.astype(np.float64) for bias in network.biases)
+    codes = CODES[settings.activation], CODES[output]
+    for part, orders, noise in _draws(settings, *inputs.shape):
+        descend(
+            w1, b1, w2, b2, *codes, inputs, targets, orders, noise, rates[part], errors[part]
+        )  # fmt: skip
+        if not np.isfinite(errors[part]).all():
+            grown = part.start + int(np.argmin(np.isfinite(errors[part]))) + 1
+            raise GaitsimError(
+                f"the training ran away: in epoch {grown} its error is no number any more",
+                where=f"learning rate {settings.learning_rate:g}",
+                remedy="take a smaller learning rate",
+            )
+        progress(len(errors[part]))
+    learnt = Network((w1, w2), (b1, b2), settings.activation, output)
+    return Imitator(learnt, centre, scale), errors * scale**2
+
+
+def prepare() -> None:
+    """Compile the training, or load what was compiled before."""
+    learn(np.zeros((2, 1)), Settings(hidden=1, epochs=1))
+
+
+def _rng(settings: Settings, purpose: int) -> np.random.Generator:
+    return np.random.default_rng([settings.seed, purpose])
+
+
+def _units(teacher: Angles, normalise: bool) -> tuple[NDArray[np.float64], float]:
+    """What the network sees as zero and as one."""
+    if not normalise:
+        return np.zeros(teacher.shape[1]), 1.0
+    low, high = teacher.min(axis=0), teacher.max(axis=0)
+    return (low + high) / 2, float((high - low).max()) or 1.0
+
+
+def _draws(
+    settings: Settings, pairs: int, joints: int
+) -> Iterator[tuple[slice, NDArray[np.int64], NDArray[np.float64]]]:
+    """Orders and noise for some epochs at a time; drawn epoch by epoch, whatever the chunks."""
+    order, noise = _rng(settings, _ORDER), _rng(settings, _NOISE)
+    for first in range(0, settings.epochs, CHUNK):
+        part = slice(first, min(first + CHUNK, settings.epochs))
+        epochs = range(part.start, part.stop)
+        orders = np.stack([order.permutation(pairs) for _ in epochs])
+        added = np.empty((len(epochs), 0, 0))
+        if settings.noise:
+            added = settings.noise * np.stack(
+                [noise.standard_normal((pairs, joints)) for _ in epochs]
+            )
+        yield part, orders, added
