@@ -9,6 +9,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from gaitsim.analysis.gait import stability_margin
+from gaitsim.analysis.gait.contact import feet_of
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.export.plots import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
@@ -141,6 +142,16 @@ def test_footfalls_are_where_the_feet_stand(spider):
     assert [label.get_text() for label in axes.get_yticklabels()] == [
         f"{side}{leg}" for side in "LR" for leg in range(1, 5)
     ]
+
+
+def test_duty_factors_are_those_of_the_analysis(spider):
+    request = asked(spider, window=(1.0, 3.0))
+    skeleton = request.replay.skeleton
+    (axes,) = footfall_figure(request).axes
+    (right,) = axes.child_axes
+    feet, _ = feet_of(skeleton.touching, skeleton.contact_names, skeleton.frame_rate)
+    shown = [label.get_text() for label in right.get_yticklabels()]
+    assert shown == [f"{foot.duty_factor:.2f}" for foot in feet]
 
 
 def test_a_bar_lasts_until_the_next_frame():

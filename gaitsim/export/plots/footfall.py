@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.analysis.gait.contact import feet_of as measured
 from gaitsim.export.plots.labels import head, heading_of, shortened
 from gaitsim.export.plots.panels import bars
 from gaitsim.export.plots.request import LackingError, Request, stretch
@@ -18,7 +19,7 @@ USUAL = 3.0  # seconds, some strides of most bodies
 
 
 def footfall_figure(request: Request) -> "Figure":
-    """A row a foot, a bar while it is on the ground, and the share of the time that it is.
+    """A row a foot, a bar while it is on the ground, and its duty factor in the whole motion.
 
     The last seconds are drawn, past what a gait needs to settle, or all of it where no foot
     comes down twice in them.
@@ -36,6 +37,7 @@ def footfall_figure(request: Request) -> "Figure":
     if request.window is None and _landings(touching[part]).max(initial=0) < 2:
         part = stretch(len(touching), rate, None)
     shown = touching[part]
+    steps, _ = measured(touching, names, rate)
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
         axes = figure.subplots()
@@ -44,7 +46,7 @@ def footfall_figure(request: Request) -> "Figure":
         axes.set_xlabel("time (s)")
         axes.set_ylabel("foot")
         duty = axes.secondary_yaxis("right")
-        duty.set_yticks(range(len(names)), [f"{share:.2f}" for share in shown.mean(axis=0)])
+        duty.set_yticks(range(len(names)), [f"{foot.duty_factor:.2f}" for foot in steps])
         duty.tick_params(length=0)
         duty.spines["right"].set_visible(False)
         duty.set_ylabel("duty factor")
