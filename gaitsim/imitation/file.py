@@ -91,11 +91,14 @@ def load_imitator(path: Path) -> Imitation:
         ) from None
     try:
         return _imitation(_fields(data))
+    except KeyError as error:
+        reason = f"it has no {error.args[0]}"
     except Exception as error:  # what foreign bytes do to the readers is not foreseen
-        raise GaitsimError(
-            f"{path} holds no imitator: {type(error).__name__}: {error}",
-            allowed="an imitator.npz as 'gaitsim imitate' writes it",
-        ) from None
+        reason = f"{type(error).__name__}: {error}"
+    raise GaitsimError(
+        f"{path} holds no imitator: {reason}",
+        allowed="an imitator.npz as 'gaitsim imitate' writes it",
+    )
 
 
 def _fields(data: bytes) -> dict[str, NDArray[Any]]:

@@ -1,0 +1,108 @@
+import io
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.imitation import Imitation, Settings, learn, load_imitator, save_imitator
+
+
+@pytest.fixture(scope="module")
+def imitation():
+    teacher = 0.3 * np.sin(np.arange(20)[:, None] + np.arange(3))
+    imitator, _ = learn(teacher, Settings(epochs=2, normalise=True, output="same"))
+    asked = imitator.free_run(teacher[0], 20)
+    return Imitation(np.clip(asked, -0.1, 0.1), asked, 25.0, ("a", "b", "c"), 7, imitator, 3)
+
+
+@pytest.fixture
+def kept(imitation, tmp_path):
+    path = tmp_path / "imitator.npz"
+    save_imitator(imitation, path)
+    return path
+
+
+def test_it_comes_back_as_it_was(imitation, kept):
+    again = load_imitator(kept)
+    assert again.joint_angles.tobytes() == imitation.joint_angles.tobytes()
+    assert again.asked.tobytes() == imitation.asked.tobytes()
+    assert (again.frame_rate, again.joint_names) == (25.0, ("a", "b", "c"))
+    assert (again.generation, again.seed) == (7, 3)
+    before, after = imitation.imitator, again.imitator
+    assert after.network.genes.tobytes() == before.network.genes.tobytes()
+    assert (after.network.activation, after.network.output) == ("leaky-relu", "leaky-relu")
+    # The loaded network plays the gait that is beside it.
+    assert np.array_equal(after.free_run(again.asked[0], 20), imitation.asked)
+
+
+def test_others_find_the_gait_in_it(imitation, kept):
+    with np.load(kept, allow_pickle=False) as file:
+        assert np.array_equal(file["joint_angles"], imitation.joint_angles)
+        assert file["frame_rate"] == 25.0
+        assert file["W1"].shape == (48, 3)
+        assert file["b2"].shape == (3,)
+        assert str(file["units"]) == "rad"
+
+
+def test_the_same_is_the_same_file(imitation, kept, tmp_path):
+    save_imitator(imitation, tmp_path / "again.npz")
+    assert (tmp_path / "again.npz").read_bytes() == kept.read_bytes()
+
+
+def changed(kept, **fields):
+    with np.load(kept, allow_pickle=False) as file:
+        everything = {name: file[name] for name in file.files} | fields
+    np.savez(kept, **{name: value for name, value in everything.items() if value is not None})
+
+
+@pytest.mark.parametrize(
+    ("fields", "says"),
+    [
+        ({"joint_angles": None}, "it has no joint_angles"),
+        ({"joint_angles": np.zeros((20, 4))}, r"angles of \(20, 4\)"),
+        ({"asked": np.full((20, 3), np.nan)}, "asked is not all finite"),
+        ({"joint_names": np.array(["a"])}, "for 1 joints"),
+        ({"W1": np.zeros((48, 4))}, "network of"),
+        ({"W2": np.zeros((3, 47))}, "W2 has the shape"),
+        ({"W1": None, "W2": None}, "at least one"),
+        ({"activation": "rot13"}, "'rot13' is none of"),
+        ({"scale": 0.0}, "scale 0.0"),
+        ({"frame_rate": -1.0}, "frame rate -1.0"),
+        ({"centre": np.array([object()] * 3)}, "allow_pickle=False"),
+    ],
+)
+def test_what_is_no_imitator_is_refused(kept, fields, says):
+    changed(kept, **fields)
+    with pytest.raises(GaitsimError, match=f"holds no imitator: .*{says}"):
+        load_imitator(kept)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"nonsense" * 100])
+def test_foreign_bytes_are_refused(tmp_path, content):
+    (tmp_path / "x.npz").write_bytes(content)
+    with pytest.raises(GaitsimError, match="holds no imitator"):
+        load_imitator(tmp_path / "x.npz")
+
+
+def test_a_bomb_is_not_unpacked(tmp_path):
+    bomb = io.BytesIO()
+    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("joint_angles.npy", bytes(65 * 2**20))
+    (tmp_path / "x.npz").write_bytes(bomb.getvalue())
+    with pytest.raises(GaitsimError, match="unpacked it is larger"):
+        load_imitator(tmp_path / "x.npz")
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(GaitsimError, match=r"cannot read .*No such file"):
+        load_imitator(tmp_path / "x.npz")
+    with pytest.raises(GaitsimError, match=r"cannot read .*directory"):
+        load_imitator(tmp_path)
+
+
+def test_names_that_are_long_stay_whole(imitation, tmp_path):
+    names = ("a" * 200, "ü b", "c")
+    save_imitator(replace(imitation, joint_names=names), tmp_path / "x.npz")
+    assert load_imitator(tmp_path / "x.npz").joint_names == names

@@ -1,0 +1,173 @@
+"""The default spider's champion, which is learnt, played, and judged."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from gaitsim.contracts import Motion
+from gaitsim.evaluation import judge
+from gaitsim.evolution import evolve
+from gaitsim.experiment import load_experiment
+from gaitsim.imitation import SETTINGS, load_imitator
+from gaitsim.imitation.imitating import imitate, teacher_of
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import replay
+from gaitsim.runs.writer import RunWriter
+
+
+def evolved(experiment, path):
+    with RunWriter(create_run(experiment, path)) as writer:
+        for generation in evolve(experiment, lambda genomes: judge(experiment, genomes)):
+            writer.record(generation)
+    return Run(path)
+
+
+@pytest.fixture(scope="module")
+def spider(tmp_path_factory):
+    """A run of the default spider, cut short."""
+    experiment = load_experiment("spider", ["evolution.generations=120"])
+    return evolved(experiment, tmp_path_factory.mktemp("imitation") / "spider")
+
+
+@pytest.fixture
+def puppet_run(puppet, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return evolved(puppet(), tmp_path / "run")
+
+
+@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
+def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
+    teacher = teacher_of(replay(spider))
+    result = imitate(teacher, settings)
+    whole, reached = (
+        performance.measures["forward"][0]
+        for performance in (teacher.performance, result.performance)
+    )
+    assert whole > 2.0
+    assert reached >= 0.9 * whole
+    assert result.imitation.asked.shape == (300, 24)
+    # It walks rather than repeats: every joint that the teacher moves is moved by it.
+    moved = np.ptp(teacher.gait.angles, axis=0) > 0.1
+    assert (np.ptp(result.imitation.asked, axis=0)[moved] > 0.05).all()
+    assert result.one_step < 1e-5
+    assert result.free_running < 0.02
+
+
+def test_what_the_body_cannot_follow_is_counted(spider):
+    result = imitate(teacher_of(replay(spider)), SETTINGS["source"])
+    played, asked = result.imitation.joint_angles, result.imitation.asked
+    assert result.beyond_limits == np.count_nonzero(np.abs(played - asked) > 1e-6)
+    assert np.abs(np.diff(played, axis=0)).max() <= np.radians(5) + 1e-6
+    assert np.abs(played).max() <= np.radians(30) + 1e-6
+
+
+def test_the_teacher_is_judged_as_the_run_judged_it(spider):
+    teacher = teacher_of(replay(spider))
+    assert teacher.performance.score == teacher.replay.score
+    assert sum(teacher.performance.terms.values()) == pytest.approx(teacher.replay.score)
+
+
+def test_the_command_writes_and_tells_all(spider, gaitsim, tmp_path):
+    said = json.loads(gaitsim("imitate", spider.path, "--json", "--epochs", 40).stdout)
+    files = said["files"]
+    imitation = load_imitator(spider.path / "exports" / "imitator.npz")
+    assert imitation.joint_names[0] == "L1 coxa"
+    mat = loadmat(files["gait"])
+    assert np.array_equal(mat["bestGait"], imitation.joint_angles)
+    assert mat["score"].item() == said["imitator"]["score"]
+    assert said["angles"] == 7200
+    assert said["settings"]["epochs"] == 40
+    assert list(said["teacher"]["terms"]) == list(said["imitator"]["terms"])
+    drawn = Path(files["error"]).read_bytes()
+    assert drawn.startswith(b"\x89PNG")
+    again = json.loads(
+        gaitsim("imitate", spider.path, "--json", "--epochs", 40, "--out", tmp_path).stdout
+    )
+    assert {**again, "files": files} == said
+    assert np.array_equal(load_imitator(tmp_path / "imitator.npz").asked, imitation.asked)
+    assert (tmp_path / "imitator-error.png").read_bytes() == drawn
+
+
+def test_all_activations_are_compared(spider, gaitsim, tmp_path):
+    said = gaitsim(
+        "imitate", spider.path, "--compare-activations", "--epochs", 30,
+        "--settings", "steady", "--activation", "tanh", "--format", "csv", "--out", tmp_path,
+    )  # fmt: skip
+    for name in ("leaky-relu", "relu", "tanh", "sigmoid"):
+        assert f"learning, {name}: 30 epochs" in said.stderr
+        assert f"\n{name} " in said.stdout
+    assert "network 24-48-24, tanh" in said.stdout
+    written = {path.name for path in tmp_path.iterdir()}
+    assert {
+        "imitator.npz", "imitator-gait.csv", "imitator-error.png", "imitator-activations.png",
+    } <= written  # fmt: skip
+    assert load_imitator(tmp_path / "imitator.npz").imitator.network.activation == "tanh"
+
+
+def test_a_short_way_names_the_other_settings(spider, gaitsim, tmp_path):
+    said = gaitsim("imitate", spider.path, "--epochs", 1, "--out", tmp_path)
+    assert "--settings steady" in said.stderr
+
+
+def test_a_third_partys_body_without_play(puppet_run, gaitsim):
+    said = gaitsim("imitate", puppet_run.path, "--epochs", 2)
+    assert "network 3-48-3" in said.stdout
+    assert "no play()" in said.stdout
+    plain = json.loads(gaitsim("imitate", puppet_run.path, "--epochs", 2, "--json").stdout)
+    assert plain["imitator"] is None
+    assert plain["beyond_limits"] is None
+    assert plain["teacher"]["measures"]["reach"] > 0
+
+
+def test_a_third_partys_body_with_play(puppet_run, puppets, monkeypatch, gaitsim):
+    def play(self, joint_angles):
+        held = np.clip(joint_angles, -1.0, 1.0)
+        return Motion(4.0, {"joint_angles": held, "reach": np.sin(held[:, -1]).sum(axis=1)})
+
+    monkeypatch.setattr(puppets.Puppet, "play", play)
+    plain = json.loads(gaitsim("imitate", puppet_run.path, "--epochs", 2, "--json").stdout)
+    assert set(plain["imitator"]["terms"]) == {"reach", "price"}
+    assert plain["forward_kept"] is None
+
+
+def test_a_body_without_joint_angles_is_one_message(puppets, puppet_run, monkeypatch, gaitsim):
+    monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
+    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": "(population,) m"})
+    said = gaitsim("imitate", puppet_run.path, code=2)
+    assert "has no joint angles" in said.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("nothing",), "there is no run 'nothing'"),
+        (("run", "--generation", "99"), "has no generation 99"),
+        (("run", "--activation", "selu"), "selu"),
+        (("run", "--settings", "best"), "best"),
+        (("run", "--epochs", "0"), "epochs"),
+        (("run", "--hidden", "-1"), "hidden"),
+        (("run", "--learning-rate", "nan"), "learning"),
+        (("run", "--seed", "-1"), "seed"),
+        (("run", "--out", "missing"), "no folder missing"),
+    ],
+)
+def test_bad_input_is_one_message(puppet_run, gaitsim, arguments, says):
+    said = gaitsim("imitate", *arguments, code=2)
+    assert says in said.stderr
+    assert not (puppet_run.path / "exports" / "imitator.npz").exists()
+
+
+def test_ctrl_c_writes_nothing(puppet_run, gaitsim, monkeypatch):
+    import gaitsim.imitation.imitating as module
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "learn", interrupted)
+    said = gaitsim("imitate", puppet_run.path, code=130)
+    assert "Stopped; nothing was written." in said.stderr
+    assert not list((puppet_run.path / "exports").iterdir())

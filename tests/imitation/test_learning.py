@@ -1,0 +1,107 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.imitation import SETTINGS, Settings, learn
+from gaitsim.imitation import learning as module
+from gaitsim.imitation.descent import CODES, descend
+from gaitsim.imitation.learning import ACTIVATIONS
+from gaitsim.network import Network
+
+
+def waves(frames=40, joints=3, period=20.0, amplitude=0.3):
+    """A gait: one sine, a phase a joint."""
+    time = np.arange(frames)[:, None]
+    return amplitude * np.sin(2 * np.pi * time / period + np.arange(joints))
+
+
+@pytest.mark.parametrize(("activation", "output"), itertools.product(CODES, CODES))
+def test_a_step_follows_the_networks_gradient(activation, output):
+    # Half the squared error, summed over the outputs: outputs/2 times the gradient of the MSE.
+    rng = np.random.default_rng(0)
+    network = Network.random((3, 5, 3), rng, activation, output)
+    seen, wanted, rate = rng.normal(size=(1, 3)), rng.normal(size=(1, 3)), 0.1
+    _, slopes = network.gradients(seen.T, wanted.T)
+    expected = network.genes - rate * 3 / 2 * slopes
+    (w1, w2), (b1, b2) = network.weights, network.biases
+    errors = np.empty(1)
+    descend(
+        w1, b1, w2, b2, CODES[activation], CODES[output], seen, wanted,
+        np.zeros((1, 1), np.int64), np.empty((1, 0, 0)), np.array([rate]), errors,
+    )  # fmt: skip
+    assert network.genes == pytest.approx(expected, abs=1e-12)
+    assert errors[0] == pytest.approx(network.gradients(seen.T, wanted.T)[0], abs=1e-12)
+
+
+@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
+def test_the_same_seed_gives_the_same_bits_whatever_the_chunks(settings, monkeypatch):
+    short = Settings(**{**vars(settings), "epochs": 7})
+    one, errors = learn(waves(), short)
+    monkeypatch.setattr(module, "CHUNK", 3)
+    two, again = learn(waves(), short)
+    assert one.network.genes.tobytes() == two.network.genes.tobytes()
+    assert errors.tobytes() == again.tobytes()
+    other, _ = learn(waves(), Settings(**{**vars(short), "seed": 1}))
+    assert not np.array_equal(one.network.genes, other.network.genes)
+
+
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
+def test_it_learns(settings, activation):
+    chosen = Settings(**{**vars(settings), "activation": activation, "epochs": 400})
+    imitator, errors = learn(waves(), chosen)
+    standing = np.mean(np.diff(waves(), axis=0) ** 2)  # an answer that repeats its question
+    assert errors[-1] < standing / 3
+    assert errors[-1] < errors[0]
+    assert imitator.one_step_error(waves()) == pytest.approx(errors[-1], rel=1e-9)
+    assert imitator.network.sizes == (3, 48, 3)
+
+
+def test_it_plays_on_its_own_from_the_first_frame():
+    teacher = waves()
+    imitator, _ = learn(teacher, Settings(activation="tanh"))
+    played = imitator.free_run(teacher[0], 60)
+    assert played.shape == (60, 3)
+    assert np.array_equal(played[0], teacher[0])
+    for frame in (1, 17, 59):
+        expected = imitator.following(played[frame - 1 : frame])[0]
+        assert played[frame] == pytest.approx(expected, abs=1e-12)
+    assert np.abs(played[:40] - teacher).max() < 0.1
+
+
+def test_what_runs_away_stays_a_number():
+    imitator, _ = learn(waves(), Settings(epochs=1))
+    wild = Network(
+        tuple(100 * weight for weight in imitator.network.weights), imitator.network.biases
+    )
+    played = type(imitator)(wild, imitator.centre, imitator.scale).free_run(waves()[0], 500)
+    assert np.isfinite(played).all()
+    assert np.abs(played).max() == pytest.approx(2 * np.pi)
+
+
+def test_a_steady_network_sees_the_middle_of_the_range_as_zero():
+    teacher = waves() + np.array([1.0, -2.0, 0.0])
+    imitator, _ = learn(teacher, Settings(epochs=1, normalise=True))
+    assert imitator.centre == pytest.approx([1.0, -2.0, 0.0], abs=0.02)
+    assert imitator.scale == pytest.approx(np.ptp(teacher, axis=0).max())
+
+
+def test_standing_still_can_be_learnt():
+    teacher = np.full((30, 2), 0.2)
+    for settings in SETTINGS.values():
+        imitator, _ = learn(teacher, settings)
+        assert imitator.free_run(teacher[0], 30) == pytest.approx(teacher, abs=0.02)
+
+
+def test_progress_counts_every_epoch():
+    said = []
+    learn(waves(), Settings(epochs=module.CHUNK * 2 + 1), said.append)
+    assert said == [module.CHUNK, module.CHUNK, 1]
+
+
+def test_a_training_that_runs_away_is_told():
+    with pytest.raises(GaitsimError, match="ran away: in epoch") as error:
+        learn(waves(amplitude=3.0), Settings(learning_rate=10.0))
+    assert "smaller learning rate" in str(error.value)
