@@ -181,6 +181,45 @@ def puppet_file(tmp_path):
     return path
 
 
+CLIMB = """
+from typing import ClassVar
+import numpy as np
+from gaitsim.contracts import Fitness, RealSpace, option
+from gaitsim_puppets import Puppet
+class Climb(Fitness):
+    weight: float = option(0.5, "of the reach", ge=0)
+    needs: ClassVar = ("joint_angles", "reach")
+    def terms(self, motion):
+        height = np.cos(motion["joint_angles"][:, -1] - 1).sum(axis=1)
+        return {"height": height, "reach": -self.weight * motion["reach"]}
+class Clash(Climb):
+    def terms(self, motion):
+        return {"mean reach": motion["reach"]}
+class Shaped(Puppet):
+    most: float = option(2.0, "greatest angle", unit="rad")
+    names: str = option("abc", "a letter a joint")
+    def genome_space(self):
+        genes = len(self.names)
+        return RealSpace(np.full(genes, -1.0), np.full(genes, self.most), tuple(self.names))
+"""
+
+
+@pytest.fixture
+def climb(puppets, install, monkeypatch):
+    """A package with another fitness for puppets, and a puppet of other shapes; its folder."""
+    folder = install(
+        "climb",
+        CLIMB,
+        {
+            "fitness": {"puppet-climb": "Climb", "clash": "Clash"},
+            "organism": {"shaped": "Shaped"},
+        },
+    )
+    paths = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
+    monkeypatch.setenv("PYTHONPATH", paths)
+    return folder
+
+
 def _program(folder, arguments, options):
     paths = os.pathsep.join(filter(None, [str(PUPPETS), os.environ.get("PYTHONPATH")]))
     return {

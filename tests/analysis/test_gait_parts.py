@@ -63,6 +63,9 @@ def test_random_contacts_have_no_stride():
     _, stride = feet_of(touching, tuple("abcdef"), 30.0)
     assert stride is None
     assert feet_of(np.ones((5, 2), dtype=bool), ("a", "b"), 30.0)[1] is None
+    one_of_three = np.ones((80, 3), dtype=bool)
+    one_of_three[:, 0] = contacts("....####" * 10)[:, 0]
+    assert feet_of(one_of_three, ("a", "b", "c"), 30.0)[1] is None
     assert feet_of(np.ones((1, 2), dtype=bool), ("a", "b"), 30.0)[1] is None
 
 
@@ -232,6 +235,12 @@ def test_a_body_without_feet_is_told_what_is_missing():
     assert gait.travel.speed == pytest.approx(2)
     (missing,) = gait.missing
     assert "no contacts" in missing
+    # Limbs that flip are seen where joints are commanded in every frame, and only there.
+    flips = np.zeros((20, 1, 2, 3))
+    flips[::2, 0, 1, 2] = flips[:, 0, 1, 0] = 1
+    body = Skeleton(flips, ("arm",), 30.0, centre=np.zeros((20, 3)))
+    assert [flag.name for flag in analyse_gait(body, flips[:, 0, 1]).flags] == ["flip-flop"]
+    assert analyse_gait(body).flags == ()
 
 
 def test_a_single_frame_and_a_single_point_are_borne():

@@ -12,6 +12,7 @@ Contacts = NDArray[np.bool_]
 """(frames, feet): which feet are on the ground until the next frame."""
 
 _STEPS = 2  # touch-downs from which a foot is said to step
+_MOST = 0.5  # of the feet: with fewer that step, the body has no stride
 _CHATTER = 0.1  # of a stride: what is shorter is no stance and no swing
 _STEADY = 0.4  # autocorrelation from which there is a stride
 _EQUAL = 0.8  # of the highest peak: the first that is as high is the stride, not a multiple of it
@@ -122,13 +123,15 @@ def _foot(name: str, raw: Contacts, tidy: Contacts, frame_rate: float) -> Foot:
 def _autocorrelation_peak(touching: Contacts) -> tuple[int | None, float]:
     """The stride in frames and the autocorrelation of the contacts there.
 
-    Of the feet that come down at least twice, added up: one stride fits them all. It is
+    Of the feet that come down at least twice, if they are half of them, added up: one
+    stride fits them all. It is
     the first peak that is nearly as high as the highest one, within half of the frames.
     """
     downs = (np.diff(touching.astype(np.int8), axis=0) > 0).sum(axis=0)
-    contacts = touching[:, downs >= _STEPS].astype(np.float64)
+    stepping = downs >= _STEPS
+    contacts = touching[:, stepping].astype(np.float64)
     half = len(contacts) // 2
-    if not contacts.size or half < 3:
+    if stepping.mean() < _MOST or half < 3:
         return None, 0.0
     correlation = np.array([_correlation(contacts, lag) for lag in range(half + 1)])
     inner = correlation[1:-1]

@@ -78,10 +78,11 @@ def analyse_gait(skeleton: Skeleton, joint_angles: Array | None = None) -> Gait:
     travel = travel_of(skeleton, joint_angles)
     length = size(skeleton)
     if skeleton.contacts is None or skeleton.touching is None or not skeleton.contacts.shape[1]:
-        ends = skeleton.segments[:, :, 1].astype(np.float64)
-        found = exploits.flip_flop(
-            in_body_frame(ends, path, turned), skeleton.names, length, skeleton.frame_rate
-        )
+        found = None
+        # Without joints that are commanded in every frame, frames are mere samples of a motion.
+        if joint_angles is not None:
+            ends = in_body_frame(skeleton.segments[:, :, 1].astype(np.float64), path, turned)
+            found = exploits.flip_flop(ends, skeleton.names, length, skeleton.frame_rate)
         return Gait(
             skeleton.frame_rate,
             travel,
@@ -89,10 +90,7 @@ def analyse_gait(skeleton: Skeleton, joint_angles: Array | None = None) -> Gait:
             Name("none", "the body has no feet"),
             {},
             (found,) if found else (),
-            (
-                "this body's skeleton has no contacts, so there are no footfalls, phases, "
-                "stability margin or slip to be had",
-            ),
+            ("footfalls, phases, stability margin and slip: this body's skeleton has no contacts",),
         )
     relative = in_body_frame(skeleton.contacts.astype(np.float64), path, turned)
     order = body_order(relative)

@@ -37,6 +37,8 @@ def trunk(skeleton: Skeleton) -> Floats:
     places = np.unique(points[0].round(9), axis=0, return_inverse=True)[1].ravel()
     groups = [rigid[2 * segment] & rigid[2 * segment + 1] for segment in range(segments.shape[1])]
     best: NDArray[np.bool_] = max(groups, key=lambda group: len(np.unique(places[group])))
+    if not best.any():  # not even one segment keeps its length
+        best[:2] = True
     return points[:, best]
 
 
