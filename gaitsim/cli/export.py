@@ -2,9 +2,13 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from gaitsim.export.gait import Gait
+    from gaitsim.export.servo import ServoRange
 
 
 class Format(StrEnum):
@@ -13,13 +17,20 @@ class Format(StrEnum):
     mat = "mat"
     csv = "csv"
     npz = "npz"
+    servo = "servo"
+
+
+_SERVO = "Servo table"  # where --help shows the options
 
 
 def export(
     run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
     format: Annotated[
         Format | None,
-        typer.Option(help="MATLAB/Octave, CSV or NumPy. Default: as --out ends, or mat."),
+        typer.Option(
+            help="MATLAB/Octave, CSV, NumPy, or a CSV of keyframes for servos. Default: as --out "
+            "ends, or mat."
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
@@ -27,23 +38,114 @@ def export(
     generation: Annotated[
         int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
     ] = None,
+    keyframe_ms: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=60_000,
+            help="Milliseconds between two rows. Default: every frame.",
+            rich_help_panel=_SERVO,
+        ),
+    ] = None,
+    centre: Annotated[
+        float | None,
+        typer.Option(help="Degrees for the pose at rest. Default: 0.", rich_help_panel=_SERVO),
+    ] = None,
+    low: Annotated[
+        float | None,
+        typer.Option(
+            "--min",
+            help="Least degrees that the servos take. Default: centre − 90.",
+            rich_help_panel=_SERVO,
+        ),
+    ] = None,
+    high: Annotated[
+        float | None,
+        typer.Option("--max", help="Most degrees. Default: centre + 90.", rich_help_panel=_SERVO),
+    ] = None,
+    clip: Annotated[
+        bool,
+        typer.Option(
+            "--clip",
+            help="Hold what leaves that range to it; otherwise it is refused.",
+            rich_help_panel=_SERVO,
+        ),
+    ] = False,
 ) -> None:
-    """Write the champion's joint angles to a file: radians, a row a frame.
+    """Write the champion's joint angles to a file: radians, a row a frame; or for servos.
 
     [bold]Examples[/bold]
 
     gaitsim export spider --format mat
 
     gaitsim export spider --out gait.csv
+
+    gaitsim export spider --format servo --centre 90 --keyframe-ms 100
     """
+    from gaitsim.errors import GaitsimError
     from gaitsim.export.gait import gait_of, write_gait
     from gaitsim.runs.folder import find_run
     from gaitsim.runs.reader import Run
 
     opened = Run(find_run(run))
+    ending = out.suffix[1:].lower() if out else ""
+    chosen = format or Format.__members__.get(ending, Format.mat)
+    if ending in Format.__members__ and ending != ("csv" if chosen is Format.servo else chosen):
+        raise GaitsimError(
+            f"{out} ends with .{ending}, but --format says {chosen}",
+            remedy="leave one of the two out",
+        )
+    servo = {
+        "--keyframe-ms": keyframe_ms,
+        "--centre": centre,
+        "--min": low,
+        "--max": high,
+        "--clip": clip or None,
+    }
+    idle = [name for name, value in servo.items() if value is not None]
+    if idle and chosen is not Format.servo:
+        raise GaitsimError(
+            f"a {chosen} file takes no {' and no '.join(idle)}",
+            where="--format",
+            allowed="servo, with these options",
+        )
+    servos = _servos(centre or 0.0, low, high) if chosen is Format.servo else None
     gait = gait_of(opened, generation)
-    chosen = format or Format.__members__.get(out.suffix[1:].lower() if out else "", Format.mat)
-    path = out or opened.exports() / f"gait-generation-{gait.generation}.{chosen}"
+    ends = "servo.csv" if servos else chosen.value
+    path = out or opened.exports() / f"gait-generation-{gait.generation}.{ends}"
+    if servos:
+        _export_servo(gait, servos, keyframe_ms, clip, path)
+        return
     write_gait(gait, path, chosen.value)
     frames, joints = gait.angles.shape
     print(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
+
+
+def _servos(centre: float, low: float | None, high: float | None) -> "ServoRange":
+    from gaitsim.export.servo import REACH, ServoRange
+
+    return ServoRange(
+        centre,
+        centre - REACH if low is None else low,
+        centre + REACH if high is None else high,
+    )
+
+
+def _export_servo(
+    gait: "Gait", servos: "ServoRange", keyframe_ms: int | None, clip: bool, path: Path
+) -> None:
+    from gaitsim.cli.console import notice
+    from gaitsim.export.servo import servo_table, write_servo
+
+    table = servo_table(gait, servos, keyframe_ms, clip=clip)
+    write_servo(table, path)
+    keyframes, joints = table.degrees.shape
+    if table.clipped:
+        notice(
+            f"{table.clipped:,} of {table.degrees.size:,} angles were beyond {servos.low:g}° to "
+            f"{servos.high:g}°, and held to it: this is not the gait that was evolved"
+        )
+    print(
+        f"{path}: {keyframes} keyframes × {joints} joints in {table.milliseconds[-1] / 1000:g} s, "
+        f"degrees; at most {table.off:.2f}° from the gait"
+    )

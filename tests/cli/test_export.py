@@ -1,0 +1,67 @@
+"""Gaits for servos from the command line; the other formats are in test_show."""
+
+import pytest
+
+from gaitsim.cli.export import Format
+
+
+@pytest.fixture
+def finished(gaitsim, puppet_file):
+    gaitsim("run", puppet_file, "--json")
+
+
+def table(path):
+    return [line.split(",") for line in path.read_text().splitlines()]
+
+
+def test_a_servo_table(gaitsim, finished, tmp_path):
+    done = gaitsim("export", "puppet", "--format", "servo", "--min", -720, "--max", 720)
+    (path,) = (tmp_path / "runs/puppet/exports").glob("gait-generation-*.servo.csv")
+    rows = table(path)
+    assert rows[0] == ["time_ms", "shoulder", "elbow", "wrist"]
+    assert [row[0] for row in rows[1:]] == ["0", "250", "500", "750", "1000"]
+    assert "5 keyframes × 3 joints in 1 s, degrees; at most 0.0" in done.stdout
+
+
+def test_its_options(gaitsim, finished, tmp_path):
+    arguments = ("--format", "servo", "--keyframe-ms", 500, "--centre", 90, "--out", "x.csv")
+    gaitsim("export", "puppet", *arguments, "--min", -720, "--max", 720)
+    rows = table(tmp_path / "x.csv")
+    assert [row[0] for row in rows[1:]] == ["0", "500", "1000"]
+    assert rows[1][1:] == ["90.00"] * 3
+
+
+def test_what_a_servo_cannot_do_is_refused_or_held(gaitsim, finished, tmp_path):
+    arguments = ("export", "puppet", "--format", "servo", "--out", "x.csv")
+    limits = ("--min", -1, "--max", 1)
+    said = gaitsim(*arguments, *limits, code=2).stderr
+    assert "° at 1000 ms" in said
+    assert "--clip" in said
+    assert not (tmp_path / "x.csv").exists()
+    said = gaitsim(*arguments, *limits, "--clip").stderr
+    assert "held to it" in said
+    assert all(-1 <= float(cell) <= 1 for row in table(tmp_path / "x.csv")[1:] for cell in row[1:])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--format", "mat", "--clip"), "a mat file takes no --clip"),
+        (("--keyframe-ms", 20, "--centre", 0), "takes no --keyframe-ms and no --centre"),
+        (("--format", "servo", "--min", 10), "servos cannot turn from 10° to 90°"),
+        (("--format", "servo", "--centre", "nan"), "servos cannot turn"),
+        (("--format", "servo", "--keyframe-ms", 0), "keyframe-ms"),
+        (("--format", "servo", "--keyframe-ms", 2000, "--clip"), "1 keyframes"),
+        (("--format", "servo", "--out", "x.mat"), "ends with .mat, but --format says servo"),
+        (("--format", "npz", "--out", "x.csv"), "ends with .csv, but --format says npz"),
+        (("--format", "servo", "--out", "missing/x.csv", "--clip"), "there is no folder missing"),
+        (("--format", "servos"), "servos"),
+    ],
+)
+def test_what_does_not_fit_is_one_message(gaitsim, finished, arguments, says):
+    assert says in gaitsim("export", "puppet", *arguments, code=2).stderr
+
+
+def test_help_lists_the_formats(gaitsim):
+    said = gaitsim("export", "--help").stdout
+    assert all(format in said for format in Format)
