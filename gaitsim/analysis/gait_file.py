@@ -79,7 +79,7 @@ def read_gait(path: Path) -> GaitFile:
         raise
     # What foreign bytes do to the readers of three formats is not foreseen.
     except Exception as error:
-        raise _refused(path, f"{type(error).__name__}: {error}".rstrip(": ")) from None
+        raise _refused(path, str(error) or type(error).__name__) from None
 
 
 def _bytes(path: Path) -> bytes:

@@ -57,8 +57,8 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
         "consistency",
         numbers=("duty factor", "stance s", "swing s", "steps", "phase", "consistency"),
     )
-    rows = list(zip(found.feet, found.phases, found.consistency, strict=True))
-    for foot, phase, consistency in rows[:FEET]:
+    for index in shown_feet(len(found.feet)):
+        foot, phase, consistency = found.feet[index], found.phases[index], found.consistency[index]
         made.add_row(
             _short(foot.name),
             number(foot.duty_factor, 2),
@@ -69,8 +69,8 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
             _or_dash(float(consistency), 2),
         )
     console.print(made, markup=False)
-    if len(rows) > FEET:
-        console.print(f"and {len(rows) - FEET} more feet; --json has them all")
+    if len(found.feet) > FEET:
+        console.print(f"and {len(found.feet) - FEET} more feet; --json has them all")
     console.print()
 
 
@@ -90,7 +90,8 @@ def diagram(found: Footfalls, frame_rate: float) -> list[Text]:
     shown = found.touching[start : start + wanted]
     label = max(len(_short(foot.name)) for foot in found.feet) + 1
     lines = []
-    for index, foot in enumerate(found.feet[:FEET]):
+    for index in shown_feet(feet):
+        foot = found.feet[index]
         signs = "".join(
             DOWN if part.mean() >= 0.5 else UP
             for part in np.split(shown[:, index], range(each, len(shown), each))
@@ -104,6 +105,12 @@ def diagram(found: Footfalls, frame_rate: float) -> list[Text]:
     if len(begin) + len(end) + len(scale) + 2 > width:
         line = f"from {begin} to {end}, {scale}"
     return [*lines, Text(" " * label + line, style="dim")]
+
+
+def shown_feet(count: int) -> list[int]:
+    """Which feet are shown: all, or the foremost ones of both sides."""
+    half = -(-count // 2)
+    return [index for index in range(count) if count <= FEET or index % half < FEET // 2]
 
 
 def _start(found: Footfalls) -> int:

@@ -181,6 +181,14 @@ def test_the_millipede_hops_on_its_belly(gaitsim, tmp_path):
     assert "Likely exploit" not in shown
 
 
+def test_of_many_feet_the_foremost_are_shown(gaitsim):
+    gaitsim("run", "millipede", "--generations", 2, "--set", "organism.pairs=15")
+    shown = gaitsim("analyse", "millipede").stdout
+    for count, name in ((2, "L12 "), (0, "L13 "), (2, "R12 "), (0, "R13 ")):
+        assert sum(line.startswith(name) for line in shown.splitlines()) == count
+    assert "and 6 more feet; --json has them all" in shown
+
+
 def test_runs_that_are_not_there_are_told(gaitsim, puppet, tmp_path):
     from gaitsim.runs.folder import create_run
 
