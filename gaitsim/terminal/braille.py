@@ -1,0 +1,95 @@
+"""Dots of braille characters: 2 × 4 in a cell, each with an ink.
+
+A picture is drawn as dots (rows × 4, columns × 2) that hold the number of an ink, 0 for none.
+The higher ink wins where two meet, so that the order of drawing does not matter. A cell of a
+terminal has one colour: that of its highest ink. Its other dots are shown in it as well, but
+not those of the ground behind a body, which would grow thick by them.
+"""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Dots = NDArray[np.uint8]
+Inks = NDArray[np.uint8]
+Points = NDArray[np.float64]
+
+WIDE, HIGH = 2, 4  # dots of a cell
+SPACE = ord(" ")
+_EMPTY = 0x2800
+# Which bit of a character a dot is (Unicode, Braille Patterns).
+_BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint32)
+
+
+def empty(columns: int, rows: int) -> Dots:
+    """No dots yet, for a picture of so many cells."""
+    return np.zeros((max(rows, 0) * HIGH, max(columns, 0) * WIDE), dtype=np.uint8)
+
+
+def draw_points(dots: Dots, points: Points, inks: int | NDArray[Any]) -> None:
+    """Put points (n, 2), dots from the upper left corner, in their ink; those outside are left."""
+    height, width = dots.shape
+    at = np.rint(points).astype(np.intp)
+    inside = (at >= 0).all(axis=1) & (at[:, 0] < width) & (at[:, 1] < height)
+    at = at[inside]
+    each = np.broadcast_to(np.asarray(inks, dtype=np.uint8), len(points))
+    np.maximum.at(dots, (at[:, 1], at[:, 0]), each[inside])
+
+
+def draw_lines(dots: Dots, ends: Points, inks: NDArray[Any]) -> None:
+    """Draw lines (n, 2, 2) in inks (n,); what is outside is cut off.
+
+    Every line is sampled at each dot of its longer side: all lines at once.
+    """
+    ends, kept = _cut(ends, *dots.shape)
+    if not len(ends):
+        return
+    along = ends[:, 1] - ends[:, 0]
+    counts = np.ceil(np.abs(along).max(axis=1)).astype(np.intp) + 1
+    line = np.repeat(np.arange(len(ends)), counts)
+    step = np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = step / np.maximum(counts - 1, 1)[line]
+    draw_points(dots, ends[line, 0] + share[:, None] * along[line], inks[kept][line])
+
+
+def _cut(ends: Points, height: int, width: int) -> tuple[Points, NDArray[np.bool_]]:
+    """What of lines is in a picture (Liang and Barsky 1984), and which of them are at all."""
+    start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
+    first, last = np.zeros(len(ends)), np.ones(len(ends))
+    kept = np.isfinite(ends).all(axis=(1, 2))
+    for axis, most in ((0, width - 1.0), (1, height - 1.0)):
+        for sign, room in ((-1.0, start[:, axis]), (1.0, most - start[:, axis])):
+            slope = sign * along[:, axis]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                cut = room / slope
+            first = np.where(slope < 0, np.maximum(first, cut), first)
+            last = np.where(slope > 0, np.minimum(last, cut), last)
+            kept &= (slope != 0) | (room >= 0)
+    kept &= first <= last
+    first, last = first[kept, None], last[kept, None]
+    return np.stack([start[kept] + first * along[kept], start[kept] + last * along[kept]], 1), kept
+
+
+def cells(dots: Dots, behind: int = 0) -> tuple[NDArray[np.uint32], Inks]:
+    """The character of each cell, as code points, and its ink, both (rows, columns).
+
+    Args:
+        dots: of the picture.
+        behind: the highest ink of what is not shown in a cell that has a higher one.
+    """
+    rows, columns = dots.shape[0] // HIGH, dots.shape[1] // WIDE
+    grouped = dots.reshape(rows, HIGH, columns, WIDE).transpose(0, 2, 1, 3)
+    inks = grouped.max(axis=(2, 3), initial=0)
+    least = np.where(inks > behind, behind + 1, 1)[:, :, None, None]
+    bits = ((grouped >= least) * _BITS).sum(axis=(2, 3), dtype=np.uint32)
+    # A space and no empty pattern, which some fonts draw as eight rings.
+    return np.where(bits > 0, _EMPTY + bits, SPACE).astype(np.uint32), inks
+
+
+def runs(codes: NDArray[np.uint32], inks: Inks) -> list[tuple[str, int]]:
+    """A row of cells as pieces of text of one ink each."""
+    text = codes.astype("<u4").tobytes().decode("utf-32-le")
+    borders = [0, *(np.flatnonzero(np.diff(inks)) + 1).tolist(), len(text)]
+    return [(text[first:end], int(inks[first])) for first, end in pairwise(borders) if end > first]

@@ -1,0 +1,280 @@
+"""A body that moves, drawn in braille dots."""
+
+import time
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from rich.style import Style
+from textual import events
+from textual.binding import Binding, BindingType
+from textual.message import Message
+from textual.reactive import reactive
+
+from gaitsim.contracts import Skeleton
+from gaitsim.errors import GaitsimError
+from gaitsim.terminal import body
+from gaitsim.terminal.view import View
+from gaitsim.tui.widgets.cells import Cells, Picture
+
+FPS = 20
+TURN = 10.0  # degrees a key
+DRAG = 3.0, 5.0  # degrees a column and a row that the mouse is dragged
+CLOSER = 1.25  # a key, or a notch of the mouse wheel
+FOG = 0.55, 0.25, 0.0  # how much limbs take of the background, the far ones first
+_SIDES = ("middle", "left", "right")
+
+
+class BodyCanvas(Cells, can_focus=True):
+    """A skeleton in motion, seen by a camera that can be turned around it.
+
+    Drag to turn, roll to zoom; keys when it has the focus. It runs in real time times
+    `speed`, over and over, at most `FPS` pictures a second, and stands still while another
+    screen is shown.
+
+    Args:
+        skeleton: to begin with; None shows `message`.
+        message: shown where there is no body.
+        clock: seconds that pass, for tests.
+    """
+
+    HELP = "Drag or use the arrow keys to turn, + and − to zoom, f to follow, v for other sides."
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "canvas--ground",
+        "canvas--track",
+        "canvas--middle",
+        "canvas--left",
+        "canvas--right",
+    }
+    DEFAULT_CSS = """
+    BodyCanvas {
+        width: 1fr; height: 1fr; min-height: 3;
+        & > .canvas--ground { color: $foreground 30%; }
+        & > .canvas--track { color: $success; }
+        & > .canvas--middle { color: $foreground; }
+        & > .canvas--left { color: $primary; }
+        & > .canvas--right { color: $warning; }
+    }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("left", "turn(1, 0)", "Turn left", show=False, id="canvas.left",
+                tooltip="Turn the body to the left"),
+        Binding("right", "turn(-1, 0)", "Turn right", show=False, id="canvas.right",
+                tooltip="Turn the body to the right"),
+        Binding("up", "turn(0, 1)", "Higher", show=False, id="canvas.up",
+                tooltip="Look from higher up"),
+        Binding("down", "turn(0, -1)", "Lower", show=False, id="canvas.down",
+                tooltip="Look from lower down"),
+        Binding("plus,equals_sign", "zoom(1)", "Closer", show=False, id="canvas.closer",
+                tooltip="Zoom in"),
+        Binding("minus", "zoom(-1)", "Farther", show=False, id="canvas.farther",
+                tooltip="Zoom out"),
+        Binding("f", "follow", "Follow", show=False, id="canvas.follow",
+                tooltip="Go with the body, or show its whole way"),
+        Binding("v", "next_view", "View", show=False, id="canvas.view",
+                tooltip="From the corner, the side, above, or the front"),
+        Binding("0", "reset", "Reset view", show=False, id="canvas.reset",
+                tooltip="Look as in the beginning"),
+    ]  # fmt: skip
+
+    seconds: reactive[float] = reactive(0.0, repaint=False, init=False)
+    view: reactive[View] = reactive(View(), repaint=False, init=False)
+    playing: reactive[bool] = reactive(False, repaint=False, init=False)
+    speed: reactive[float] = reactive(1.0, repaint=False, init=False)
+
+    class Moved(Message):
+        """The moment that is shown is another one.
+
+        Attributes:
+            canvas: that shows it.
+            seconds: since the motion began.
+        """
+
+        def __init__(self, canvas: "BodyCanvas", seconds: float) -> None:
+            super().__init__()
+            self.canvas, self.seconds = canvas, seconds
+
+        @property
+        def control(self) -> "BodyCanvas":
+            """The canvas."""
+            return self.canvas
+
+    class ViewChanged(Message):
+        """The camera was moved."""
+
+        def __init__(self, canvas: "BodyCanvas", view: View) -> None:
+            super().__init__()
+            self.canvas, self.view = canvas, view
+
+        @property
+        def control(self) -> "BodyCanvas":
+            """The canvas."""
+            return self.canvas
+
+    def __init__(
+        self,
+        skeleton: Skeleton | None = None,
+        *,
+        message: str = "no body yet",
+        clock: Callable[[], float] = time.monotonic,
+        **settings: Any,
+    ) -> None:
+        super().__init__(**settings)
+        self._figure: body.Figure | None = None
+        self._message = message
+        self._clock = clock
+        self._then = 0.0
+        self._held = False
+        if skeleton is not None:
+            self.set_skeleton(skeleton)
+
+    def set_skeleton(self, skeleton: Skeleton | None, message: str = "no body yet") -> None:
+        """Show another body from here on; camera and moment stay, as far as it has that moment.
+
+        One that cannot be drawn shows why.
+        """
+        self._figure, self._message = None, message
+        if skeleton is not None:
+            try:
+                self._figure = body.Figure(skeleton)
+            except GaitsimError as error:
+                self._message = str(error)
+        if self.seconds > self.duration:
+            self.seconds = self.seconds % self.duration if self.duration else 0.0
+        self.redraw()
+
+    @property
+    def skeleton(self) -> Skeleton | None:
+        """What is shown."""
+        return self._figure.skeleton if self._figure else None
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return self._figure.take.seconds if self._figure else 0.0
+
+    @property
+    def frames(self) -> int:
+        """How many there are."""
+        return len(self._figure.skeleton.segments) if self._figure else 0
+
+    @property
+    def frame(self) -> int:
+        """The frame that is shown, or the one that was before."""
+        if self._figure is None:
+            return 0
+        # A moment that is a frame's but for rounding is that frame's.
+        at = int(self.seconds * self._figure.skeleton.frame_rate + 1e-6)
+        return min(at, self.frames - 1)
+
+    def show_frame(self, frame: int) -> None:
+        """Show a frame; those outside of the motion are its ends."""
+        if self._figure is not None:
+            frame = min(max(frame, 0), self.frames - 1)
+            self.seconds = frame / self._figure.skeleton.frame_rate
+
+    def on_mount(self) -> None:
+        """Set the clock, which runs while the body does."""
+        self._timer = self.set_interval(1 / FPS, self._tick, pause=not self.playing)
+        self._then = self._clock()
+
+    def _tick(self) -> None:
+        now = self._clock()
+        elapsed, self._then = now - self._then, now
+        if self._figure is None or not self.duration or self.screen is not self.app.screen:
+            return
+        self.seconds = (self.seconds + elapsed * self.speed) % self.duration
+        self.post_message(self.Moved(self, self.seconds))
+
+    def watch_playing(self, playing: bool) -> None:
+        """Start or stop the clock."""
+        if not self.is_mounted:
+            return
+        self._then = self._clock()
+        if playing:
+            self._timer.resume()
+        else:
+            self._timer.pause()
+
+    def watch_seconds(self) -> None:
+        """Draw the moment."""
+        self.redraw()
+
+    def watch_view(self, view: View) -> None:
+        """Draw from there."""
+        self.redraw()
+        if self.is_mounted:
+            self.post_message(self.ViewChanged(self, view))
+
+    def words(self) -> str:
+        """What is said where there is no body."""
+        return "" if self._figure else self._message
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        """The body at its moment."""
+        assert self._figure is not None, "else there are words"
+        return body.picture(self._figure, self.seconds, self.view, columns, rows)
+
+    def ink_styles(self) -> list[Style]:
+        """Of ground, track, limbs by shade and side, feet by side."""
+        _, background = self.background_colors
+
+        def style(part: str, fog: float = 0.0, bold: bool = False) -> Style:
+            colour = self.get_component_styles(f"canvas--{part}").color
+            colour = background + colour if colour.a < 1 and colour.ansi is None else colour
+            if fog and colour.ansi is None and background.ansi is None:
+                colour = colour.blend(background, fog)
+            return Style(color=colour.rich_color, bgcolor=ground, bold=bold or None)
+
+        ground = background.rich_color if background.a else None
+        none = Style(bgcolor=ground)
+        limbs = [style(side, fog) for fog in FOG for side in _SIDES]
+        feet = [style(side, bold=True) for side in _SIDES]
+        return [none, style("ground"), style("track"), *limbs, *feet]
+
+    def action_turn(self, across: int, up: int) -> None:
+        """Turn the body, as the mouse would."""
+        self.view = self.view.turned(-across * TURN, up * TURN)
+
+    def action_zoom(self, steps: int) -> None:
+        """Go nearer, or away."""
+        self.view = self.view.zoomed(CLOSER**steps)
+
+    def action_follow(self) -> None:
+        """Go with the body, or show its whole way."""
+        self.view = self.view.following(not self.view.follow)
+
+    def action_next_view(self) -> None:
+        """Look from the next side."""
+        self.view = self.view.next()
+
+    def action_reset(self) -> None:
+        """Look as in the beginning."""
+        self.view = View()
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Take hold of the body."""
+        self._held = True
+        self.capture_mouse()
+        event.stop()
+
+    def on_mouse_up(self, event: events.MouseUp) -> None:
+        """Let it go."""
+        self._held = False
+        self.release_mouse()
+        event.stop()
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Turn it while it is held."""
+        if self._held:
+            across, up = DRAG
+            self.view = self.view.turned(-event.delta_x * across, event.delta_y * up)
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Go nearer."""
+        self.action_zoom(1)
+        event.stop()
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Go away."""
+        self.action_zoom(-1)
+        event.stop()

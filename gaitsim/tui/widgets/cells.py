@@ -1,0 +1,107 @@
+"""What pictures of characters share: of each, only the rows that changed are sent."""
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.segment import Segment
+from rich.style import Style
+from rich.text import Text
+from textual.geometry import Region
+from textual.strip import Strip
+from textual.widget import Widget
+
+from gaitsim.terminal.braille import Inks, runs
+
+Picture = tuple[NDArray[np.uint32], Inks]
+
+
+class Cells(Widget):
+    """A widget that is a grid of characters, each in an ink.
+
+    A subclass says what is in the cells and which style an ink is, and calls `redraw` when
+    something has changed.
+    """
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._drawn: Picture | None = None
+        self._strips: list[Strip] = []
+        self._styles: list[Style] | None = None
+
+    @abstractmethod
+    def picture(self, columns: int, rows: int) -> Picture:
+        """The characters as code points, and their inks, both (rows, columns)."""
+
+    def words(self) -> str:
+        """What is said in place of the picture; '' draws it."""
+        return ""
+
+    @abstractmethod
+    def ink_styles(self) -> list[Style]:
+        """The style of each ink, 0 being no ink."""
+
+    def redraw(self) -> None:
+        """Draw, and have the rows refreshed that are not as they were."""
+        columns, rows = self.content_size
+        if not self.is_mounted or not columns or not rows:
+            return
+        words = self.words()
+        if words:
+            self._drawn, self._strips = None, self._said(words, columns, rows)
+            self.refresh()
+            return
+        codes, inks = self.picture(columns, rows)
+        before, self._drawn = self._drawn, (codes, inks)
+        if self._styles is None:
+            self._styles = self.ink_styles()
+            before = None
+        if before is None or before[0].shape != codes.shape:
+            self._strips = [self._strip(row) for row in range(rows)]
+            self.refresh()
+            return
+        changed = ((before[0] != codes) | (before[1] != inks)).any(axis=1)
+        at = np.flatnonzero(changed).tolist()
+        for row in at:
+            self._strips[row] = self._strip(row)
+        if at:
+            self.refresh(*(Region(0, row, columns, 1) for row in at))
+
+    def render_line(self, y: int) -> Strip:
+        """One row."""
+        if y < len(self._strips):
+            return self._strips[y]
+        return Strip.blank(self.content_size.width, self.rich_style)
+
+    def notify_style_update(self) -> None:
+        """Take the colours of another theme."""
+        super().notify_style_update()
+        self._styles = None
+        self.call_later(self.redraw)
+
+    def on_resize(self) -> None:
+        """Draw at the new size."""
+        self.redraw()
+
+    def _said(self, words: str, columns: int, rows: int) -> list[Strip]:
+        """Text in the middle, wrapped; what there is no room for is cut off."""
+        lines = Text(words, style=self.rich_style).wrap(self.app.console, max(columns - 2, 1))
+        above = max((rows - len(lines)) // 2, 0)
+        left = max((columns - max(line.cell_len for line in lines)) // 2, 0)
+        strips = [Strip.blank(columns, self.rich_style)] * above
+        for line in lines:
+            line.pad_left(left)
+            strips.append(
+                Strip(line.render(self.app.console, end="")).adjust_cell_length(
+                    columns, self.rich_style
+                )
+            )
+        return strips[:rows]
+
+    def _strip(self, row: int) -> Strip:
+        drawn, styles = self._drawn, self._styles
+        assert drawn is not None, "redraw has drawn"
+        assert styles is not None, "redraw has asked for them"
+        codes, inks = drawn[0][row], drawn[1][row]
+        return Strip([Segment(text, styles[ink]) for text, ink in runs(codes, inks)], len(codes))
