@@ -14,10 +14,8 @@ from typing import NoReturn
 from gaitsim.cli.console import errors, notice
 from gaitsim.cli.progress import Display, display
 from gaitsim.cli.summary import summarise
-from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evolution import stop_reason
-from gaitsim.runs.folder import command
+from gaitsim.runs.folder import command, resumable
 from gaitsim.runs.writer import RunWriter
 
 SLOW = 1.0  # seconds that may pass in silence
@@ -102,14 +100,10 @@ def _evolve(
     writer: RunWriter, shown: Display, workers: int | None, interrupted: Interrupted
 ) -> str:
     """Evolve until a stop condition or the user stops it; why it ended, '' for the user."""
-    last = writer.last
-    evolution = writer.experiment.evolution
-    if last is not None:
-        reason = stop_reason(evolution, last.number, last.progress)
-        if reason:
-            return reason
+    if writer.done:
+        return writer.done
     try:
-        with Evaluator(writer.experiment, workers) as evaluator:
+        with resumable(writer.path), Evaluator(writer.experiment, workers) as evaluator:
             _prepare(evaluator)
             _begin_stage(writer, evaluator, shown)
             with shown:
@@ -118,11 +112,6 @@ def _evolve(
                     shown.update(generation)
                     if generation.stop or interrupted.wanted:
                         return generation.stop
-    except GaitsimError as error:
-        again = f"go on with: {command('resume', writer.path)}"
-        if writer.path.exists():
-            error.remedy = f"{error.remedy}; then {again}" if error.remedy else again
-        raise
     finally:
         interrupted.patient = False
     return ""

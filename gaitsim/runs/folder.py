@@ -5,11 +5,11 @@ import secrets
 import shlex
 import shutil
 import time
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from gaitsim.errors import RunError
+from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.runs.atomic import sync_folder, write_bytes, writing
 from gaitsim.runs.checkpoint import Champion, pack
@@ -27,6 +27,18 @@ _DRAFT = ".new-run-"
 def command(verb: str, path: Path, *more: object) -> str:
     """A gaitsim command on a run, as a shell takes it."""
     return shlex.join(["gaitsim", verb, str(path), *map(str, more)])
+
+
+@contextmanager
+def resumable(path: Path) -> Iterator[None]:
+    """Let an error in the block say how the run in `path` is gone on with."""
+    try:
+        yield
+    except GaitsimError as error:
+        if path.exists():
+            again = f"go on with: {command('resume', path)}"
+            error.remedy = f"{error.remedy}; then {again}" if error.remedy else again
+        raise
 
 
 def find_run(reference: str) -> Path:

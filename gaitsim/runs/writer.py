@@ -13,7 +13,7 @@ import numpy as np
 from gaitsim.contracts import Genomes
 from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, evolve, rescored
+from gaitsim.evolution import Generation, evolve, rescored, stop_reason
 from gaitsim.runs import history
 from gaitsim.runs.atomic import remove_partials, writing
 from gaitsim.runs.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
@@ -110,6 +110,12 @@ class RunWriter:
                 number = re.fullmatch(r"generation-(\d+)", champion.stem)
                 if number and int(number[1]) > done:
                     champion.unlink()
+
+    @property
+    def done(self) -> str:
+        """Why no generation is to be evolved any more, or ''."""
+        last = self.last
+        return stop_reason(self.experiment.evolution, last.number, last.progress) if last else ""
 
     @property
     def rescores(self) -> bool:
