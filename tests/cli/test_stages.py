@@ -1,0 +1,225 @@
+"""Training in stages, and starting from a kept individual, from the command line."""
+
+import itertools
+import json
+import os
+import random
+import shutil
+import time
+
+import pytest
+
+from gaitsim.runs.reader import Run
+
+posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+CLIMB = ("--set", "fitness.plugin=puppet-climb", "--set", "evolution.elites=1")
+
+
+@pytest.fixture(autouse=True)
+def installed(climb):
+    """A second fitness for puppets."""
+
+
+@pytest.fixture
+def plain(gaitsim, puppet_file, tmp_path):
+    """A run of five generations."""
+    gaitsim("run", puppet_file)
+    return tmp_path / "runs/puppet"
+
+
+def test_a_stage_is_told_in_plain_lines(gaitsim, plain):
+    done = gaitsim("resume", "puppet", *CLIMB, "--generations", 8)
+    assert done.stderr == ""
+    lines = done.stdout.splitlines()
+    assert lines[:2] == [
+        "run runs/puppet",
+        "stage 2 from generation 6 on: evolution.elites: 2, now 1; "
+        "fitness.plugin: puppet-reach, now puppet-climb",
+    ]
+    assert lines[2].startswith("generation 6/8")
+    champion = next(line for line in lines if line.startswith("score = "))
+    assert "height" in champion
+    assert "price" not in champion
+    assert "stage" not in gaitsim("resume", "puppet", "--generations", 9).stdout
+
+
+def test_a_stage_is_told_as_json(gaitsim, plain):
+    done = gaitsim("resume", "puppet", *CLIMB, "--generations", 8, "--json")
+    begun, *rows, summary = map(json.loads, done.stdout.splitlines())
+    assert begun == {
+        "stage": 2,
+        "first": 6,
+        "changes": [
+            "evolution.elites: 2, now 1",
+            "fitness.plugin: puppet-reach, now puppet-climb",
+        ],
+    }
+    assert [(row["generation"], row["stage"]) for row in rows] == [(6, 2), (7, 2), (8, 2)]
+    assert {"height", "mean height", "lower quartile", "upper quartile"} <= rows[0].keys()
+    assert "price" not in rows[0]
+    assert set(summary["terms"]) == {"height", "reach"}
+    shown = json.loads(gaitsim("show", "puppet", "--json").stdout)
+    assert shown["stages"] == [
+        {"stage": 1, "first": 1, "last": 5, "changes": []},
+        {"stage": 2, "first": 6, "last": 8, "changes": begun["changes"]},
+    ]
+    assert (shown["pending"], shown["start"]) == ([], None)
+    assert shown["champion"]["generation"] >= 6
+    assert shown["champion"]["score"] == max(row["best"] for row in rows)
+    assert shown["evaluations"] == 9 * 6
+
+
+def test_the_stages_of_a_run_are_shown(gaitsim, plain):
+    before = gaitsim("show", "puppet").stdout
+    assert "stage" not in before
+    gaitsim("resume", "puppet", *CLIMB, "--generations", 8)
+    text = (plain / "experiment.toml").read_text()
+    (plain / "experiment.toml").write_text(text.replace("weight = 0.5", "weight = 0.25"))
+    shown = gaitsim("show", "puppet").stdout
+    lines = [line.split() for line in shown.splitlines()]
+    assert ["stage", "generations", "best", "changed"] in lines
+    assert any(line[:4] == ["1", "1", "to", "5"] for line in lines)
+    assert any(line[:4] == ["2", "6", "to", "8"] for line in lines)
+    assert "from generation 9 on: fitness.weight: 0.5, now 0.25" in shown
+    assert "stopped" in gaitsim("runs").stdout.replace("finished", "stopped")
+    done = gaitsim("resume", "puppet", "--generations", 9)
+    assert "Warning: experiment.toml was changed after generation 8" in done.stderr
+    assert "stage 3 from generation 9 on: fitness.weight: 0.5, now 0.25" in done.stdout
+
+
+def test_a_run_that_a_target_stopped_is_not_finished_under_another_fitness(
+    gaitsim, puppet_file, tmp_path
+):
+    gaitsim("run", puppet_file, "--set", "evolution.target_score=0.1", "--generations", 50)
+    row = json.loads(gaitsim("runs", "--json").stdout)
+    assert row["state"] == "finished"
+    path = tmp_path / "runs/puppet/experiment.toml"
+    path.write_text(path.read_text().replace("price = 0.1", "price = 0.2"))
+    assert json.loads(gaitsim("runs", "--json").stdout)["state"] == "stopped"
+    gaitsim("resume", "puppet")
+    assert json.loads(gaitsim("runs", "--json").stdout)["generation"] == row["generation"] + 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (CLIMB, "no generation would be evolved under these changes: 5 generations are done"),
+        (("--set", "evolution.population=9"), "keeps its size"),
+        (("--set", "organism.plugin=bit-puppet"), "has 3 real genes of the organism 'puppet'"),
+        (("--set", "fitness.plugin=climbing"), "unknown fitness plugin 'climbing'"),
+        (("--set", "evolution.generations=3"), "is at generation 5 already"),
+        (("--set", "fitness"), "is not KEY=VALUE"),
+        (("--set", "mutation.rate=\udcff"), "is not text"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_changed_is_one_message_and_changes_nothing(gaitsim, plain, arguments, says):
+    before = {path: path.read_bytes() for path in plain.rglob("*") if path.is_file()}
+    done = gaitsim("resume", "puppet", *arguments, code=2)
+    assert says in done.stderr
+    assert done.stdout == ""
+    for path, data in before.items():
+        assert path.read_bytes() == data
+
+
+def wait_for(path, rows, seconds=60):
+    """Until a history has so many generations."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if path.read_text().count("\n") > rows:
+            return
+        time.sleep(0.005)
+    raise AssertionError(f"{path} did not grow")
+
+
+@posix
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_staged_run_killed_again_and_again_is_the_same(
+    gaitsim, start, puppet_file, tmp_path, workers
+):
+    gaitsim("run", puppet_file, "--set", "organism.pause=0.02", "--out", "whole")
+    killed = tmp_path / "killed"
+    shutil.copytree(tmp_path / "whole", killed)
+    gaitsim("resume", "whole", *CLIMB, "--generations", 30)
+    # While it starts, while the population is judged anew, at its first row, and later on.
+    rng = random.Random(workers)
+    moments = [rng.uniform(0.1, 1.5) for _ in range(6)]
+    for moment, row in itertools.chain(
+        ((seconds, None) for seconds in moments), ((0, 6), (0, 8), (0, 20))
+    ):
+        begun = "puppet-climb" in (killed / "experiment.toml").read_text()
+        change = () if begun else (*CLIMB, "--generations", 30)
+        process = start("resume", killed, *change, "--workers", workers)
+        if row is None:
+            time.sleep(moment)
+        else:
+            wait_for(killed / "history.csv", row - 1)
+        process.kill()
+        process.wait()
+    begun = "puppet-climb" in (killed / "experiment.toml").read_text()
+    gaitsim("resume", killed, *(() if begun else (*CLIMB, "--generations", 30)))
+    one, other = Run(killed), Run(tmp_path / "whole")
+    assert one.fingerprint() == other.fingerprint()
+    assert [stage.last for stage in one.stages] == [5, 30]
+    assert (killed / "bests.bin").read_bytes() == (tmp_path / "whole/bests.bin").read_bytes()
+
+
+def test_the_spider_in_stages_is_the_same_with_any_workers(gaitsim):
+    spider = ("spider-recurrence", "--population", 10, "--generations", 4)
+    stage = ("--set", "mutation.rate=0.3", "--set", "fitness.variance_scalar=1000")
+    prints = set()
+    for workers in (1, 2):
+        gaitsim("run", *spider, "--out", f"w{workers}", "--workers", workers)
+        gaitsim("resume", f"w{workers}", *stage, "--generations", 8, "--workers", 3 - workers)
+        prints.add(gaitsim("show", f"w{workers}", "--fingerprint").stdout)
+    assert len(prints) == 1
+
+
+def test_a_run_begins_with_a_kept_individual(gaitsim, plain, puppet_file, tmp_path):
+    champion = json.loads(gaitsim("show", "puppet", "--json").stdout)["champion"]
+    gaitsim("run", puppet_file, "--from", "puppet", "--seed", 8, "--out", "a")
+    gaitsim("run", puppet_file, "--from", plain, "--seed", 8, "--out", "b")
+    number = champion["generation"]
+    gaitsim("run", puppet_file, "--from", f"puppet@{number}", "--seed", 8, "--out", "c")
+    gaitsim("run", puppet_file, "--from", "a/start.pickle", "--seed", 8, "--out", "d")
+    prints = {gaitsim("show", run, "--fingerprint").stdout for run in "abcd"}
+    assert len(prints) == 1
+    shown = json.loads(gaitsim("show", "a", "--json").stdout)
+    assert shown["start"] == {"generation": number, "score": champion["score"]}
+    assert shown["champion"]["score"] >= champion["score"]
+    assert f"begun with a kept individual of generation {number}" in gaitsim("show", "a").stdout
+
+
+@pytest.mark.parametrize(
+    ("reference", "says"),
+    [
+        ("nobody", "there is no run 'nobody'"),
+        ("puppet@9", "has no generation 9"),
+        ("puppet.toml", "cannot be read as a checkpoint"),
+        ("runs/puppet/population.pickle", "does not hold a champion"),
+        ("bits", "the genome has 3 bit genes of the organism 'bit-puppet'"),
+    ],
+)
+def test_a_start_that_does_not_fit_makes_no_run(
+    gaitsim, plain, puppet_file, tmp_path, reference, says
+):
+    gaitsim("run", puppet_file, "--set", "organism.plugin=bit-puppet", "--out", "bits")
+    done = gaitsim("run", puppet_file, "--from", reference, "--out", "new", code=2)
+    assert says in done.stderr
+    assert done.stdout == ""
+    assert not (tmp_path / "new").exists()
+
+
+@posix
+def test_a_run_from_an_individual_killed_before_its_first_generation_is_the_same(
+    gaitsim, start, plain, puppet_file, tmp_path
+):
+    arguments = (puppet_file, "--from", "puppet@2", "--set", "organism.pause=0.5")
+    gaitsim("run", *arguments, "--generations", 2, "--out", "whole")
+    process = start("run", *arguments, "--generations", 2, "--out", "killed")
+    assert process.stdout.readline() == "run killed\n"
+    process.kill()
+    process.wait()
+    assert "No generation is finished yet" in gaitsim("show", "killed").stdout
+    gaitsim("resume", "killed")
+    assert Run(tmp_path / "killed").fingerprint() == Run(tmp_path / "whole").fingerprint()

@@ -1,0 +1,541 @@
+"""Training in stages: a run whose experiment is changed on the way."""
+
+import math
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import ExperimentError, PluginError, RunError
+from gaitsim.evaluation import judge
+from gaitsim.evolution import breed, evolve
+from gaitsim.runs.checkpoint import read_champion, read_checkpoint, write_checkpoint
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.history import COLUMNS, best_terms
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import replay
+from gaitsim.runs.writer import RunWriter
+
+CLIMB = ("fitness.plugin=puppet-climb", "mutation.plugin=puppet-jitter")
+THRESHOLD = "evolution.fitness_threshold=0"
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch, climb):
+    monkeypatch.chdir(tmp_path)
+
+
+def go_on(path, until=None, **options):
+    """Evolve a run, at most to a generation; what its writer warned of."""
+    with RunWriter(path, **options) as writer:
+        for event in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+            if event.number == until:
+                break
+        return writer.warning
+
+
+def begin(puppet, *overrides, generations=4, out="run"):
+    """A run of four generations, or as many as are asked for."""
+    path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
+    go_on(path)
+    return path
+
+
+@pytest.fixture
+def plain(puppet):
+    """A run of four generations."""
+    return begin(puppet, THRESHOLD, out="plain")
+
+
+@pytest.fixture
+def staged(puppet):
+    """The same run, then four generations that climb."""
+    path = begin(puppet, THRESHOLD, out="staged")
+    assert go_on(path, overrides=CLIMB, generations=8) == ""
+    return Run(path)
+
+
+def edit(path, *replacements):
+    """Change the experiment by hand."""
+    text = (path / "experiment.toml").read_text()
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (path / "experiment.toml").write_text(text)
+
+
+def content(path):
+    """What stands in a run's files, locks apart."""
+    return {
+        item.relative_to(path): item.read_bytes()
+        for item in sorted(path.rglob("*"))
+        if item.is_file() and not item.name.startswith(".lock")
+    }
+
+
+def assert_same(one, other):
+    """Two runs hold the same, but for the times in their histories."""
+    assert one.fingerprint() == other.fingerprint()
+    held = [content(run.path) for run in (one, other)]
+    assert held[0].keys() == held[1].keys()
+    for name in held[0]:
+        # Only the next one differs by which generations were planned in between.
+        if name.name not in ("history.csv", "population.previous.pickle"):
+            assert held[0][name] == held[1][name], name
+    columns = [run.history for run in (one, other)]
+    assert list(columns[0]) == list(columns[1])
+
+
+# What a stage is
+
+
+def test_a_stage_breeds_from_the_population_that_is_judged_anew(puppet, staged):
+    first, second = puppet(THRESHOLD), puppet(THRESHOLD, *CLIMB)
+    generations = list(evolve(puppet(), lambda genomes: judge(first, genomes)))
+    genomes = generations[3].genomes
+    for number in range(5, 9):
+        scores = judge(second, genomes).scores
+        genomes = breed(second, second.space(), genomes, scores, number)
+    checkpoint, _ = staged.checkpoint()
+    assert checkpoint.genomes.tobytes() == genomes.tobytes()
+    assert checkpoint.scores.tobytes() == judge(second, genomes).scores.tobytes()
+    # The population of generation 4 was evaluated twice.
+    assert checkpoint.evaluations == 9 * 6
+    assert staged.history["evaluations"].tolist() == [6, 12, 18, 24, 36, 42, 48, 54]
+    assert checkpoint.best_score == staged.history["best"][4:].max()
+    assert list(checkpoint.terms) == ["height", "reach"]
+
+
+def test_the_stages_of_a_run_are_told(puppet, staged):
+    one, two = staged.stages
+    assert (one.number, one.first, one.last, one.changes) == (1, 1, 4, ())
+    assert (two.number, two.first, two.last) == (2, 5, 8)
+    assert [str(change) for change in two.changes] == [
+        "fitness.plugin: puppet-reach, now puppet-climb"
+    ]
+    assert "fitness puppet-climb" in two.versions
+    assert "fitness puppet-reach" in one.versions
+    for generation, stage in [(1, one), (4, one), (5, two), (8, two)]:
+        assert staged.stage_at(generation) == stage
+        assert staged.experiment_at(generation).to_toml() == stage.experiment
+    assert staged.experiment_at(2) is staged.experiment_at(3)  # read once
+    assert staged.experiment_at(4).fitness == puppet().fitness
+    assert staged.experiment_at(5) is staged.experiment
+    for generation in (0, 9):
+        with pytest.raises(RunError, match=f"has no generation {generation}"):
+            staged.experiment_at(generation)
+    assert staged.pending == ()
+
+
+def test_options_of_another_plugin_are_told_where_they_are_not_its_defaults(puppet):
+    path = begin(puppet)
+    go_on(path, overrides=(*CLIMB, "fitness.weight=2", "seed=7"), generations=5)
+    told = [str(change) for change in Run(path).stages[1].changes]
+    assert told == ["seed: 1, now 7", "fitness.plugin: puppet-reach, now puppet-climb (weight 2.0)"]
+
+
+def test_terms_of_a_stage_stand_in_columns_of_their_own(puppet, staged):
+    history = staged.history
+    terms = ["reach", "price", "height"]
+    assert list(history) == [*COLUMNS, *terms, *(f"mean {name}" for name in terms)]
+    assert history["stage"].tolist() == [1, 1, 1, 1, 2, 2, 2, 2]
+    for name in ("price", "mean price"):
+        assert np.isfinite(history[name]).tolist() == [True] * 4 + [False] * 4
+    for name in ("height", "mean height"):
+        assert np.isfinite(history[name]).tolist() == [False] * 4 + [True] * 4
+    assert np.isfinite(history["reach"]).all()
+    for generation in range(1, 9):
+        _, score, genome = staged.champion(generation)
+        evaluation = judge(staged.experiment_at(generation), genome[None])
+        assert score == evaluation.scores[0]
+        assert best_terms(history, generation) == {n: v[0] for n, v in evaluation.terms.items()}
+    text = (staged.path / "history.csv").read_text()
+    assert text.splitlines()[1].startswith("1,1,6,")
+    assert ",nan" in text
+
+
+def test_the_champion_is_of_generations_that_can_be_compared(puppet, staged):
+    history = staged.history
+    assert history["best"][:4].max() > history["best"][4:].max()
+    assert staged.comparable == 5
+    number, score, _ = staged.champion()
+    assert number >= 5
+    assert score == history["best"][4:].max()
+    assert replay(staged, 2).experiment.fitness == puppet().fitness
+    assert replay(staged).experiment is staged.experiment
+
+
+def test_going_back_makes_a_third_stage_in_the_columns_of_the_first(staged):
+    columns = list(staged.history)
+    go_on(staged.path, overrides=["fitness.plugin=puppet-reach"], generations=10)
+    assert list(staged.history) == columns
+    assert staged.history["stage"][-2:].tolist() == [3, 3]
+    assert staged.comparable == 9
+    assert [stage.last for stage in staged.stages] == [4, 8, 10]
+    assert set(best_terms(staged.history, 10)) == {"reach", "price"}
+
+
+def test_other_rates_alone_keep_scores_and_progress(puppet):
+    options = ("evolution.stagnation=50", THRESHOLD)
+    path = begin(puppet, *options, generations=10)
+    before, _ = Run(path).checkpoint()
+    rates = ["evolution.elites=1", "crossover.children=1"]
+    go_on(path, overrides=rates, generations=11)
+    run = Run(path)
+    after, _ = run.checkpoint()
+    assert after.evaluations == 66
+    assert after.best_score >= before.best_score
+    assert after.best_score == run.history["best"].max()
+    assert after.threshold >= before.threshold
+    assert after.stagnation in (0, before.stagnation + 1)
+    assert run.history["stage"].tolist() == [1] * 10 + [2]
+    assert run.comparable == 1
+    assert [str(change) for change in run.stages[1].changes] == [
+        "crossover.children: 2, now 1",
+        "evolution.elites: 2, now 1",
+    ]
+
+
+def test_another_seed_is_a_stage_and_matters_from_there_on(puppet, plain):
+    other = Path("other")
+    shutil.copytree(plain, other)
+    go_on(plain, generations=8)
+    go_on(other, overrides=["seed=99"], generations=8)
+    one, two = Run(plain), Run(other)
+    assert one.bests[:4].tobytes() == two.bests[:4].tobytes()
+    assert one.bests.tobytes() != two.bests.tobytes()
+    assert [str(change) for change in two.stages[1].changes] == ["seed: 1, now 99"]
+
+
+def test_how_long_a_run_goes_is_no_stage(puppet, plain):
+    options = ["evolution.generations=8", "evolution.target_score=90", "evolution.stagnation=9"]
+    assert go_on(plain, overrides=options) == ""
+    run = Run(plain)
+    assert (run.generation, len(run.stages)) == (8, 1)
+    assert run.experiment.evolution.target_score == 90
+    whole = begin(puppet, THRESHOLD, generations=8, out="whole")
+    assert run.fingerprint() == Run(whole).fingerprint()
+
+
+def test_another_option_of_the_body_judges_anew(plain):
+    go_on(plain, overrides=["organism.pause=0.0001"], generations=5)
+    run = Run(plain)
+    assert run.comparable == 5
+    assert run.history["evaluations"][-1] == 36
+
+
+def test_thresholds_of_a_stage_are_its_own(staged):
+    threshold, expected = 0.0, []
+    for number, best in enumerate(staged.history["best"], start=1):
+        threshold = 0.0 if number == 5 else threshold
+        if best > threshold:
+            expected.append(number)
+            threshold += 0.1 * math.ceil((best - threshold) / 0.1)
+    kept = [read_champion(file) for file in sorted((staged.path / "champions").iterdir())]
+    assert [champion.generation for champion in kept] == expected
+    assert 5 in expected
+    for champion in kept:
+        assert champion.experiment == staged.stage_at(champion.generation).experiment
+        assert champion.terms == best_terms(staged.history, champion.generation)
+
+
+def test_another_threshold_holds_from_there_on_and_is_no_stage(puppet):
+    path = begin(puppet)
+    assert not list((path / "champions").iterdir())
+    go_on(path, overrides=["evolution.fitness_threshold=-100"], generations=6)
+    assert [file.name for file in (path / "champions").iterdir()] == ["generation-000005.pickle"]
+    run = Run(path)
+    assert len(run.stages) == 1
+    assert run.checkpoint()[0].threshold >= run.history["best"].max()
+    go_on(path, overrides=["evolution.fitness_threshold=none"], generations=7)
+    assert run.checkpoint()[0].threshold is None
+
+
+# The same, however it is begun and whatever happens
+
+
+def test_an_experiment_edited_by_hand_begins_the_same_stage(plain, staged):
+    edit(
+        plain,
+        ('plugin = "puppet-reach"', 'plugin = "puppet-climb"'),
+        ("price = 0.1", "weight = 0.5"),
+        ("generations = 4", "generations = 8"),
+    )
+    assert [str(change) for change in Run(plain).pending] == [
+        "fitness.plugin: puppet-reach, now puppet-climb"
+    ]
+    assert (
+        "was changed after generation 4 (fitness.plugin: puppet-reach, now puppet-climb)"
+        in go_on(plain)
+    )
+    assert Run(plain).fingerprint() == staged.fingerprint()
+
+
+def test_options_that_are_left_out_are_no_change(plain):
+    edit(plain, ("price = 0.1", ""), ("pause = 0.0", ""), ("generations = 4", "generations = 5"))
+    assert Run(plain).pending == ()
+    assert go_on(plain) == ""
+    assert len(Run(plain).stages) == 1
+
+
+@pytest.mark.parametrize("until", [5, 6, 7])
+def test_a_stage_gone_on_with_is_the_same(plain, staged, until):
+    go_on(plain, until, overrides=CLIMB, generations=8)
+    assert go_on(plain) == ""
+    assert_same(Run(plain), staged)
+
+
+class Killed(BaseException):
+    """As if the process were gone."""
+
+
+def killed_in(monkeypatch, owner, step, number, doing):
+    """Do something, killed at the n-th call of a step; whether it came to that."""
+    real, calls = getattr(owner, step), iter(range(100))
+
+    def stub(*arguments, **options):
+        if next(calls) == number:
+            if step == "write":
+                real(arguments[0], arguments[1][:9])
+            raise Killed
+        return real(*arguments, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, step, stub)
+        try:
+            doing()
+        except Killed:
+            return True
+    return False
+
+
+STEPS = [(os, "write"), (os, "fsync"), (Path, "replace"), (os, "open")]
+
+
+@pytest.mark.parametrize(("owner", "step"), STEPS)
+def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
+    plain, staged, monkeypatch, owner, step
+):
+    before = Run(plain).fingerprint()
+    for number in range(40):
+        path = Path(f"killed-{number}")
+        shutil.copytree(plain, path)
+        came = killed_in(
+            monkeypatch,
+            owner,
+            step,
+            number,
+            lambda path=path: go_on(path, 5, overrides=CLIMB, generations=8),
+        )
+        run = Run(path)
+        # Until its first generation is there, the run is what it was, and is read as such.
+        if run.generation == 4:
+            assert run.fingerprint() == before
+            assert len(run.stages) == 1
+            assert run.champion()[:2] == Run(plain).champion()[:2]
+        # What was not written yet is asked for again.
+        pending = run.generation > 4 or run.pending
+        go_on(path, **({} if pending else {"overrides": CLIMB, "generations": 8}))
+        assert_same(run, staged)
+        if not came:
+            break
+    assert not came
+    assert number >= 2
+
+
+def test_a_stage_that_was_given_up_leaves_nothing(plain, puppet, monkeypatch):
+    # Killed when the history has its columns, but no generation its row.
+    assert killed_in(
+        monkeypatch,
+        os,
+        "write",
+        0,
+        lambda: go_on(plain, overrides=CLIMB, generations=8),
+    )
+    assert "height" in (plain / "history.csv").read_text()
+    run = Run(plain)
+    assert "height" not in run.history
+    assert run.pending
+    go_on(plain, overrides=["fitness.plugin=puppet-reach"])
+    whole = Run(begin(puppet, THRESHOLD, generations=8, out="whole"))
+    assert run.fingerprint() == whole.fingerprint()
+    assert run.bests.tobytes() == whole.bests.tobytes()
+    assert "height" not in (plain / "history.csv").read_text()
+
+
+def test_another_change_before_a_generation_replaces_the_stage(plain, puppet):
+    for overrides in (CLIMB, ["fitness.weight=3"], ["mutation.plugin=none"]):
+        RunWriter(plain, overrides=overrides, generations=6).__exit__(None, None, None)
+    go_on(plain)
+    run = Run(plain)
+    assert [str(change) for change in run.stages[1].changes] == [
+        "fitness.plugin: puppet-reach, now puppet-climb (weight 3.0)",
+        "mutation.plugin: puppet-jitter, now none",
+    ]
+    assert [stage.last for stage in run.stages] == [4, 6]
+
+
+def test_a_damaged_checkpoint_of_a_stages_first_generation_makes_no_difference(plain, staged):
+    go_on(plain, 5, overrides=CLIMB, generations=8)
+    path = plain / "population.pickle"
+    path.write_bytes(path.read_bytes()[:-3])
+    assert "population.pickle cannot be read" in go_on(plain)
+    assert Run(plain).fingerprint() == staged.fingerprint()
+
+
+def test_a_fingerprint_tells_stages_apart(puppet):
+    # Two runs with the same populations, scores and history, by options that did nothing.
+    fingerprints = set()
+    for count, overrides in enumerate([["fitness.price=0"], ["fitness.price=0", "seed=2"]]):
+        path = begin(puppet, "mutation.plugin=none", "fitness.price=0.1", out=f"run-{count}")
+        go_on(path, overrides=[*overrides, "selection.plugin=puppet-best"], generations=5)
+        fingerprints.add(Run(path).fingerprint())
+    assert len(fingerprints) == 2
+
+
+def test_whoever_forgets_to_begin_a_stage_is_told(plain):
+    with RunWriter(plain, overrides=CLIMB, generations=5) as writer:
+        assert writer.rescores
+        event = next(evolve(writer.experiment, lambda g: judge(puppet_of(writer), g), writer.last))
+        with pytest.raises(ValueError, match="begin"):
+            writer.record(event)
+
+
+def puppet_of(writer):
+    """The experiment before the stage."""
+    return writer.run.experiment_at(1)
+
+
+# What is refused
+
+
+REFUSED = {
+    "another population": (["evolution.population=8"], ["keeps its size", "allowed: 6"]),
+    "other labels": (["organism.names=abd"], ["gene 3 is 'c', not 'd'", "labels "]),
+    "more genes": (["organism.names=abcd"], ["has 3 real genes", "allowed: 4 real genes"]),
+    "narrower bounds": (["organism.most=-0.9"], ["leaves the bounds", "allowed -1 to -0.9"]),
+    "bits": (["organism.plugin=bit-puppet"], ["has 3 real genes", "allowed: 3 bit genes"]),
+    "all at once": (
+        ["evolution.population=8", "organism.names=abcd"],
+        ["2 problems", "keeps its size", "has 3 real genes"],
+    ),
+    "with options that no run could have": (
+        ["evolution.population=8", "mutation.rat=3", "fitness.price=-1"],
+        ["3 problems", "keeps its size", "mutation.rat", "fitness.price"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("overrides", "says"), REFUSED.values(), ids=REFUSED.keys())
+def test_what_does_not_fit_the_population_is_refused_and_changes_nothing(puppet, overrides, says):
+    path = begin(puppet, "organism.plugin=shaped")
+    before = content(path)
+    with pytest.raises(ExperimentError) as error:
+        RunWriter(path, overrides=overrides, generations=8)
+    for text in says:
+        assert text in str(error.value)
+    assert content(path) == before
+    go_on(path, generations=5)
+
+
+def test_wider_bounds_are_a_stage(puppet):
+    path = begin(puppet, "organism.plugin=shaped")
+    go_on(path, overrides=["organism.most=3"], generations=8)
+    assert Run(path).comparable == 5
+
+
+def test_other_labels_by_hand_are_refused(puppet):
+    path = begin(puppet, "organism.plugin=shaped")
+    edit(path, ('names = "abc"', 'names = "abd"'))
+    with pytest.raises(RunError, match="gene 3 is 'c', not 'd'") as error:
+        RunWriter(path)
+    assert error.value.where == str(path / "experiment.toml")
+
+
+def test_a_stage_without_a_generation_is_refused(plain):
+    before = content(plain)
+    for options in ({}, {"generations": 4}):
+        with pytest.raises(RunError, match="no generation would be evolved") as error:
+            RunWriter(plain, overrides=CLIMB, **options)
+        assert "4 generations are done" in error.value.what
+        assert "--generations" in error.value.remedy
+    with pytest.raises(RunError, match="another generation would exceed 35 evaluations"):
+        # Judging the population anew takes six of them.
+        RunWriter(plain, overrides=[*CLIMB, "evolution.max_evaluations=35"], generations=8)
+    assert content(plain) == before
+    # A target that the former scores have reached does not stop the new ones.
+    go_on(plain, overrides=[*CLIMB, "evolution.target_score=-50"], generations=8)
+    assert Run(plain).generation == 5
+
+
+def test_terms_named_as_columns_of_a_former_stage_are_refused(plain):
+    with pytest.raises(PluginError, match="fitness 'clash' of package climb"):
+        go_on(plain, overrides=["fitness.plugin=clash"], generations=8)
+    assert Run(plain).generation == 4
+    go_on(plain, overrides=["fitness.plugin=puppet-reach"])
+    assert len(Run(plain).stages) == 1
+
+
+def test_changes_before_the_first_generation_are_no_stage(puppet):
+    path = create_run(puppet())
+    go_on(path, overrides=["evolution.population=8", "seed=3"])
+    run = Run(path)
+    assert len(run.checkpoint()[0].genomes) == 8
+    assert len(run.stages) == 1
+    other = begin(puppet, "evolution.population=8", "seed=3", generations=5, out="other")
+    assert run.fingerprint() == Run(other).fingerprint()
+
+
+# Versions
+
+
+def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
+    go_on(staged.path, overrides=["fitness.plugin=puppet-reach"], generations=9)
+    path = staged.path / "population.pickle"
+    checkpoint = read_checkpoint(path)
+    assert checkpoint.stages[1].versions["fitness puppet-climb"] == "climb 1.0"
+    checkpoint.stages[1].versions["fitness puppet-climb"] = "climb 0.1"
+    checkpoint.stages[0].versions["fitness puppet-reach"] = "gaitsim-puppets 0.1"
+    write_checkpoint(path, checkpoint)
+    monkeypatch.syspath_prepend(str(climb))  # so that undoing it leaves the path as it was
+    shutil.rmtree(climb)
+    assert go_on(staged.path, generations=10) == ""
+    run = Run(staged.path)
+    assert run.champion()[0] >= 9
+    assert run.experiment_at(4).fitness == run.experiment.fitness
+    assert run.stages[1].versions["fitness puppet-climb"] == "climb 0.1"
+    assert str(run.stages[1].changes[0]).startswith(
+        "fitness.plugin: puppet-reach, now puppet-climb"
+    )
+    with pytest.raises(ExperimentError, match="unknown fitness plugin 'puppet-climb'") as error:
+        run.experiment_at(5)
+    assert "the experiment of stage 2" in str(error.value)
+    assert "pip install climb==0.1" in str(error.value)
+
+
+def test_a_plugin_that_is_gone_can_be_replaced(plain, monkeypatch, climb):
+    go_on(plain, overrides=CLIMB, generations=6)
+    monkeypatch.syspath_prepend(str(climb))
+    shutil.rmtree(climb)
+    with pytest.raises(ExperimentError, match="unknown fitness plugin 'puppet-climb'"):
+        RunWriter(plain, generations=8)
+    go_on(plain, overrides=["fitness.plugin=puppet-reach"], generations=8)
+    assert [stage.last for stage in Run(plain).stages] == [4, 6, 8]
+
+
+def test_another_version_of_what_goes_on_is_refused_before_anything_is_changed(plain):
+    path = plain / "population.pickle"
+    checkpoint = read_checkpoint(path)
+    checkpoint.versions["organism puppet"] = "gaitsim-puppets 0.9"
+    checkpoint.versions["fitness puppet-reach"] = "gaitsim-puppets 0.9"
+    write_checkpoint(path, checkpoint)
+    before = content(plain)
+    with pytest.raises(RunError, match="made with other versions") as error:
+        RunWriter(plain, overrides=CLIMB, generations=8)
+    assert "organism puppet" in error.value.what
+    assert "puppet-reach" not in error.value.what  # the stage does without it
+    assert content(plain) == before
+    go_on(plain, overrides=CLIMB, generations=8, any_version=True)
+    assert Run(plain).stages[0].versions["organism puppet"] == "gaitsim-puppets 0.9"

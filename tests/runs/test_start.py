@@ -1,0 +1,187 @@
+"""Runs that begin with a kept individual."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import CheckpointError, ExperimentError, RunError
+from gaitsim.evaluation import judge
+from gaitsim.evolution.breeding import Purpose, stream
+from gaitsim.runs.checkpoint import Champion, read_champion, write_champion
+from gaitsim.runs.folder import START, create_run
+from gaitsim.runs.reader import Run
+from gaitsim.runs.start import check_start, kept_individual, read_start
+from gaitsim.runs.writer import RunWriter
+
+THRESHOLD = "evolution.fitness_threshold=0"
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch, climb):
+    monkeypatch.chdir(tmp_path)
+
+
+def go_on(path, until=None, **options):
+    with RunWriter(path, **options) as writer:
+        for event in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+            if event.number == until:
+                break
+    return Run(path)
+
+
+@pytest.fixture
+def staged(puppet):
+    """A run of two stages, each of which kept champions."""
+    run = go_on(create_run(puppet(THRESHOLD), Path("staged")))
+    return go_on(run.path, overrides=["fitness.plugin=puppet-climb"], generations=10)
+
+
+def test_an_individual_is_named_by_file_run_and_generation(staged):
+    number, score, genome = staged.champion()
+    assert number > 5
+    for reference in ("staged", f"staged@{number}", str(staged.path.resolve())):
+        kept = kept_individual(reference)
+        assert (kept.generation, kept.score) == (number, score)
+        assert kept.genome.tobytes() == genome.tobytes()
+        assert kept.experiment == staged.stages[1].experiment
+    early = kept_individual("staged@2")
+    assert early.experiment == staged.stages[0].experiment
+    assert early.versions == staged.stages[0].versions
+    assert set(early.terms) == {"reach", "price"}
+    file = sorted((staged.path / "champions").iterdir())[0]
+    assert kept_individual(str(file)).experiment == early.experiment
+
+
+def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
+    one = go_on(create_run(puppet(), Path("runs/a")))
+    other = go_on(create_run(puppet("seed=2"), Path("runs/a@2")))
+    assert kept_individual("a@2").score == other.champion()[1]
+    assert kept_individual("a@3").score == one.champion(3)[1]
+    assert kept_individual("a@2@1").score == other.champion(1)[1]
+
+
+@pytest.mark.parametrize(
+    ("reference", "says"),
+    [
+        ("nobody", "there is no run 'nobody'"),
+        ("nobody@3", "there is no run 'nobody'"),
+        ("staged@0", "has no generation 0"),
+        ("staged@11", "has no generation 11"),
+        ("staged@x", "there is no run 'staged@x'"),
+        ("staged@", "there is no run 'staged@'"),
+        ("@1", "there is no run ''"),
+        ("", "there is no run ''"),
+        ("a\0b", "there is no run"),
+        ("staged/population.pickle", "does not hold a champion"),
+        ("staged/experiment.toml", "cannot be read as a checkpoint"),
+        ("staged/champions", "is not a run"),
+    ],
+)
+def test_what_is_no_individual_is_refused(staged, reference, says):
+    with pytest.raises(RunError, match=says):
+        kept_individual(reference)
+
+
+def test_the_first_population_is_the_individual_and_its_mutations(puppet, staged):
+    start = kept_individual("staged@2")
+    experiment = puppet("seed=5")
+    run = go_on(create_run(experiment, Path("from"), start), 1)
+    genomes = run.checkpoint()[0].genomes
+    assert genomes[0].tobytes() == start.genome.tobytes()
+    copies = np.tile(start.genome, (5, 1))
+    noise = stream(5, 1, Purpose.MUTATION)
+    mutants = experiment.mutation.mutate(copies, experiment.space(), noise)
+    assert np.array_equal(genomes[1:], experiment.space().confine(mutants))
+    assert len(np.unique(genomes, axis=0)) == 6
+    assert run.champion(1)[1] >= judge(experiment, start.genome[None]).scores[0]
+
+
+def test_bits_begin_a_run(puppet):
+    bits = ("organism.plugin=bit-puppet",)
+    source = go_on(create_run(puppet(*bits), Path("source")))
+    run = go_on(create_run(puppet(*bits, "seed=9"), None, kept_individual("source")))
+    genomes = run.checkpoint()[0].genomes
+    assert genomes.dtype == np.uint8
+    assert run.champion()[1] >= source.champion()[1]
+
+
+def test_a_run_from_each_kept_champion_is_the_same_again(puppet, staged):
+    files = sorted((staged.path / "champions").iterdir())
+    assert {staged.stage_at(read_champion(file).generation).number for file in files} == {1, 2}
+    found = set()
+    for file in files:
+        start = kept_individual(str(file))
+        whole = go_on(create_run(puppet(), Path("whole"), start))
+        parts = create_run(puppet(), Path("parts"), start)
+        for until in (1, 3, None):
+            go_on(parts, until)
+        assert Run(parts).fingerprint() == whole.fingerprint()
+        assert (parts / "bests.bin").read_bytes() == (whole.path / "bests.bin").read_bytes()
+        found.add(whole.fingerprint())
+    assert len(found) == len(files)
+
+
+def test_a_run_needs_nothing_but_its_own_folder(puppet, staged):
+    path = create_run(puppet(), Path("from"), kept_individual("staged"))
+    shutil.copytree(path, "copy")
+    whole = go_on(path)
+    shutil.rmtree(staged.path)
+    assert go_on(Path("copy")).fingerprint() == whole.fingerprint()
+    assert read_start(whole).generation == kept_individual("copy/start.pickle").generation
+    unlike = go_on(create_run(puppet(), Path("unlike")))
+    assert unlike.fingerprint() != whole.fingerprint()
+    assert read_start(unlike) is None
+
+
+def test_a_start_is_held_to_the_body_when_the_run_begins(puppet, staged):
+    start = kept_individual("staged")
+    path = create_run(puppet(), Path("from"), start)
+    with pytest.raises(RunError, match="the genome has 3 real genes of the organism 'puppet'"):
+        RunWriter(path, overrides=["organism.plugin=bit-puppet"])
+    assert "bit-puppet" not in (path / "experiment.toml").read_text()
+    with pytest.raises(ExperimentError):
+        RunWriter(path, overrides=["organism.plugin=none"])
+    (path / START).write_bytes((path / START).read_bytes()[:-1])
+    with pytest.raises(CheckpointError, match=r"start\.pickle") as error:
+        RunWriter(path)
+    assert "restore it from a copy" in error.value.remedy
+    assert Run(path).generation == 0
+
+
+def champion(experiment, genome):
+    return Champion(experiment.to_toml(), {}, 7, np.array(genome), 1.0, {})
+
+
+MISFITS = {
+    "length": ("organism.names=abcd", [0.0] * 4, "has 4 real genes of the organism 'shaped'"),
+    "dtype": ("organism.plugin=bit-puppet", np.ones(3, np.uint8), "3 bit genes of the organism"),
+    "labels": ("organism.names=abd", [0.0] * 3, "gene 3 is 'd', not 'c'"),
+    "bounds": ("organism.most=5", [0.0, 0.0, 4.0], "'c' is 4, allowed -1 to 2"),
+}
+
+
+@pytest.mark.parametrize(("option", "genome", "says"), MISFITS.values(), ids=MISFITS.keys())
+def test_a_genome_of_another_body_is_refused(puppet, option, genome, says):
+    shaped = ("organism.plugin=shaped",)
+    came = champion(puppet(*shaped, option), genome)
+    with pytest.raises(RunError) as error:
+        check_start(puppet(*shaped), came, "--from file")
+    assert says in error.value.what
+    assert error.value.where == "--from file"
+    assert error.value.allowed.startswith("3 real genes of the organism 'shaped' (labels ")
+    check_start(puppet(*shaped), champion(puppet(*shaped), [0.0, 1.0, 2.0]), "")
+
+
+def test_a_genome_whose_body_is_not_installed_is_held_to_its_form(puppet, tmp_path):
+    text = puppet().to_toml().replace('"puppet"', '"gone"')
+    for genome, fits in [([0.0, 0.0, 0.0], True), ([0.0], False), ([9.0, 0.0, 0.0], False)]:
+        came = Champion(text, {}, 1, np.array(genome), 0.0, {})
+        write_champion(tmp_path / "a.pickle", came)
+        kept = kept_individual("a.pickle")
+        if fits:
+            check_start(puppet(), kept, "")
+        else:
+            with pytest.raises(RunError):
+                check_start(puppet(), kept, "")
