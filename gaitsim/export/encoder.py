@@ -17,7 +17,7 @@ Picture = NDArray[np.uint8]
 
 COLOURS = 128  # of a GIF: its palette is the whole video's, so that nothing flickers
 # Constant quality; 'veryfast' halves the time of 'medium' for lines on a plain ground.
-_H264 = {"crf": "20", "preset": "veryfast"}
+_H264 = {"crf": "22", "preset": "veryfast"}
 _BT709 = 1  # what players take for granted in high definition
 _STUDIO_RANGE = 1
 

@@ -25,7 +25,8 @@ SPEEDS = 0.01, 100.0
 INTRO, CROSSFADE = 1.5, 0.4  # seconds, the latter the last of the former
 ORBIT = 10.0  # seconds that a turn around the body takes at least
 MARGIN = 0.05  # around the fitness curve, of the smaller side
-_LETTERS = 95.0  # dots an inch of the fitness curve at least, for letters that can be read
+_LETTERS = 95.0  # dots an inch of the fitness curve, for letters that can be read
+_WIDTHS = 3.4, 5.6  # inches of the fitness curve: all its words fit, and are not lost in it
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ class Video:
         shown = [replay(run, generation) for generation in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
         self._check_room(len(shown))
-        takes = [_take(one, self.look.speed) for one in shown]
+        takes = [_take(one, self.look.speed, alone=len(shown) == 1) for one in shown]
         self._scene = Scene(takes, self.look.pixels, self.look.view, self.look.theme)
         ratio = float(self.look.rate) / self.look.speed
         # What is a frame but for rounding is one.
@@ -208,8 +209,8 @@ class Video:
         from gaitsim.export.plots import fitness_figure, picture
 
         width, height = self.look.pixels
-        dots = max(_LETTERS, width / 5.6)
         edge = round(MARGIN * min(width, height))
+        dots = (width - 2 * edge) / float(np.clip((width - 2 * edge) / _LETTERS, *_WIDTHS))
         theme = replace(PLOT_THEMES[self.look.theme], background=THEMES[self.look.theme].ground)
         # A hundredth more, as what is a whole number but for rounding is cut down to one.
         size = ((width - 2 * edge + 0.01) / dots, (height - 2 * edge + 0.01) / dots)
@@ -234,17 +235,23 @@ class Video:
             )
 
 
-def _take(shown: Replay, speed: float) -> Take:
-    """A champion, as a scene wants it; what cannot be drawn is the body's fault."""
+def _take(shown: Replay, speed: float, alone: bool) -> Take:
+    """A champion, as a scene wants it; what cannot be drawn is the body's fault.
+
+    Args:
+        shown: the champion.
+        speed: of the motion.
+        alone: whether no other is shown beside it.
+    """
     skeleton = shown.skeleton
     entry = shown.experiment.entries["organism"]
     parts = [skeleton.segments, skeleton.path]
     parts += [] if skeleton.contacts is None else [skeleton.contacts]
-    if not len(skeleton.segments) or not all(np.isfinite(part).all() for part in parts):
+    if not skeleton.segments.size or not all(np.isfinite(part).all() for part in parts):
         raise PluginError(
             f"{entry} has a skeleton that cannot be drawn",
             where=entry.target,
-            allowed="one frame or more, of finite numbers",
+            allowed="one frame and one segment or more, of finite numbers",
             remedy=f"report it to the author of {entry.package}",
         )
     if not 0 < skeleton.frame_rate < np.inf:
@@ -253,10 +260,12 @@ def _take(shown: Replay, speed: float) -> Take:
             where=entry.target,
             allowed="above 0",
         )
-    details = f"generation {shown.generation}   score {shown.score:.4g}".replace("-", "−")
+    name, generation = shown.run.path.resolve().name, f"generation {shown.generation}"
+    score = f"score {shown.score:.4g}".replace("-", "−")
+    title, *details = (name, generation, score) if alone else (generation, score, name)
     if speed != 1:
-        details += f"   {speed:g} × speed"
-    return Take(skeleton, shown.run.path.resolve().name, details)
+        details.append(f"{speed:g} × speed")
+    return Take(skeleton, title, "   ".join(details))
 
 
 def _mixed(one: Picture, other: Picture, share: float) -> Picture:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gaitsim.errors import RunError
-from gaitsim.runs.atomic import remove_partials, set_aside, write_bytes, write_rotating
+from gaitsim.runs.atomic import remove_partials, replacing, set_aside, write_bytes, write_rotating
 
 OLDEST, OLD, NEW = b"oldest" * 100, b"old" * 100, b"new" * 100
 
@@ -245,3 +245,19 @@ def test_setting_aside_that_fails_leaves_no_empty_file(tmp_path, monkeypatch):
     with pytest.raises(RunError):
         set_aside(path, "damaged")
     assert names(tmp_path) == ["a.pickle"]
+
+
+def test_what_others_write_replaces_a_file_only_when_it_is_whole(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(OLD)
+    with pytest.raises(KeyboardInterrupt), replacing(path) as partial:
+        partial.write_bytes(NEW[:10])
+        raise KeyboardInterrupt
+    with pytest.raises(RunError, match="a cannot be written"), replacing(path):
+        pass  # nothing was written
+    assert path.read_bytes() == OLD
+    with replacing(path) as partial:
+        partial.write_bytes(NEW)
+        assert path.read_bytes() == OLD
+    assert path.read_bytes() == NEW
+    assert names(tmp_path) == ["a"]

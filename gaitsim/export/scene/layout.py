@@ -2,17 +2,15 @@
 
 import math
 
-IDEAL = 4 / 3  # width to height of a panel
-
 Place = tuple[float, float, float, float]
 
 
 def tiles(count: int, width: int, height: int) -> list[Place]:
     """Left, bottom, width and height of each of `count` equal panels, row by row from the top.
 
-    As many columns as make panels largest for pictures of 4 : 3.
+    As many columns as make the smaller sides of the panels largest.
     """
-    columns = max(range(1, count + 1), key=lambda c: _filled(count, c, width, height))
+    columns = max(range(1, count + 1), key=lambda c: min(width / c, height / math.ceil(count / c)))
     rows = math.ceil(count / columns)
     wide, tall = width / columns, height / rows
     return [
@@ -21,6 +19,12 @@ def tiles(count: int, width: int, height: int) -> list[Place]:
     ]
 
 
-def _filled(count: int, columns: int, width: int, height: int) -> float:
-    wide, tall = width / columns, height / math.ceil(count / columns)
-    return min(wide, tall * IDEAL)
+def inner_edges(places: list[Place], height: int) -> list[list[tuple[float, float]]]:
+    """The lines between panels: both ends of each, pixels."""
+    edges = []
+    for left, bottom, wide, tall in places:
+        if left > 0:
+            edges.append([(left, bottom), (left, bottom + tall)])
+        if bottom + tall < height:
+            edges.append([(left, bottom + tall), (left + wide, bottom + tall)])
+    return edges

@@ -133,7 +133,7 @@ class Panel:
         standing = pose.contacts[pose.touching].copy()
         standing[:, 2] = 0.0
         self.support.set_verts([camera.project(_on_ground(hull(standing[:, :2])))[0]])
-        size = 0.028 * self.take.anatomy.span
+        size = 0.034 * self.take.anatomy.span
         self.stance.set_verts(list(camera.project(discs(standing, size))[0]))
         swinging, depth = camera.project(pose.contacts[~pose.touching])
         radius = 0.75 * size * camera.scale_at(depth)
@@ -144,8 +144,8 @@ class Panel:
     def _show_body(self, camera: Camera, pose: Pose) -> None:
         parts = body(camera, pose.segments, self.take.anatomy, self.colours, self._line)
         self.body.set_verts([part.outline for part in parts])
-        self.body.set_facecolors([part.face for part in parts])
-        self.body.set_edgecolors([part.edge for part in parts])
+        self.body.set_facecolors(np.array([part.face for part in parts]))
+        self.body.set_edgecolors(np.array([part.edge for part in parts]))
         self.body.set_linewidths([part.width * POINT for part in parts])
         if self.tape:
             at = float(camera.project(pose.middle)[0][1])

@@ -1,0 +1,90 @@
+import signal
+
+import pytest
+from PIL import Image
+
+QUICK = ("--size", "160x120", "--fps", "2", "--no-intro")
+
+
+@pytest.fixture
+def run(gaitsim, puppet_file):
+    """A finished run of puppets."""
+    gaitsim("run", puppet_file, "--out", "runs/mine")
+    return "mine"
+
+
+def test_the_video_is_among_the_exports(gaitsim, run, tmp_path):
+    said = gaitsim("video", run, *QUICK).stdout
+    (path,) = (tmp_path / "runs" / "mine" / "exports").iterdir()
+    assert path.name.startswith("video-generation-")
+    assert path.suffix == ".mp4"
+    assert said == f"{path.relative_to(tmp_path)}: 3 pictures of 160 × 120 at 2 a second, 1.5 s\n"
+
+
+def test_the_format_is_as_the_name_ends(gaitsim, run, tmp_path):
+    gaitsim("video", run, *QUICK, "--out", "a.GIF", "--theme", "dark", "--view", "top")
+    with Image.open(tmp_path / "a.GIF") as gif:
+        assert gif.format == "GIF"
+    gaitsim("video", run, *QUICK, "--out", "b", "--format", "gif")
+    with Image.open(tmp_path / "b") as gif:
+        assert gif.format == "GIF"
+
+
+def test_several_generations(gaitsim, run, tmp_path):
+    gaitsim("video", run, "--generations", "1, 3", "--size", "320x120", "--fps", "2")
+    assert (tmp_path / "runs/mine/exports/video-generations-1-3.mp4").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--view", "front"], "'front' is not one of"),
+        (["--theme", "drak"], "'drak' is not one of"),
+        (["--format", "avi"], "'avi' is not one of"),
+        (["--out", "a.avi"], "a.avi does not end with a format of videos"),
+        (["--out", "a"], "a does not end with a format of videos"),
+        (["--out", "missing/a.mp4"], "there is no folder missing"),
+        (["--size", "641x480"], "--size 642x480"),
+        (["--size", "641"], "'641' is no size of a picture"),
+        (["--size", "ax3"], "'ax3' is no size"),
+        (["--size", "-2x3"], "'-2x3' is no size"),
+        (["--size", "9999999x3"], "is no size"),
+        (["--size", "2x2"], "too small or too large"),
+        (["--fps", "0"], "0 pictures a second"),
+        (["--fps", "nan"], "nan pictures a second"),
+        (["--speed", "0"], "a speed of 0"),
+        (["--generation", "77"], "no generation 77"),
+        (["--generations", "1,77"], "no generation 77"),
+        (["--generations", "1,,2"], "'1,,2' are no generations"),
+        (["--generations", "first"], "'first' are no generations"),
+        (["--generations", "²"], "are no generations"),
+        (["--generations", "1,2", "--generation", "1"], "one generation and several"),
+    ],
+)
+def test_what_cannot_be_is_one_message(gaitsim, run, tmp_path, arguments, says):
+    before = sorted(tmp_path.rglob("*"))
+    error = gaitsim("video", run, *arguments, code=2).stderr
+    assert says in error.replace("\n", " ")
+    assert "Traceback" not in error
+    after = [path for path in tmp_path.rglob("*") if path.name != "exports"]
+    assert sorted(after) == [path for path in before if path.name != "exports"]
+
+
+def test_a_run_that_is_not_there(gaitsim, run):
+    assert "there is no run 'other'" in gaitsim("video", "other", code=2).stderr
+
+
+def test_ctrl_c_leaves_nothing(gaitsim, run, tmp_path, monkeypatch):
+    from gaitsim.export.scene import Scene
+
+    draw = Scene.draw
+
+    def interrupted(self, seconds, turned=0.0):
+        if seconds > 0.3:
+            signal.raise_signal(signal.SIGINT)
+        return draw(self, seconds, turned)
+
+    monkeypatch.setattr(Scene, "draw", interrupted)
+    said = gaitsim("video", run, *QUICK, "--out", "a.mp4", code=130)
+    assert "Stopped; nothing was written." in said.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"puppet.toml", "runs"}
