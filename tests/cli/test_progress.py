@@ -1,5 +1,6 @@
 """What is shown while a run evolves: drawn to a console of fixed size, by a fixed clock."""
 
+import dataclasses
 import io
 import json
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from rich.console import Console
 from gaitsim.cli.progress import BLOCKS, STOPPING, JsonLines, LiveView, PlainLines, sparkline
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress
+from gaitsim.runs.stages import Change
 
 CLASSIC = {
     "movement": 3.5,
@@ -215,6 +217,41 @@ class TestLiveView:
         clock.now += 2
         view.update(generation(11))
         assert drawn(view)[0].endswith("11/20 0:00:18 left")
+
+    @pytest.mark.parametrize("rescored", [True, False])
+    def test_a_stage_with_new_scores_begins_their_courses_anew(
+        self, clock: Clock, rescored: bool
+    ) -> None:
+        begun = writer(20, generation(2), best=[5.0, 9.0], mean=[4.0, 8.0], diversity=[0.3, 0.2])
+        file = io.StringIO()
+        view = LiveView(begun, Console(file=file, width=80), clock)
+        key = "fitness.price" if rescored else "mutation.rate"
+        begun.stage, begun.changes = 2, (Change(key, 0.1, 0.2),)
+        if rescored:
+            progress = Progress(60, -np.inf, -1, None, 2)
+            begun.last = dataclasses.replace(begun.last, progress=progress)
+        view.begin_stage(begun)
+        assert file.getvalue() == f"stage 2 from generation 3 on: {key}: 0.1, now 0.2\n"
+        before = {"best": "1.000 ▁", "mean": "0.990 ▁"}
+        if not rescored:
+            before = {"best": "9.000 ▁█", "mean": "8.000 ▁█"}
+        lines = drawn(view)
+        assert " ".join(lines[1].split()) == f"best {before['best']}"
+        assert " ".join(lines[2].split()) == f"mean {before['mean']}"
+        assert lines[3].split() == ["diversity", "0.200", "█▁"]
+        clock.now += 2
+        progress = Progress(80, 1.0, 0, None, 2)
+        view.update(dataclasses.replace(generation(3), progress=progress))
+        assert drawn(view)[4] == "10 evaluations/s, best of generation 3, stage 2"
+
+    def test_courses_of_a_resumed_stage_begin_with_it(self, clock: Clock) -> None:
+        resumed = writer(
+            9, generation(3), best=[9.0, 0.5, 1.0], mean=[8.0, 0, 1], diversity=[1.0] * 3
+        )
+        resumed.run.comparable = 2
+        lines = drawn(LiveView(resumed, Console(file=io.StringIO()), clock))
+        assert lines[1].split() == ["best", "1.000", "▁█"]
+        assert lines[3].split() == ["diversity", "1.000", "▁▁▁"]
 
     def test_says_in_itself_that_it_stops(self, clock: Clock) -> None:
         view = at_work(clock)
