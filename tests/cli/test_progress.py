@@ -232,7 +232,7 @@ class TestLiveView:
             begun.last = dataclasses.replace(begun.last, progress=progress)
         view.begin_stage(begun)
         assert file.getvalue() == f"stage 2 from generation 3 on: {key}: 0.1, now 0.2\n"
-        before = {"best": "1.000 ▁", "mean": "0.990 ▁"}
+        before = {"best": "1.000 ▁", "mean": "0.991 ▁"}
         if not rescored:
             before = {"best": "9.000 ▁█", "mean": "8.000 ▁█"}
         lines = drawn(view)
