@@ -38,11 +38,21 @@ def draw_points(dots: Dots, points: Points, inks: int | NDArray[Any]) -> None:
     np.maximum.at(dots, (at[:, 1], at[:, 0]), each[inside])
 
 
-def draw_lines(dots: Dots, ends: Points, inks: NDArray[Any]) -> None:
+def draw_lines(
+    dots: Dots, ends: Points, inks: NDArray[Any], dash: tuple[int, int] = (1, 0)
+) -> None:
     """Draw lines (n, 2, 2) in inks (n,); what is outside is cut off.
 
     Every line is sampled at each dot of its longer side: all lines at once.
+
+    Args:
+        dots: to draw on.
+        ends: of the lines.
+        inks: of each.
+        dash: how many dots are drawn, and how many left out, from line to line.
     """
+    lengths = np.abs(ends[:, 1] - ends[:, 0]).max(axis=1)
+    before = np.cumsum(lengths) - lengths
     ends, kept = _cut(ends, *dots.shape)
     if not len(ends):
         return
@@ -51,7 +61,11 @@ def draw_lines(dots: Dots, ends: Points, inks: NDArray[Any]) -> None:
     line = np.repeat(np.arange(len(ends)), counts)
     step = np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
     share = step / np.maximum(counts - 1, 1)[line]
-    draw_points(dots, ends[line, 0] + share[:, None] * along[line], inks[kept][line])
+    points, ink = ends[line, 0] + share[:, None] * along[line], inks[kept][line]
+    if dash[1]:
+        shown = np.rint(before[kept][line] + step) % sum(dash) < dash[0]
+        points, ink = points[shown], ink[shown]
+    draw_points(dots, points, ink)
 
 
 def _cut(ends: Points, height: int, width: int) -> tuple[Points, NDArray[np.bool_]]:

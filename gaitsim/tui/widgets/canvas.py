@@ -216,20 +216,14 @@ class BodyCanvas(Cells, can_focus=True):
 
     def ink_styles(self) -> list[Style]:
         """Of ground, track, limbs by shade and side, feet by side."""
-        _, background = self.background_colors
-
-        def style(part: str, fog: float = 0.0, bold: bool = False) -> Style:
-            colour = self.get_component_styles(f"canvas--{part}").color
-            colour = background + colour if colour.a < 1 and colour.ansi is None else colour
-            if fog and colour.ansi is None and background.ansi is None:
-                colour = colour.blend(background, fog)
-            return Style(color=colour.rich_color, bgcolor=ground, bold=bold or None)
-
-        ground = background.rich_color if background.a else None
-        none = Style(bgcolor=ground)
-        limbs = [style(side, fog) for fog in FOG for side in _SIDES]
-        feet = [style(side, bold=True) for side in _SIDES]
-        return [none, style("ground"), style("track"), *limbs, *feet]
+        parts = [f"canvas--{side}" for side in _SIDES]
+        return [
+            self.ink_style(),
+            self.ink_style("canvas--ground"),
+            self.ink_style("canvas--track"),
+            *(self.ink_style(part, fog) for fog in FOG for part in parts),
+            *(self.ink_style(part) + Style(bold=True) for part in parts),
+        ]
 
     def action_turn(self, across: int, up: int) -> None:
         """Turn the body, as the mouse would."""

@@ -42,6 +42,26 @@ class Cells(Widget):
     def ink_styles(self) -> list[Style]:
         """The style of each ink, 0 being no ink."""
 
+    def ink_style(self, part: str = "", fog: float = 0.0) -> Style:
+        """The style of a component class, on this widget's background.
+
+        Args:
+            part: the class; '' is the background alone.
+            fog: how much its colour takes of the background, 0 to 1.
+        """
+        background = self.background_colors[1]
+        ground = background.rich_color if background.a else None
+        if not part:
+            return Style(bgcolor=ground)
+        colour = self.get_component_styles(part).color
+        if colour.ansi is None and background.ansi is None:
+            colour = (background + colour).blend(background, fog)
+        return Style(color=colour.rich_color, bgcolor=ground)
+
+    def forget_styles(self) -> None:
+        """Ask for the styles of the inks again when next drawn."""
+        self._styles = None
+
     def redraw(self) -> None:
         """Draw, and have the rows refreshed that are not as they were."""
         columns, rows = self.content_size
@@ -77,7 +97,7 @@ class Cells(Widget):
     def notify_style_update(self) -> None:
         """Take the colours of another theme."""
         super().notify_style_update()
-        self._styles = None
+        self.forget_styles()
         self.call_later(self.redraw)
 
     def on_resize(self) -> None:
@@ -86,17 +106,15 @@ class Cells(Widget):
 
     def _said(self, words: str, columns: int, rows: int) -> list[Strip]:
         """Text in the middle, wrapped; what there is no room for is cut off."""
-        lines = Text(words, style=self.rich_style).wrap(self.app.console, max(columns - 2, 1))
+        style = self.ink_style() + Style(color=self.rich_style.color)
+        lines = Text(words).wrap(self.app.console, max(columns - 2, 1))
         above = max((rows - len(lines)) // 2, 0)
         left = max((columns - max(line.cell_len for line in lines)) // 2, 0)
-        strips = [Strip.blank(columns, self.rich_style)] * above
+        strips = [Strip.blank(columns, style)] * above
         for line in lines:
             line.pad_left(left)
-            strips.append(
-                Strip(line.render(self.app.console, end="")).adjust_cell_length(
-                    columns, self.rich_style
-                )
-            )
+            strip = Strip(line.render(self.app.console, end=""))
+            strips.append(strip.adjust_cell_length(columns).apply_style(style))
         return strips[:rows]
 
     def _strip(self, row: int) -> Strip:
