@@ -1,13 +1,26 @@
 """The app: which screens there are, and how one comes to another."""
 
+import time
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from textual import work
 from textual.app import App
 from textual.binding import Binding, BindingType
+from textual.command import Provider
+from textual.dom import DOMNode
+from textual.screen import Screen
+from textual.types import CSSPathType
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.commands import Commands
+from gaitsim.tui.config import Config, check_theme, remember_theme
+from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 from gaitsim.tui.screens.home import Home
+from gaitsim.tui.tasks import Task, Tasks
+from gaitsim.tui.themes import DEFAULT, THEMES
 
 
 class GaitsimApp(App[None]):
@@ -18,21 +31,83 @@ class GaitsimApp(App[None]):
 
     Args:
         folder: where runs are.
+        config: the user's settings; None for none.
+        theme: the name of a theme, before what the settings say.
+        clock: the time, in seconds since 1970.
+
+    Attributes:
+        tasks: what is made in the background.
     """
 
     TITLE = "gaitsim"
-    CSS_PATH = "styles.tcss"
+    CSS_PATH: ClassVar[CSSPathType | None] = "styles.tcss"
+    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("q", "quit", "Quit", id="app.quit"),
+        Binding("question_mark", "help", "Help", id="app.help", tooltip="What this screen can do"),
+        Binding("q", "quit", "Quit", show=False, id="app.quit", tooltip="End; runs are saved"),
+        Binding(
+            "ctrl+o", "jump", "Jump", show=False, id="app.jump", tooltip="Go anywhere by a letter"
+        ),
+        Binding(
+            "y",
+            "copy_command",
+            "Copy command",
+            show=False,
+            id="app.copy",
+            tooltip="Copy the command that does the same",
+        ),
+        Binding(
+            "ctrl+t",
+            "tasks",
+            "Tasks",
+            show=False,
+            id="app.tasks",
+            tooltip="What is being made in the background",
+        ),
     ]
 
-    def __init__(self, folder: Path = Path("runs")) -> None:
+    def __init__(
+        self,
+        folder: Path = Path("runs"),
+        *,
+        config: Config | None = None,
+        theme: str | None = None,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
         super().__init__()
         self.folder = folder
+        self.clock = clock
+        self.tasks = Tasks(self._task_changed)
+        self._config = config
+        for ours in THEMES:
+            self.register_theme(ours)
+        known = self.available_themes
+        chosen = theme or (config.theme if config else None)
+        self.theme = chosen if chosen in known else DEFAULT
+        self._wrong = check_theme(config, known) if config and theme is None else None
+
+    def get_default_screen(self) -> Screen[None]:
+        """Begin at home."""
+        return Home()
 
     def on_mount(self) -> None:
-        """Begin at home."""
-        self.push_screen(Home())
+        """Take the user's keys; say what is wrong with the settings."""
+        if self._config is None:
+            return
+        for problem in (*self._config.problems, *([self._wrong] if self._wrong else [])):
+            self.tell(problem)
+        if self._config.keys:
+            self.set_keymap(dict(self._config.keys))
+            self.run_worker(self._check_keys, thread=True, group="keys")
+
+    def _check_keys(self) -> None:
+        from gaitsim.tui.keys import problems
+
+        assert self._config is not None
+        for problem in problems(self._config):
+            self.call_from_thread(self.tell, problem)
+
+    # From screen to screen
 
     def open_run(self, run: Path) -> None:
         """Show a run live: evolving here, elsewhere, or at rest."""
@@ -46,7 +121,9 @@ class GaitsimApp(App[None]):
 
         self.push_screen(New(experiment))
 
-    def open_replay(self, run: Path, generation: int | None = None, beside: Path | None = None) -> None:
+    def open_replay(
+        self, run: Path, generation: int | None = None, beside: Path | None = None
+    ) -> None:
         """Replay a champion, beside another run's if one is given."""
         from gaitsim.tui.screens.replay import Replay
 
@@ -64,6 +141,136 @@ class GaitsimApp(App[None]):
 
         self.push_screen(Plugins())
 
+    def open_making(self, run: Path) -> None:
+        """Ask what is to be made of a run: a gait file, a plot, a video, an analysis."""
+        from gaitsim.tui.screens.making import Making
+
+        def begin(arguments: Sequence[str] | None) -> None:
+            if arguments:
+                self.begin_task(arguments)
+
+        self.push_screen(Making(run), begin)
+
+    def begin_task(self, arguments: Sequence[str]) -> None:
+        """Run a gaitsim command in the background."""
+        task = self.tasks.begin(arguments)
+        self.notify(task.command, title="In the background; ctrl+t shows it", markup=False)
+
+    def leave(self, screen: Screen[None]) -> None:
+        """Go back from a screen, if it may be left."""
+        self.run_worker(self._leave(screen), group="leaving", exclusive=True)
+
+    async def _leave(self, screen: Screen[None]) -> None:
+        if screen.is_current and len(self.screen_stack) > 1 and await _may_leave(screen):
+            screen.dismiss()
+
     def tell(self, error: GaitsimError) -> None:
         """Say what went wrong, and what to do, as text without markup."""
         self.notify(str(error), title="", severity="error", markup=False, timeout=10)
+
+    # What can be done anywhere
+
+    def palette(self) -> Iterable[PaletteCommand]:
+        """What has no key of its own."""
+        for name in sorted(self.available_themes):
+            if name != self.theme and not name.startswith("ansi"):
+                do = partial(self.choose_theme, name)
+                yield PaletteCommand(f"Theme: {name}", "Change all colours, and keep them", do)
+        yield PaletteCommand("Screenshot", "Save this screen as SVG", self.deliver_screenshot)
+
+    def choose_theme(self, name: str) -> None:
+        """Change the theme, and remember it."""
+        self.theme = name
+        if self._config is not None:
+            try:
+                remember_theme(self._config.path, name)
+            except GaitsimError as error:
+                self.tell(error)
+
+    def action_help(self) -> None:
+        """Show what the screen is for, and its keys."""
+        from gaitsim.tui.screens.help import Help
+
+        self.push_screen(Help(self.screen))
+
+    def action_jump(self) -> None:
+        """Put letters on all that can have the focus."""
+        from gaitsim.tui.jump import Jump
+
+        self.push_screen(Jump(self.screen), lambda widget: widget and widget.focus() and None)
+
+    def action_tasks(self) -> None:
+        """Show what is being made in the background."""
+        from gaitsim.tui.screens.tasks import TaskList
+
+        self.push_screen(TaskList())
+
+    def action_copy_command(self) -> None:
+        """Copy the command that does what the screen does."""
+        command = self._command()
+        self.copy_to_clipboard(command)
+        self.notify(command, title="Copied", markup=False)
+
+    def _command(self) -> str:
+        return self.screen.command_line() if isinstance(self.screen, GaitScreen) else ""
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action can be done now."""
+        if action == "copy_command":
+            return bool(self._command())
+        if action == "tasks":
+            return bool(self.tasks.all) and not self.screen.query("#tasks")
+        return super().check_action(action, parameters)
+
+    def handle_bindings_clash(self, clashed_bindings: set[Binding], node: DOMNode) -> None:
+        """Say once that one key was given two things to do."""
+        for binding in clashed_bindings:
+            if binding.id and binding.id not in self._clashes:
+                self._clashes.add(binding.id)
+                self.notify(
+                    f"The key {binding.key} also is that of {binding.id}, which it does no "
+                    "longer; give that another key in [keys], too",
+                    severity="warning",
+                    markup=False,
+                )
+
+    @property
+    def _clashes(self) -> set[str]:
+        return self.__dict__.setdefault("_clashes_told", set())  # type: ignore[no-any-return]
+
+    @work(group="leaving", exclusive=True)
+    async def _end(self) -> None:
+        for screen in reversed(self.screen_stack):
+            if not await _may_leave(screen):
+                return
+        running = [task for task in self.tasks.all if task.running]
+        if running:
+            from gaitsim.tui.screens.confirm import Confirm
+
+            about = "\n".join(task.command for task in running)
+            if not await self.push_screen_wait(Confirm("Stop what is being made?", "Stop", about)):
+                return
+            await self.tasks.stop_all()
+        self.exit()
+
+    async def action_quit(self) -> None:
+        """End the app, if all screens may be left."""
+        self._end()
+
+    def _task_changed(self, task: Task) -> None:
+        """Say how a task ended; bring what shows tasks up to date."""
+        self.screen.refresh_bindings()
+        for screen in self.screen_stack:
+            show = getattr(screen, "task_changed", None)
+            if show is not None:
+                show(task)
+        if task.state == "done":
+            self.notify(task.result or task.command, title="Done", markup=False)
+        elif task.state == "failed":
+            self.notify(
+                task.message, title=task.command, severity="error", markup=False, timeout=10
+            )
+
+
+async def _may_leave(screen: Screen[Any]) -> bool:
+    return not isinstance(screen, GaitScreen) or await screen.may_leave()

@@ -1,23 +1,70 @@
 """What all screens share."""
 
-from typing import TYPE_CHECKING, ClassVar, cast
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, cast
 
+from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 if TYPE_CHECKING:
     from gaitsim.tui.app import GaitsimApp
 
 
+class PaletteCommand(NamedTuple):
+    """What a screen offers in the command palette beside its keys.
+
+    Attributes:
+        title: what it does.
+        help: more about it, on one line.
+        do: does it.
+    """
+
+    title: str
+    help: str
+    do: Callable[[], object]
+
+
 class GaitScreen(Screen[None]):
     """A screen with a help text; its keys have ids, so that users can choose others.
+
+    A binding that cannot work now is to be refused by `check_action`: then neither the footer
+    nor the command palette offers it.
 
     Attributes:
         HELP_TEXT: what the screen is for and how it is used, in Markdown.
     """
 
     HELP_TEXT: ClassVar[str] = ""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "back", "Back", id="screen.back", tooltip="To the screen before this"),
+    ]
 
     @property
     def gaitsim(self) -> "GaitsimApp":
         """The app, as what it is."""
         return cast("GaitsimApp", self.app)
+
+    def command_line(self) -> str:
+        """The command that does, or shows, what this screen does; '' where there is none."""
+        return ""
+
+    def palette(self) -> Iterable[PaletteCommand]:
+        """What can be done here now that has no key."""
+        return ()
+
+    async def may_leave(self) -> bool:
+        """Whether the screen may be left, or the app be ended; it may ask, and save, before.
+
+        It is awaited in a worker, so `await self.app.push_screen_wait(…)` works in it.
+        """
+        return True
+
+    def action_back(self) -> None:
+        """Go back to the screen before this one."""
+        self.gaitsim.leave(self)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action can be done now."""
+        if action == "back":
+            return len(self.app.screen_stack) > 1
+        return super().check_action(action, parameters)

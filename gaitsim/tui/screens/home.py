@@ -1,16 +1,334 @@
-"""Home: the runs there are."""
+"""Home: the runs there are, as they are now."""
 
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from rich.text import Text
+from textual import on, work
 from textual.app import ComposeResult
-from textual.widgets import Footer, Header, Static
+from textual.binding import Binding, BindingType
+from textual.reactive import reactive
+from textual.widgets import DataTable, Footer, Header, Input, Static
 
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.errors import GaitsimError
+from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
+
+if TYPE_CHECKING:
+    from gaitsim.runs.overview import Overview, Watch
+    from gaitsim.tui.widgets.run_table import RunTable
+
+EVERY = 1.0  # seconds between two looks at the folder
 
 
 class Home(GaitScreen):
-    """The table of runs."""
+    """The table of runs, and what the one under the cursor is.
+
+    Attributes:
+        runs: as they were found last.
+        filter: words that the runs shown must have.
+    """
+
+    HELP_TEXT = """
+The runs in a folder, the latest first. Those that are evolved now, in another terminal too, are
+followed as they go.
+
+- **Open** a run to watch it, go on with it, or steer it; **new** assembles one.
+- **Mark** two or more with space, and **compare** their curves and options, or **replay** two
+  side by side.
+- **Make** gait files, plots, videos and analyses of a run in the background.
+- A click on a column's title, or `s`, sorts by it.
+- `/` shows only runs that have all the words typed, in name, plugins or state: `spider running`.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("n", "new", "New", id="home.new", tooltip="Assemble a new run"),
+        Binding("r", "replay", "Replay", id="home.replay", tooltip="See champions move"),
+        Binding("c", "compare", "Compare", id="home.compare", tooltip="Compare the marked runs"),
+        Binding("e", "make", "Make", id="home.make", tooltip="Gait files, plots, videos, …"),
+        Binding("space", "mark", "Mark", id="home.mark", tooltip="Mark it to compare it"),
+        Binding("slash", "filter", "Filter", id="home.filter", tooltip="Only runs with words"),
+        Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="By the next column"),
+        Binding("S", "turn", "Turn", show=False, id="home.turn", tooltip="The other way round"),
+        Binding(
+            "d,delete", "delete", "Delete", show=False, id="home.delete", tooltip="Delete the run"
+        ),
+        Binding(
+            "p", "plugins", "Plugins", show=False, id="home.plugins", tooltip="What is installed"
+        ),
+    ]
+    filter: reactive[str] = reactive("", init=False)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.runs: list[Overview] | None = None
+        self._watch: Watch | None = None
+        self._table: RunTable | None = None
+        self._problem: GaitsimError | None = None
 
     def compose(self) -> ComposeResult:
-        """Header, table, footer."""
+        """Header, filter, what stands for a table until there is one, details, footer."""
         yield Header()
-        yield Static("runs")
+        yield Input(placeholder="words to look for", id="filter", compact=True)
+        yield Static("Looking for runs …", id="empty")
+        yield Static(id="details")
         yield Footer()
+
+    def on_mount(self) -> None:
+        """Look once the first paint is done: reading runs imports NumPy."""
+        self.sub_title = str(self.gaitsim.folder)
+        self.query_one("#filter").display = False
+        self.query_one("#details").display = False
+        self.call_after_refresh(self.look)
+        self.set_interval(EVERY, self._look_again)
+
+    def _look_again(self) -> None:
+        if self.is_current and not self._is_looking():
+            self.look()
+
+    def _is_looking(self) -> bool:
+        return any(worker.group == "look" and worker.is_running for worker in self.workers)
+
+    def on_screen_resume(self) -> None:
+        """Be up to date when another screen is left."""
+        if self.runs is not None and not self._is_looking():
+            self.look()
+
+    @work(thread=True, group="look")
+    def look(self) -> None:
+        """Read what has changed, in a thread."""
+        from gaitsim.runs.overview import Watch
+
+        if self._watch is None:
+            self._watch = Watch(self.gaitsim.folder)
+        try:
+            found, problem = self._watch.look(), None
+        except GaitsimError as error:
+            found, problem = [], error
+        self.app.call_from_thread(self._found, found, problem)
+
+    def _found(self, runs: "list[Overview]", problem: GaitsimError | None) -> None:
+        self.runs, self._problem = runs, problem
+        self._show()
+
+    def _show(self) -> None:
+        """Bring the screen up to date with what was found."""
+        if self.runs is None:
+            return
+        from gaitsim.tui.widgets.run_table import RunTable
+
+        if self._table is None:
+            self._table = RunTable(id="runs")
+            self.mount(self._table, before="#details")
+            self._table.focus()
+            self.call_after_refresh(self._show)
+            return
+        self._table.marked &= {run.path for run in self.runs}
+        self._table.show(self.runs, self.filter, self.gaitsim.clock())
+        empty = self.query_one("#empty", Static)
+        empty.display = not self._table.shown
+        self._table.display = bool(self._table.shown)
+        if empty.display:
+            empty.update(self._why_empty())
+        elif self.focused is None:
+            self._table.focus()
+        running = sum(run.state == "running" for run in self.runs)
+        count = f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}"
+        self.sub_title = " · ".join(
+            [str(self.gaitsim.folder), count, *([f"{running} running"] if running else [])]
+        )
+        self._details()
+        self.refresh_bindings()
+
+    def _why_empty(self) -> Text:
+        if self._problem is not None:
+            return Text(str(self._problem), style=self.app.theme_variables["error"])
+        if self.runs:
+            return Text(f"None of {len(self.runs)} runs has the words “{self.filter}”.")
+        return Text.assemble(
+            (f"No runs in {self.gaitsim.folder} yet.\n\n", "bold"),
+            "Press ",
+            ("n", "bold"),
+            " to assemble one, or in a terminal:\n\ngaitsim run spider",
+            justify="center",
+        )
+
+    @on(DataTable.RowHighlighted)
+    def _moved(self) -> None:
+        self._details()
+        self.refresh_bindings()
+
+    def _details(self) -> None:
+        """What the run under the cursor is; what is wrong with it."""
+        from gaitsim.tui.widgets.details import details
+
+        run = self._run()
+        panel = self.query_one("#details", Static)
+        panel.display = run is not None
+        if run is not None:
+            panel.update(details(run, self.app.theme_variables))
+
+    def _run(self) -> "Overview | None":
+        return self._table.run if self._table is not None and self._table.display else None
+
+    def _marked(self) -> list[Path]:
+        """The marked runs, in the order of the table."""
+        marked = self._table.marked if self._table is not None else set()
+        return [run.path for run in self.runs or () if run.path in marked]
+
+    def on_resize(self) -> None:
+        """Other columns fit now."""
+        self.call_after_refresh(self._show)
+
+    def watch_filter(self) -> None:
+        """Show other runs."""
+        self._show()
+
+    @on(Input.Changed, "#filter")
+    def _typed(self, event: Input.Changed) -> None:
+        self.filter = event.value
+
+    @on(Input.Submitted, "#filter")
+    def _entered(self) -> None:
+        if self._table is not None:
+            self._table.focus()
+
+    def action_filter(self) -> None:
+        """Type words to look for."""
+        box = self.query_one("#filter", Input)
+        box.display = True
+        box.focus()
+
+    def action_back(self) -> None:
+        """Show all runs again."""
+        box = self.query_one("#filter", Input)
+        box.value = ""
+        box.display = False
+        if self._table is not None:
+            self._table.focus()
+
+    @on(DataTable.HeaderSelected)
+    def _clicked_title(self, event: DataTable.HeaderSelected) -> None:
+        self._sort(str(event.column_key.value))
+
+    def action_sort(self) -> None:
+        """Sort by the next column."""
+        if self._table is not None:
+            from gaitsim.tui.widgets.run_table import COLUMNS
+
+            names = [key.value for key in self._table.columns] or list(COLUMNS)
+            at = names.index(self._table.order) if self._table.order in names else 0
+            self._sort(str(names[(at + 1) % len(names)]))
+
+    def action_turn(self) -> None:
+        """Sort the other way round."""
+        if self._table is not None:
+            self._sort(self._table.order)
+
+    def _sort(self, name: str) -> None:
+        if self._table is not None:
+            self._table.sort_by(name)
+            self._show()
+
+    @on(DataTable.RowSelected)
+    def action_open(self) -> None:
+        """Open the run."""
+        run = self._run()
+        if run is None:
+            return
+        if run.problem is not None:
+            self.gaitsim.tell(run.problem)
+        else:
+            self.gaitsim.open_run(run.path)
+
+    def action_new(self) -> None:
+        """Assemble a new run."""
+        self.gaitsim.open_new()
+
+    def action_plugins(self) -> None:
+        """Show what is installed."""
+        self.gaitsim.open_plugins()
+
+    def action_mark(self) -> None:
+        """Mark the run, or take the mark away; go to the next one."""
+        run = self._run()
+        if run is not None and self._table is not None:
+            self._table.marked ^= {run.path}
+            self._show()
+            self._table.action_cursor_down()
+
+    def action_replay(self) -> None:
+        """Replay the run under the cursor, or two marked ones side by side."""
+        run, marked = self._run(), self._marked()
+        if len(marked) == 2:
+            self.gaitsim.open_replay(marked[0], beside=marked[1])
+        elif run is not None:
+            self.gaitsim.open_replay(run.path)
+
+    def action_compare(self) -> None:
+        """Compare the marked runs."""
+        self.gaitsim.open_compare(self._marked())
+
+    def action_make(self) -> None:
+        """Make something of the run."""
+        run = self._run()
+        if run is not None:
+            self.gaitsim.open_making(run.path)
+
+    @work(group="delete", exclusive=True)
+    async def action_delete(self) -> None:
+        """Delete the run, if that is meant."""
+        from gaitsim.tui.screens.confirm import Confirm
+
+        run = self._run()
+        if run is None:
+            return
+        about = f"{run.path}\nIts champions and exports go with it. This cannot be undone."
+        question = Confirm(f"Delete the run {run.name}?", "Delete", about, danger=True)
+        if await self.app.push_screen_wait(question):
+            self._delete(run.path)
+
+    @work(thread=True, group="deleting")
+    def _delete(self, path: Path) -> None:
+        from gaitsim.runs.removal import delete_run
+
+        try:
+            delete_run(path)
+        except GaitsimError as error:
+            self.app.call_from_thread(self.gaitsim.tell, error)
+        self.app.call_from_thread(self.look)
+
+    def command_line(self) -> str:
+        """What shows the run under the cursor."""
+        from gaitsim.runs.folder import command
+
+        run = self._run()
+        return command("show", run.path) if run is not None else ""
+
+    def palette(self) -> Iterable[PaletteCommand]:
+        """A new run from each preset."""
+        from gaitsim.registry import EXPERIMENTS, entries
+
+        for name in entries(EXPERIMENTS):
+            yield PaletteCommand(
+                f"New run: {name}",
+                f"Assemble a run from the preset {name}",
+                lambda name=name: self.gaitsim.open_new(name),  # type: ignore[misc]
+            )
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action can be done with the run under the cursor."""
+        run = self._run() if self.is_mounted else None
+        match action:
+            case "back":
+                return bool(self.filter) or bool(self.is_mounted and self.query("#filter:focus"))
+            case "mark":
+                return run is not None
+            case "delete":
+                return run is not None and run.state != "running"
+            case "replay" | "make":
+                return run is not None and run.generation > 0 and run.problem is None
+            case "compare":
+                return len(self._marked()) >= 2
+            case "filter" | "sort" | "turn":
+                return bool(self.runs)
+        return super().check_action(action, parameters)

@@ -1,0 +1,65 @@
+"""`gaitsim tui`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Root = Annotated[Path, typer.Argument(help="Folder that holds the runs.")]
+ThemeName = Annotated[
+    str | None,
+    typer.Option(help="Name of a theme, such as gaitsim-light."),
+]
+
+
+def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
+    """Open the terminal UI: runs, new ones, live, replayed, compared.
+
+    [bold]Examples[/bold]
+
+    gaitsim tui
+
+    gaitsim tui experiments/spring --theme gaitsim-okabe-ito
+    """
+    import os
+    import sys
+
+    from gaitsim.errors import GaitsimError
+
+    # Within `gaitsim serve` there is no terminal, but a driver of Textual's.
+    if not (os.environ.get("TEXTUAL_DRIVER") or (sys.stdin.isatty() and sys.stdout.isatty())):
+        raise GaitsimError(
+            "the terminal UI needs a terminal for its input and output",
+            remedy="without one, use 'gaitsim runs' and 'gaitsim run'; see 'gaitsim --help'",
+        )
+    from gaitsim.tui.app import GaitsimApp
+    from gaitsim.tui.config import config_path, read_config
+
+    app = GaitsimApp(root, config=read_config(config_path()), theme=check_theme(theme))
+    app.run()
+    if app.return_code:
+        sys.exit(app.return_code)
+
+
+def check_theme(theme: str | None) -> str | None:
+    """The same, if there is such a theme.
+
+    Raises:
+        GaitsimError: there is none.
+    """
+    if theme is None:
+        return None
+    from textual.theme import BUILTIN_THEMES
+
+    from gaitsim.errors import GaitsimError, nearest
+    from gaitsim.tui.themes import THEMES
+
+    known = sorted([*(ours.name for ours in THEMES), *BUILTIN_THEMES])
+    if theme not in known:
+        raise GaitsimError(
+            f"unknown theme {theme!r}",
+            where="--theme",
+            allowed=", ".join(known),
+            remedy=nearest(theme, known),
+        )
+    return theme

@@ -1,0 +1,41 @@
+"""A run folder is deleted: out of the list at one stroke, then file by file."""
+
+import secrets
+import shutil
+from pathlib import Path
+
+from gaitsim.errors import RunError
+from gaitsim.runs.atomic import writing
+from gaitsim.runs.folder import EXPERIMENT
+from gaitsim.runs.lock import RunLock
+
+_GONE = ".deleted-"
+
+
+def delete_run(path: Path) -> None:
+    """Delete a run with all that was made of it.
+
+    Raises:
+        RunError: it is no run, another process writes it, or it cannot be deleted.
+    """
+    if path.is_symlink() or not (path / EXPERIMENT).is_file():
+        raise RunError(
+            f"{path} is not a run: it holds no {EXPERIMENT}",
+            remedy="'gaitsim runs' lists the runs here",
+        )
+    lock = RunLock(path)
+    try:
+        gone = path.with_name(f"{_GONE}{secrets.token_hex(8)}")
+        with writing(path):
+            path.rename(gone)
+    finally:
+        lock.release()
+    try:
+        shutil.rmtree(gone)
+    except OSError as error:
+        raise RunError(
+            f"the run {path.name} is gone, but some of its files cannot be deleted: "
+            f"{error.strerror}",
+            where=str(gone),
+            remedy="delete that folder by hand",
+        ) from None

@@ -1,0 +1,79 @@
+"""Jump mode: a letter on everything that can have the focus, and one key to be there.
+
+After Posting's, which took it from Amp.
+"""
+
+from string import ascii_lowercase
+from typing import Any, ClassVar
+
+from rich.text import Text
+from textual import events
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.errors import NoWidget
+from textual.geometry import Region
+from textual.screen import ModalScreen, Screen
+from textual.widget import Widget
+from textual.widgets import Static
+
+LETTERS = "asdfghjklqwertyuiopzxcvbnm"
+assert sorted(LETTERS) == list(ascii_lowercase)
+
+
+def targets(screen: Screen[Any]) -> dict[str, Widget]:
+    """What can be jumped to, by letter: what takes the focus and is in sight, top left first."""
+    window = screen.region
+    found = [
+        widget
+        for widget in screen.focus_chain
+        if _seen(widget).overlaps(window) and _seen(widget).area
+    ]
+    found.sort(key=lambda widget: (_seen(widget).y, _seen(widget).x))
+    return dict(zip(LETTERS, found, strict=False))
+
+
+def _seen(widget: Widget) -> Region:
+    """The part of a widget that is in sight."""
+    try:
+        place = widget.screen.find_widget(widget)
+    except NoWidget:
+        return Region()
+    return place.region.intersection(place.clip)
+
+
+class Jump(ModalScreen[Widget | None]):
+    """The letters; dismissed with the widget that was chosen.
+
+    Args:
+        of: the screen below.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "dismiss", "Stay", id="jump.stay", tooltip="Stay where the focus is"),
+    ]
+
+    def __init__(self, of: Screen[Any]) -> None:
+        super().__init__()
+        self._targets = targets(of)
+
+    def compose(self) -> ComposeResult:
+        """A letter at each place."""
+        for letter, widget in self._targets.items():
+            label = Static(Text(f" {letter} "), classes="jump-letter")
+            seen = _seen(widget)
+            label.styles.offset = (seen.x, seen.y)
+            yield label
+        yield Static("Press a letter to go there, esc to stay", id="jump-about")
+
+    def on_key(self, event: events.Key) -> None:
+        """Go to the letter's place."""
+        widget = self._targets.get(event.key)
+        if widget is not None:
+            event.stop()
+            event.prevent_default()
+            self.dismiss(widget)
+
+    def on_resize(self) -> None:
+        """A place that moved has no letter any more."""
+        if self.is_current and self.size != self.app.size:
+            self.dismiss(None)

@@ -1,0 +1,59 @@
+"""What a screen is for, and every key that works on it now."""
+
+from typing import Any, ClassVar
+
+from rich.table import Table
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.screen import ModalScreen, Screen
+from textual.widgets import Markdown, Static
+
+from gaitsim.tui.screens.base import GaitScreen
+
+
+class Help(ModalScreen[None]):
+    """The help of a screen.
+
+    Args:
+        of: the screen.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,question_mark,q", "dismiss", "Close", id="help.close", tooltip="Go back"),
+    ]
+
+    def __init__(self, of: Screen[Any]) -> None:
+        super().__init__()
+        self._text = of.HELP_TEXT if isinstance(of, GaitScreen) else ""
+        self._keys = _keys(of)
+
+    def compose(self) -> ComposeResult:
+        """The text, then the keys."""
+        with VerticalScroll(classes="dialog", id="help") as scroll:
+            scroll.border_title = "Help"
+            scroll.border_subtitle = "esc closes"
+            yield Markdown(self._text.strip())
+            yield Static(self._keys, id="help-keys")
+
+
+def _keys(screen: Screen[Any]) -> Table:
+    """A row for each thing that keys do: its keys, what it does, the id for the config file."""
+    rows: dict[tuple[str, str], tuple[list[str], str, str]] = {}
+    for _, binding, enabled, tooltip in screen.active_bindings.values():
+        if enabled and binding.description:
+            key = screen.app.get_key_display(binding)
+            about = tooltip or binding.tooltip or binding.description
+            row = rows.setdefault(
+                (binding.action, binding.description), ([], about, binding.id or "")
+            )
+            if key not in row[0]:
+                row[0].append(key)
+    table = Table(box=None, padding=(0, 2, 0, 0), expand=True)
+    table.add_column("key", style="bold", no_wrap=True)
+    table.add_column("what it does", ratio=1)
+    table.add_column("id for config.toml", style="dim", no_wrap=True)
+    for keys, about, name in rows.values():
+        table.add_row(Text(" ".join(keys)), Text(about), Text(name))
+    return table

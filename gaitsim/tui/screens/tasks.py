@@ -1,0 +1,167 @@
+"""What is being made in the background, and what came of it."""
+
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.widgets import DataTable, Footer, Header, Static
+
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.tasks import Task
+
+GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
+BAR = 10  # cells of a progress bar
+COLUMNS = ("state", "done", "time", "command")
+
+
+class TaskList(GaitScreen):
+    """The tasks, and the output of the one that is highlighted."""
+
+    SUB_TITLE = "in the background"
+    HELP_TEXT = """
+What you make of runs (gait files, plots, videos, analyses) is made in the background, by the
+command that stands in the last column. Below the list is what the highlighted one printed: the
+files that it wrote, or why it could not.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; nothing half made stays"),
+        Binding("c", "clear", "Clear", id="tasks.clear", tooltip="Forget those that have ended"),
+        Binding("p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy what it printed"),
+        Binding("w", "download", "Download", id="tasks.download", tooltip="Fetch the file it made"),
+    ]
+
+    def compose(self) -> ComposeResult:
+        """The table above, output below."""
+        yield Header()
+        table: DataTable[Text] = DataTable(id="tasks", cursor_type="row")
+        yield table
+        with VerticalScroll(id="task-output"):
+            yield Static(id="task-text")
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Fill the table; its clocks tick."""
+        table = self.query_one(DataTable)
+        for name, width in zip(COLUMNS, (10, BAR + 5, 7, None), strict=True):
+            table.add_column(name, key=name, width=width)
+        self._fill()
+        table.move_cursor(row=len(self.gaitsim.tasks.all) - 1)
+        self.set_interval(1, self._tick)
+
+    def command_line(self) -> str:
+        """That of the task."""
+        task = self._chosen()
+        return task.command if task else ""
+
+    def task_changed(self, task: Task) -> None:
+        """Bring a task's row up to date; called by the app."""
+        table = self.query_one(DataTable)
+        if str(id(task)) not in table.rows:
+            self._fill()
+        self._draw(task)
+        if task is self._chosen():
+            self._show(task)
+        self.refresh_bindings()
+
+    def _fill(self) -> None:
+        table = self.query_one(DataTable)
+        table.clear()
+        for task in self.gaitsim.tasks.all:
+            table.add_row(*_row(task), key=str(id(task)))
+
+    def _tick(self) -> None:
+        for task in self.gaitsim.tasks.all:
+            if task.running:
+                self._draw(task)
+
+    def _draw(self, task: Task) -> None:
+        table = self.query_one(DataTable)
+        for name, cell in zip(COLUMNS, _row(task), strict=True):
+            if table.get_cell(str(id(task)), name) != cell:
+                table.update_cell(str(id(task)), name, cell)
+
+    def _chosen(self) -> Task | None:
+        row, tasks = self.query_one(DataTable).cursor_row, self.gaitsim.tasks.all
+        return tasks[row] if 0 <= row < len(tasks) else None
+
+    def on_data_table_row_highlighted(self) -> None:
+        """Show what the task printed."""
+        task = self._chosen()
+        if task is not None:
+            self._show(task)
+        self.refresh_bindings()
+
+    def _show(self, task: Task) -> None:
+        said = [line for line in task.errors if line not in task.output]
+        text = Text("\n".join(task.output), no_wrap=True)
+        if said:
+            colour = self.app.theme_variables["error" if task.state == "failed" else "warning"]
+            text.append("\n" * bool(task.output) + "\n".join(said), style=colour)
+        if not text:
+            text.append(task.progress or "Nothing yet.", style="dim")
+        self.query_one("#task-text", Static).update(text)
+
+    def action_stop(self) -> None:
+        """Stop the task that is highlighted."""
+        task = self._chosen()
+        if task is not None:
+            self.gaitsim.tasks.stop(task)
+
+    def action_clear(self) -> None:
+        """Forget those that have ended."""
+        self.gaitsim.tasks.clear()
+        self._fill()
+        self.query_one("#task-text", Static).update("")
+        self.refresh_bindings()
+
+    def action_copy_result(self) -> None:
+        """Copy the path that it printed."""
+        task = self._chosen()
+        if task is not None:
+            path = _path(task)
+            self.app.copy_to_clipboard(path)
+            self.notify(path, title="Copied", markup=False)
+
+    def action_download(self) -> None:
+        """Hand the file to the browser."""
+        task = self._chosen()
+        if task is not None:
+            try:
+                self.app.deliver_binary(_path(task), open_method="download")
+            except OSError as error:
+                self.notify(str(error.strerror), severity="error", markup=False)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action can be done with the task that is highlighted."""
+        if action in ("stop", "copy_result", "download") and self.is_mounted:
+            task = self._chosen()
+            if task is None:
+                return False
+            if action == "stop":
+                return task.running
+            return task.state == "done" and (action != "download" or self.app.is_web)
+        if action == "clear":
+            return any(not task.running for task in self.gaitsim.tasks.all)
+        return super().check_action(action, parameters)
+
+
+def _path(task: Task) -> str:
+    """The file that a task made: up to the colon, where figures follow."""
+    return task.result.partition(": ")[0]
+
+
+def _row(task: Task) -> tuple[Text, ...]:
+    glyph = f"{GLYPHS[task.state]} {task.state}"
+    minutes, seconds = divmod(int(task.seconds), 60)
+    cells = (glyph, _bar(task), f"{minutes}:{seconds:02}", task.command)
+    return tuple(Text(cell, no_wrap=True) for cell in cells)
+
+
+def _bar(task: Task) -> str:
+    part = 1.0 if task.state == "done" else task.part
+    if part is None:
+        return ""
+    full = round(part * BAR)
+    return f"{'━' * full}{'╌' * (BAR - full)} {part:4.0%}"

@@ -1,0 +1,187 @@
+"""The table of runs: columns that fit the width, sorted, filtered, only what changed redrawn."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from rich.text import Text
+from textual.binding import Binding, BindingType
+from textual.widgets import DataTable
+
+from gaitsim.runs.overview import Overview
+from gaitsim.tui.widgets.spark import spark
+from gaitsim.tui.words import age, clip, number
+
+STATES = {
+    "running": ("● running", "success"),
+    "stopped": ("■ stopped", "warning"),
+    "finished": ("✓ finished", "primary"),
+    "damaged": ("✗ damaged", "error"),
+}
+_ORDER = list(STATES)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table.
+
+    Attributes:
+        name: its key and title.
+        width: in cells.
+        sort: what it is sorted by.
+        right: whether it is aligned right.
+    """
+
+    name: str
+    width: int
+    sort: Callable[[Overview], Any]
+    right: bool = False
+
+
+COLUMNS = {
+    "run": Column("run", 12, lambda run: run.name.casefold()),
+    "body": Column("body", 9, lambda run: run.plugins.get("organism", "")),
+    "fitness": Column("fitness", 17, lambda run: run.plugins.get("fitness", "")),
+    "generation": Column("generation", 11, lambda run: run.generation, right=True),
+    "best": Column(
+        "best", 8, lambda run: float("-inf") if run.best is None else run.best, right=True
+    ),
+    "curve": Column("curve", 8, lambda run: run.seconds),
+    "state": Column("state", 10, lambda run: _ORDER.index(run.state)),
+    "changed": Column("changed", 8, lambda run: run.changed, right=True),
+}
+NARROW = ("run", "body", "generation", "best", "curve", "state", "changed")
+WIDE = 110  # columns from which the fitness is shown, too
+FALLING = {"generation", "best", "curve", "changed"}  # sorted from the largest at first
+
+
+def columns(width: int) -> list[tuple[Column, int]]:
+    """The columns for a table of that width, and how wide each is."""
+    names = [*COLUMNS] if width >= WIDE else [*NARROW]
+    shown = [COLUMNS[name] for name in names]
+    left = max(0, width - 2 - sum(column.width + 2 for column in shown))
+    # The name gets what is left, up to a point; the curve the rest.
+    for_name = min(left, 28)
+    more = {"run": for_name, "curve": min(left - for_name, 40)}
+    return [(column, column.width + more.get(column.name, 0)) for column in shown]
+
+
+class RunTable(DataTable[Text]):
+    """Shows runs. The run under the cursor stays under it when others come and go.
+
+    Attributes:
+        order: the column that it is sorted by.
+        falling: whether from the largest down.
+        marked: the runs that are marked.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "select_cursor", "Open", id="home.open", tooltip="Watch it, or go on"),
+    ]
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(cursor_type="row", **options)
+        self.order = "changed"
+        self.falling = True
+        self.marked: set[Path] = set()
+        self._layout: list[tuple[Column, int]] = []
+        self._shown: list[Overview] = []
+        self._cells: dict[Path, list[Text]] = {}
+
+    @property
+    def shown(self) -> list[Overview]:
+        """The runs in the order of the rows."""
+        return self._shown
+
+    @property
+    def run(self) -> Overview | None:
+        """The run under the cursor."""
+        row = self.cursor_row
+        return self._shown[row] if 0 <= row < len(self._shown) else None
+
+    def show(self, runs: Iterable[Overview], words: str, now: float) -> None:
+        """Show the runs that have all of `words`; `now` is the time in seconds since 1970."""
+        wanted = sorted(_having(runs, words), key=COLUMNS[self.order].sort, reverse=self.falling)
+        layout = columns(self.size.width)
+        cells = {run.path: self._row(run, layout, now) for run in wanted}
+        same = [run.path for run in wanted] == [run.path for run in self._shown]
+        if same and layout == self._layout:
+            self._update(cells)
+        else:
+            self._build(layout, cells, self.run)
+        self._shown, self._cells = wanted, cells
+
+    def sort_by(self, name: str) -> None:
+        """Sort by a column; by the one that it is sorted by, the other way round."""
+        self.falling = not self.falling if name == self.order else name in FALLING
+        self.order = name
+        self._layout = []  # titles carry the arrow
+
+    def _update(self, cells: dict[Path, list[Text]]) -> None:
+        for path, row in cells.items():
+            for (column, _), old, new in zip(self._layout, self._cells[path], row, strict=True):
+                if old != new or old.spans != new.spans:
+                    self.update_cell(str(path), column.name, new)
+
+    def _build(
+        self, layout: list[tuple[Column, int]], cells: dict[Path, list[Text]], at: Overview | None
+    ) -> None:
+        before = self.cursor_row
+        if layout != self._layout:
+            self.clear(columns=True)
+            self._layout = layout
+            for column, width in layout:
+                self.add_column(self._title(column, width), key=column.name, width=width)
+        else:
+            self.clear()
+        for path, row in cells.items():
+            self.add_row(*row, key=str(path))
+        places = list(cells)
+        place = places.index(at.path) if at and at.path in cells else before
+        self.move_cursor(row=min(place, len(places) - 1), animate=False)
+
+    def _title(self, column: Column, width: int) -> Text:
+        arrow = ("▼" if self.falling else "▲") if column.name == self.order else ""
+        title = f"{column.name[: width - len(arrow)]}{arrow}"
+        return _text(title, "", right=column.right)
+
+    def _row(self, run: Overview, layout: Sequence[tuple[Column, int]], now: float) -> list[Text]:
+        return [self._cell(run, column, width, now) for column, width in layout]
+
+    def _cell(self, run: Overview, column: Column, width: int, now: float) -> Text:
+        style = ""
+        match column.name:
+            case "run":
+                mark = "◆ " if run.path in self.marked else ""
+                text, style = f"{mark}{run.name}", "bold"
+            case "body" | "fitness":
+                text = run.plugins.get("organism" if column.name == "body" else "fitness", "")
+            case "generation":
+                text = f"{run.generation}/{run.generations}" if run.generations else ""
+            case "best":
+                text = "" if run.best is None else number(run.best)
+            case "curve":
+                text, style = spark(run.curve, width), self.app.theme_variables["primary"]
+            case "state":
+                text, colour = STATES[run.state]
+                style = self.app.theme_variables[colour]
+            case _:
+                text = age(now - run.changed)
+        return _text(clip(text, width), style, right=column.right)
+
+
+def _text(text: str, style: str, *, right: bool) -> Text:
+    return Text(text, style=style, justify="right" if right else "left", no_wrap=True)
+
+
+def _having(runs: Iterable[Overview], words: str) -> list[Overview]:
+    wanted = words.casefold().split()
+    return [
+        run
+        for run in runs
+        if all(
+            word in f"{run.name} {' '.join(run.plugins.values())} {run.state}".casefold()
+            for word in wanted
+        )
+    ]

@@ -1,0 +1,55 @@
+"""Numbers and times as the UI writes them."""
+
+import unicodedata
+
+from rich.cells import cell_len, set_cell_size
+
+MINUTE, HOUR, DAY = 60, 3600, 86400
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number with a true minus sign, such as '−0.1234'."""
+    return f"{value:z.{digits}f}".replace("-", "−")
+
+
+def age(seconds: float) -> str:
+    """How long ago, in at most four characters: 'now', '12 s', '5 m', '3 h', '2 d'."""
+    if seconds < 5:
+        return "now"
+    for unit, length in (("d", DAY), ("h", HOUR), ("m", MINUTE)):
+        if seconds >= length:
+            return f"{int(seconds // length)} {unit}"
+    return f"{int(seconds)} s"
+
+
+def duration(seconds: float) -> str:
+    """A time span: '0.4 s', '12 s', '3:05 min', '2:03:10 h'."""
+    if seconds < 10:
+        return f"{seconds:.1f} s"
+    whole = int(seconds)
+    if whole < MINUTE:
+        return f"{whole} s"
+    minutes, rest = divmod(whole, MINUTE)
+    if whole < HOUR:
+        return f"{minutes}:{rest:02} min"
+    return f"{minutes // 60}:{minutes % 60:02}:{rest:02} h"
+
+
+def clip(text: str, width: int) -> str:
+    """A text in at most `width` cells, '…' where it is cut; control characters written out."""
+    text = visible(text)
+    return text if cell_len(text) <= width else set_cell_size(text, max(0, width - 1)) + "…"
+
+
+def visible(text: str) -> str:
+    """A text whose control characters, which could steer the terminal, are written out."""
+    if text.isprintable():
+        return text
+    return "".join(
+        char if unicodedata.category(char) not in ("Cc", "Cf", "Cs") else _escaped(char)
+        for char in text
+    )
+
+
+def _escaped(char: str) -> str:
+    return char.encode("unicode_escape").decode()
