@@ -77,7 +77,12 @@ def _number(value: Any) -> str:
 def _type(annotation: Any) -> str:
     origin, members = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
-        return f"{_type(members[0])} {_bounds(list(members[1:]))}".strip()
+        bounds = [
+            bound
+            for item in members[1:]
+            for bound in (item.metadata if isinstance(item, FieldInfo) else [item])
+        ]
+        return f"{_type(members[0])} {_bounds(bounds)}".strip()
     choices = list(_choices(annotation))
     if choices:
         return " or ".join(map(literal, choices))

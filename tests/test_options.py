@@ -41,6 +41,7 @@ class Many(BaseModel):
     ratio: int = Field(2, multiple_of=2)
     pair: tuple[float, float] = option((0.0, 1.0), "pair")
     row: tuple[int, ...] = option((1,), "row")
+    layers: tuple[Annotated[int, Field(ge=1, le=9)], ...] = option((1,), "layers")
     names: list[str] = Field(default_factory=list)
     leg: Leg = Leg()
     anything: Any = None
@@ -67,6 +68,7 @@ class Many(BaseModel):
         ("ratio", "a whole number divisible by 2"),
         ("pair", "a list of 2 values: a number, a number"),
         ("row", "a list of values, each a whole number"),
+        ("layers", "a list of values, each a whole number ≥ 1 and ≤ 9"),
         ("names", "a list of values, each a text"),
         ("leg", "a table with the keys length, joints"),
         ("anything", "anything"),
