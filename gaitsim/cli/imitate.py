@@ -70,7 +70,7 @@ def imitate(
         int | None, typer.Option(min=1, max=4096, help="Hidden neurons. Default: 48.")
     ] = None,
     epochs: Annotated[
-        int | None, typer.Option(min=1, max=1_000_000, help="Epochs. Default: 1000.")
+        int | None, typer.Option(min=1, max=1_000_000, help="Default: 1000; steady: 3000.")
     ] = None,
     learning_rate: Annotated[
         float | None,

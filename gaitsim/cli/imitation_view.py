@@ -157,9 +157,9 @@ def _degrees(mean_square: float) -> str:
 
 
 def _kept(teacher: Teacher, result: Result) -> float | None:
-    """The share of the teacher's way forward, where the body measures one."""
+    """The share of the teacher's way forward, where the body measures it and it went forward."""
     if result.performance is None or FORWARD not in teacher.performance.measures:
         return None
     whole, _ = teacher.performance.measures[FORWARD]
     reached = result.performance.measures.get(FORWARD)
-    return reached[0] / whole if reached and whole else None
+    return reached[0] / whole if reached and whole > 0 else None

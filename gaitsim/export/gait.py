@@ -54,7 +54,7 @@ def gait_of_replay(replay: Replay) -> Gait:
     organism, entry = replay.experiment.organism, replay.experiment.entries["organism"]
     if "joint_angles" not in organism.channels:
         raise GaitsimError(
-            f"{entry} has no joint angles to export",
+            f"{entry} has no joint angles",
             where=str(replay.run.path),
             allowed="a body with the channel 'joint_angles'",
         )

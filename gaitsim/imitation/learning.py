@@ -47,7 +47,7 @@ SETTINGS = {
     "source": Settings(),
     # Noise teaches to come back to the gait from beside it. Without the decay the last pairs
     # learnt would leave a trace in it.
-    "steady": Settings(learning_rate=0.02, decay=True, noise=0.05, normalise=True),
+    "steady": Settings(epochs=3000, learning_rate=0.02, decay=True, noise=0.05, normalise=True),
 }
 
 

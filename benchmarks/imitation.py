@@ -1,0 +1,124 @@
+"""The network that imitates the default spider's champion: training time, and how far it walks.
+
+Beside it: the same training in NumPy, one pair at a time.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from timing import medians, print_figure, print_machine, stopwatch, times
+
+from gaitsim.evaluation import Evaluator
+from gaitsim.evolution import evolve
+from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.imitation import SETTINGS, Settings, learn
+from gaitsim.imitation.learning import prepare
+from gaitsim.imitation.verdict import performance, played
+from gaitsim.network import Network
+
+EPOCHS, SAMPLE = 1000, 3  # of the compiled training, and of the one in NumPy
+SEEDS = range(5)
+LATER = 10  # times as long
+
+
+def champion(experiment: Experiment) -> NDArray[np.float64]:
+    """Joint angles of the best of all generations, (frames, joints)."""
+    best, score = None, -np.inf
+    with Evaluator(experiment) as evaluator:
+        for generation in evolve(experiment, evaluator.evaluate):
+            index = int(np.argmax(generation.evaluation.scores))
+            if generation.evaluation.scores[index] > score:
+                score = generation.evaluation.scores[index]
+                best = generation.genomes[index : index + 1].copy()
+    assert best is not None
+    angles: NDArray[np.float64] = experiment.organism.move(best)["joint_angles"][0]
+    return angles.astype(np.float64)
+
+
+def in_numpy(teacher: NDArray[np.float64], epochs: int) -> None:
+    """The same steps with `Network.gradients`, one pair at a time."""
+    rng = np.random.default_rng(0)
+    joints = teacher.shape[1]
+    network = Network.random((joints, 48, joints), rng, "leaky-relu")
+    genes, sizes = network.genes.copy(), network.sizes
+    for _ in range(epochs):
+        for pair in rng.permutation(len(teacher) - 1):
+            network = Network.from_genes(sizes, genes, "leaky-relu")
+            frame, following = teacher[pair : pair + 1].T, teacher[pair + 1 : pair + 2].T
+            genes -= 0.008 * joints / 2 * network.gradients(frame, following)[1]
+
+
+def compile_seconds() -> float:
+    """What the first training pays for compiling, with an empty cache."""
+    code = (
+        "import time; from gaitsim.imitation.learning import prepare; "
+        "s = time.perf_counter(); prepare(); print(time.perf_counter() - s)"
+    )
+    with tempfile.TemporaryDirectory() as cache:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            check=True,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "NUMBA_CACHE_DIR": cache},
+        )
+    return float(done.stdout)
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seed", type=int, default=0, help="of the spider's run")
+    experiment = load_experiment("spider", [f"seed={parser.parse_args().seed}"])
+    print_machine()
+    teacher = champion(experiment)
+    print_figure("compiling, first training only", f"{compile_seconds():.1f} s")
+    prepare()
+    seconds, slow = medians(
+        lambda: learn(teacher, Settings(epochs=EPOCHS // 10)),
+        lambda: in_numpy(teacher, SAMPLE),
+        repeats=1,
+    )
+    seconds, slow = seconds * 10, slow * EPOCHS / SAMPLE
+    pairs = len(teacher) - 1
+    print_figure(f"training, {pairs} pairs × {EPOCHS:,} epochs", f"{seconds:.2f} s", "at most 5 s")
+    print_figure(
+        f"- in NumPy, {SAMPLE} epochs scaled", f"{slow:.0f} s", f"{times(slow / seconds)} as long"
+    )
+    for name, settings in SETTINGS.items():
+        print()
+        whole = stopwatch(lambda settings=settings: learn(teacher, settings))  # type: ignore[misc]
+        print_figure(f"settings {name}: {settings.epochs:,} epochs", f"{whole:.1f} s")
+        print_walks(experiment, teacher, settings)
+
+
+def print_walks(experiment: Experiment, teacher: NDArray[np.float64], settings: Settings) -> None:
+    """How far and how well it goes on its own, at once and later, beside its teacher."""
+    frames, body = len(teacher), experiment.organism
+    motion = played(experiment, teacher)[0]
+    whole = float(body.measures(motion)["forward"].values[0])
+    score = performance(experiment, motion).score
+    for seed in SEEDS:
+        imitator, _ = learn(teacher, replace(settings, seed=seed))
+        asked = imitator.free_run(teacher[0], LATER * frames)
+        first, _, beyond = played(experiment, asked[:frames])
+        last, _, _ = played(experiment, asked[-frames:])
+        forward, late = (
+            float(body.measures(gait)["forward"].values[0]) / whole for gait in (first, last)
+        )
+        reached = performance(experiment, first).score
+        print_figure(
+            f"- seed {seed}: forward kept; after {LATER - 1} times as long",
+            f"{forward:.1%} {late:.1%}",
+            f"score {reached:.2f} of {score:.2f}, {beyond} of {asked[:frames].size} held to limits",
+        )
+
+
+if __name__ == "__main__":
+    main()
