@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 Picture = NDArray[np.uint8]
 
 COLOURS = 128  # of a GIF: its palette is the whole video's, so that nothing flickers
-# Constant quality; 'veryfast' halves the time of 'medium' for lines on a plain ground.
-_H264 = {"crf": "22", "preset": "veryfast"}
+# Constant quality; 'veryfast' halves the time of 'medium' for lines on a plain ground. With
+# x264's mbtree a file is an eighth smaller, but one in twenty differs from the others.
+_H264 = {"crf": "22", "preset": "veryfast", "x264-params": "mbtree=0"}
 _BT709 = 1  # what players take for granted in high definition
 _STUDIO_RANGE = 1
 

@@ -250,9 +250,13 @@ def test_setting_aside_that_fails_leaves_no_empty_file(tmp_path, monkeypatch):
 def test_what_others_write_replaces_a_file_only_when_it_is_whole(tmp_path):
     path = tmp_path / "a"
     path.write_bytes(OLD)
-    with pytest.raises(KeyboardInterrupt), replacing(path) as partial:
+
+    def stop(partial: Path) -> None:
         partial.write_bytes(NEW[:10])
         raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), replacing(path) as partial:
+        stop(partial)
     with pytest.raises(RunError, match="a cannot be written"), replacing(path):
         pass  # nothing was written
     assert path.read_bytes() == OLD
