@@ -1,0 +1,274 @@
+"""Replay: the best of any generation as it moves, alone or beside another."""
+
+from pathlib import Path
+from typing import ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.reactive import reactive
+from textual.widgets import Footer, Header
+
+from gaitsim.runs.folder import command
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.replay_pane import ReplayPane
+from gaitsim.tui.widgets.canvas import BodyCanvas
+from gaitsim.tui.widgets.scrubber import Scrubber
+
+SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+_WORDS = {0.25: "¼", 0.5: "½"}
+
+
+class Replay(GaitScreen):
+    """One body, or two that keep step.
+
+    Args:
+        run: the folder of a run.
+        generation: whose best is shown first; None is the champion.
+        beside: another run, or the same.
+    """
+
+    HELP_TEXT = """
+The best individual of any generation, as it moves.
+
+- **Time** and **generation** have a slider each: drag it, or use the arrow keys when it has the
+  focus; with shift, ten steps at once.
+- **Camera**: drag the body, or use the arrow keys when it has the focus; roll to zoom. *View*
+  goes from the corner to the side, above and the front. *Follow* shows the whole way instead.
+- Filled dots are feet on the ground. Below, a bar is a foot on the ground (Hildebrand 1965).
+  Left and right differ in colour.
+- **Split** shows a second body: the other run that was asked for, or generation 1 of this one.
+  Both keep step, and share the camera. The generation keys change the one that has the focus.
+- ★ is the champion of the run.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "play", "Play", id="replay.play", tooltip="Play or pause"),
+        Binding("comma", "frame(-1)", "Frame", id="replay.frame-back", key_display=",",
+                group=Binding.Group("Frame", compact=True), tooltip="One frame back"),
+        Binding("full_stop", "frame(1)", "Frame", id="replay.frame-on", key_display=".",
+                group=Binding.Group("Frame", compact=True), tooltip="One frame on"),
+        Binding("left_square_bracket", "generation(-1)", "Generation", key_display="[",
+                id="replay.generation-back",
+            group=Binding.Group("Generation", compact=True), tooltip="One generation back"),
+        Binding("right_square_bracket", "generation(1)", "Generation", key_display="]",
+                id="replay.generation-on",
+            group=Binding.Group("Generation", compact=True), tooltip="One generation on"),
+        Binding("b", "best", "Best", id="replay.best", tooltip="The champion of the run"),
+        Binding("less_than_sign", "speed(-1)", "Slower", show=False, key_display="<",
+                id="replay.slower", tooltip="At half the speed"),
+        Binding("greater_than_sign", "speed(1)", "Faster", show=False, key_display=">",
+                id="replay.faster", tooltip="At twice the speed"),
+        Binding("v", "camera('next_view')", "View", id="replay.view",
+                tooltip="From the corner, the side, above, or the front"),
+        Binding("f", "camera('follow')", "Follow", id="replay.follow",
+                tooltip="Go with the body, or show its whole way"),
+        Binding("plus,equals_sign", "camera('zoom', 1)", "Closer", show=False,
+                id="replay.closer", tooltip="Zoom in"),
+        Binding("minus", "camera('zoom', -1)", "Farther", show=False,
+                id="replay.farther", tooltip="Zoom out"),
+        Binding("0", "camera('reset')", "Reset view", show=False, id="replay.reset",
+                tooltip="Look as in the beginning"),
+        Binding("m", "measures", "Measures", id="replay.measures",
+                tooltip="Measures, terms and the curve of the best score"),
+        Binding("s", "split", "Split", id="replay.split",
+                tooltip="A second body beside this one, or one alone"),
+        Binding("e", "make", "Make", show=False, id="replay.make",
+                tooltip="Gait files, plots, videos, …"),
+    ]  # fmt: skip
+    DEFAULT_CSS = """
+    Replay {
+        & #panes { height: 1fr; }
+        & ReplayPane.second { border-left: solid $border-blurred; }
+        & > Scrubber { margin: 0 1; }
+    }
+    """
+
+    speed: reactive[float] = reactive(1.0, init=False)
+
+    def __init__(
+        self, run: Path, generation: int | None = None, beside: Path | None = None
+    ) -> None:
+        super().__init__()
+        self._run, self._generation, self._beside = run, generation, beside
+        self._playing = True
+
+    def compose(self) -> ComposeResult:
+        """Bodies side by side, time, keys."""
+        yield Header()
+        with Horizontal(id="panes"):
+            yield ReplayPane(self._run, self._generation)
+            if self._beside is not None:
+                yield ReplayPane(self._beside, classes="second")
+        yield Scrubber("time      ", say=self._say, id="frame")
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Say how it plays."""
+        self._state()
+        self.query_one(BodyCanvas).focus()
+
+    # Bodies
+
+    @property
+    def panes(self) -> list[ReplayPane]:
+        """One or two."""
+        return list(self.query(ReplayPane))
+
+    @property
+    def pane(self) -> ReplayPane:
+        """The one that has the focus, else the first."""
+        inside = self.focused.ancestors if self.focused is not None else []
+        return next((pane for pane in self.panes if pane in inside), self.panes[0])
+
+    @property
+    def leader(self) -> BodyCanvas:
+        """The body that keeps the time: the one that moves longest."""
+        return max((pane.canvas for pane in self.panes), key=lambda canvas: canvas.duration)
+
+    @on(ReplayPane.Changed)
+    def _changed(self) -> None:
+        """Keep time with the longest one, and show as many frames."""
+        leader = self.leader
+        for pane in self.panes:
+            canvas = pane.canvas
+            canvas.speed = self.speed
+            canvas.playing = self._playing and canvas is leader
+            if canvas is not leader:
+                pane.show_frame_of(leader.seconds)
+        scrubber = self.query_one("#frame", Scrubber)
+        scrubber.set_range(0, max(leader.frames - 1, 0))
+        scrubber.value = leader.frame
+        self._state()
+        self.refresh_bindings()
+
+    @on(BodyCanvas.Moved)
+    def _moved(self, event: BodyCanvas.Moved) -> None:
+        if event.canvas is self.leader:
+            self._keep_step()
+
+    def _keep_step(self) -> None:
+        leader = self.leader
+        for pane in self.panes:
+            pane.show_frame_of(leader.seconds)
+        self.query_one("#frame", Scrubber).value = leader.frame
+
+    @on(BodyCanvas.ViewChanged)
+    def _turned(self, event: BodyCanvas.ViewChanged) -> None:
+        """Both are seen from the same side."""
+        for pane in self.panes:
+            pane.canvas.view = event.view
+        self._state()
+
+    @on(Scrubber.Changed, "#frame")
+    def _scrubbed(self, event: Scrubber.Changed) -> None:
+        self._pause()
+        self.leader.show_frame(event.value)
+        self._keep_step()
+
+    def _say(self, frame: int) -> str:
+        """A frame as the slider says it."""
+        if not self.is_mounted or not self.panes:
+            return ""
+        leader = self.leader
+        if leader.skeleton is None:
+            return "–"
+        last = leader.frames - 1
+        seconds = frame / leader.skeleton.frame_rate
+        return f"{seconds:6.2f} s  {frame:>{len(str(last))}}/{last}"
+
+    def _state(self) -> None:
+        """What plays, how fast, seen from where."""
+        view = self.panes[0].canvas.view
+        sign = "▶" if self._playing else "‖"
+        speed = _WORDS.get(self.speed, f"{self.speed:g}")
+        way = "" if view.follow else ", the whole way"
+        self.sub_title = f"replay  {sign} ×{speed}  {view.name or 'turned'}{way}"
+
+    # What keys do
+
+    def action_play(self) -> None:
+        """Play or pause."""
+        self._playing = not self._playing
+        self.leader.playing = self._playing
+        self._state()
+
+    def _pause(self) -> None:
+        self._playing = True
+        self.action_play()
+
+    def action_frame(self, steps: int) -> None:
+        """Go some frames on, round the ends."""
+        self._pause()
+        leader = self.leader
+        leader.show_frame((leader.frame + steps) % max(leader.frames, 1))
+        self._keep_step()
+
+    def action_speed(self, steps: int) -> None:
+        """Play faster or slower."""
+        at = SPEEDS.index(self.speed) + steps
+        self.speed = SPEEDS[min(max(at, 0), len(SPEEDS) - 1)]
+
+    def watch_speed(self, speed: float) -> None:
+        """Tell the bodies."""
+        for pane in self.panes:
+            pane.canvas.speed = speed
+        self._state()
+
+    def action_generation(self, steps: int) -> None:
+        """Go some generations on."""
+        pane = self.pane
+        if pane.generation is not None:
+            pane.ask(pane.generation + steps)
+
+    def action_best(self) -> None:
+        """Go to the champion."""
+        self.pane.ask(None)
+
+    def action_camera(self, name: str, *arguments: int) -> None:
+        """Do what the body does when it has the focus."""
+        getattr(self.panes[0].canvas, f"action_{name}")(*arguments)
+
+    def action_measures(self) -> None:
+        """Show or hide measures."""
+        shown = self.pane.measures_shown
+        for pane in self.panes:
+            pane.show_measures(not shown)
+
+    async def action_split(self) -> None:
+        """Add a second body, or take it away."""
+        panes = self.panes
+        if len(panes) > 1:
+            await panes[1].remove()
+            self._changed()
+            return
+        run = self._beside or self._run
+        generation = None if self._beside else 1
+        pane = ReplayPane(run, generation, classes="second")
+        await self.query_one("#panes").mount(pane)
+        pane.canvas.view = panes[0].canvas.view
+
+    def action_make(self) -> None:
+        """Make something of the run."""
+        self.gaitsim.open_making(self.pane.run)
+
+    def command_line(self) -> str:
+        """What plays the same in a terminal."""
+        pane = self.pane
+        return command(
+            "play", pane.run, *(["--generation", pane.generation] if pane.generation else [])
+        )
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action can be done with the body that is shown."""
+        if not self.is_mounted or not self.panes:
+            return super().check_action(action, parameters)
+        pane = self.pane
+        match action:
+            case "play" | "frame" | "speed" | "camera":
+                return self.leader.skeleton is not None
+            case "measures" | "make":
+                return pane.shown is not None
+            case "generation" | "best":
+                return pane.shown is not None or pane.problem is not None
+        return super().check_action(action, parameters)

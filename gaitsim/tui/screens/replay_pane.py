@@ -1,0 +1,235 @@
+"""One run in the replay: its body, feet, measures, and the generation that is shown."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.text import Text
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.message import Message
+from textual.widgets import Static
+from textual.worker import Worker, WorkerState
+
+from gaitsim.errors import GaitsimError
+from gaitsim.tui.screens.replay_loading import Shown, load
+from gaitsim.tui.widgets.canvas import BodyCanvas
+from gaitsim.tui.widgets.curves import Curves, Series
+from gaitsim.tui.widgets.footfalls import FootfallStrip
+from gaitsim.tui.widgets.scrubber import Scrubber
+from gaitsim.tui.words import clip, number, visible
+
+ROOMY = 110  # columns of a pane from which measures stand beside the body
+WORDY = 60  # columns from which its title says what the numbers are
+
+
+class ReplayPane(Vertical):
+    """A body of a run, whose generation can be changed.
+
+    What is asked for while another generation is being read is read after it, the latest alone.
+
+    Args:
+        run: its folder.
+        generation: to begin with; None is the champion's.
+    """
+
+    DEFAULT_CSS = """
+    ReplayPane {
+        width: 1fr; height: 1fr;
+        & > .title { height: 1; padding: 0 1; }
+        & > Horizontal { height: 1fr; }
+        & FootfallStrip { margin: 0 1; }
+        & > Scrubber { margin: 0 1; }
+        & .side { width: 34; padding: 0 1; border-left: solid $border-blurred; }
+        & .side > Static { height: auto; max-height: 70%; }
+        & .side > Curves { height: 1fr; min-height: 7; max-height: 14; }
+    }
+    """
+
+    class Changed(Message):
+        """Another body is shown, or the words that say why there is none."""
+
+        def __init__(self, pane: "ReplayPane") -> None:
+            super().__init__()
+            self.pane = pane
+
+    def __init__(self, run: Path, generation: int | None = None, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.run = run
+        self.shown: Shown | None = None
+        self.problem: GaitsimError | None = None
+        self._wanted = generation
+        self._loading: Worker[Shown] | None = None
+        self._asked: int | None = None
+        self._measures: bool | None = None
+
+    def compose(self) -> ComposeResult:
+        """Title, body and measures, feet, generations."""
+        yield Static(classes="title")
+        with Horizontal():
+            yield BodyCanvas(message="moving the body …")
+            with Vertical(classes="side"):
+                yield Static(classes="measures")
+                yield Curves(legend=False)
+        yield FootfallStrip()
+        yield Scrubber("generation", 1, 1, 1)
+
+    def on_mount(self) -> None:
+        """Begin to read."""
+        self.query_one(".side").display = False
+        self._title()
+        self.ask(self._wanted)
+
+    @property
+    def canvas(self) -> BodyCanvas:
+        """Where the body is drawn."""
+        return self.query_one(BodyCanvas)
+
+    @property
+    def generation(self) -> int | None:
+        """The one that is shown, or was asked for."""
+        return self._wanted
+
+    @property
+    def loading_now(self) -> bool:
+        """Whether something is being read."""
+        return self._loading is not None
+
+    def ask(self, generation: int | None) -> None:
+        """Show another generation's best as soon as it can be; None is the champion of all."""
+        if self.shown is not None and generation is not None:
+            generation = min(max(generation, 1), self.shown.last)
+        self._wanted = generation
+        if generation is not None:
+            self.query_one(Scrubber).value = generation
+        if self._loading is None:
+            self._load()
+        self._title()
+
+    def _load(self) -> None:
+        asked = self._asked = self._wanted
+        self._loading = self.run_worker(
+            lambda: load(self.run, asked), thread=True, exit_on_error=False, group="replay"
+        )
+
+    def on_worker_state_changed(self, event: Worker.StateChanged) -> None:
+        """Show what was read, or read what was asked for meanwhile."""
+        if event.worker is not self._loading or not event.worker.is_finished:
+            return
+        event.stop()
+        self._loading = None
+        if event.state is WorkerState.SUCCESS and event.worker.result is not None:
+            self._show(event.worker.result)
+        elif event.state is WorkerState.ERROR:
+            error = event.worker.error
+            self._fail(error if isinstance(error, GaitsimError) else _unexpected(error))
+        if self._wanted != self._asked:
+            self._load()
+        self._title()
+
+    def _show(self, shown: Shown) -> None:
+        self.shown, self.problem = shown, None
+        scrubber = self.query_one(Scrubber)
+        scrubber.set_range(1, shown.last)
+        if self._wanted == self._asked:
+            self._wanted = self._asked = shown.generation
+            scrubber.value = shown.generation
+        self.canvas.set_skeleton(shown.skeleton)
+        feet = self.query_one(FootfallStrip)
+        feet.set_skeleton(shown.skeleton)
+        feet.frame = self.canvas.frame
+        self._fill()
+        self.post_message(self.Changed(self))
+
+    def _fail(self, error: GaitsimError) -> None:
+        self.shown, self.problem = None, error
+        self.canvas.set_skeleton(None, visible_lines(str(error)))
+        self.query_one(FootfallStrip).set_skeleton(None)
+        self._side()
+        self.post_message(self.Changed(self))
+
+    def show_frame_of(self, seconds: float) -> None:
+        """Show the moment, or the last one there is before it."""
+        canvas = self.canvas
+        canvas.seconds = min(seconds, canvas.duration)
+        self.step_feet()
+
+    def step_feet(self) -> None:
+        """Let the feet keep step with the body."""
+        self.query_one(FootfallStrip).frame = self.canvas.frame
+
+    def _title(self) -> None:
+        title = Text(no_wrap=True, overflow="ellipsis")
+        width = max(self.size.width - 2, 12)
+        title.append(clip(self.run.name, max(width // 3, 8)), "bold")
+        shown = self.shown
+        if shown is not None:
+            wide = width >= WORDY
+            title.append(f"  {'generation ' if wide else ''}{shown.generation}")
+            title.append(f"/{shown.last}", "dim")
+            title.append(" ★" if shown.generation == shown.champion else "")
+            title.append(f"  {'score ' if wide else ''}{number(shown.score)}")
+            if shown.stage[1] > 1 and wide:
+                title.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
+        if self._loading is not None:
+            wanted = "the champion" if self._wanted is None else f"generation {self._wanted}"
+            title.append(f"  reading {wanted} …", "dim")
+        self.query_one(".title", Static).update(title)
+
+    def show_measures(self, wanted: bool) -> None:
+        """Whether measures stand beside the body, whatever the room."""
+        self._measures = wanted
+        self._side()
+
+    @property
+    def measures_shown(self) -> bool:
+        """Whether they do."""
+        return self.query_one(".side").display
+
+    def on_resize(self) -> None:
+        """Measures stand beside the body where there is room."""
+        self._side()
+        self._title()
+
+    def _side(self) -> None:
+        roomy = self.size.width >= ROOMY
+        wanted = roomy if self._measures is None else self._measures
+        self.query_one(".side").display = wanted and self.shown is not None
+
+    def _fill(self) -> None:
+        """Measures, terms, and where the generation is on the curve."""
+        shown = self.shown
+        assert shown is not None, "something was read"
+        rows = [(name, f"{number(value)} {unit}".rstrip()) for name, (value, unit) in
+                shown.measures.items()]  # fmt: skip
+        terms = [(name, number(value)) for name, value in shown.terms.items()]
+        text = Text(no_wrap=True, overflow="ellipsis")
+        for heading, lines in (("measures", rows), ("terms of the score", terms)):
+            if lines:
+                text.append("\n" if text else "")
+                text.append(f"{heading}\n", "bold")
+            for name, value in lines:
+                room = 31 - len(value)
+                text.append(f"{clip(name, room - 1).ljust(room)}{visible(value)}\n")
+        self.query_one(".measures", Static).update(text)
+        history = shown.history
+        best = Series("best", history["generation"], history["best"])
+        self.query_one(Curves).set_series([best], [shown.generation])
+        self._side()
+
+    @on(Scrubber.Changed)
+    def _scrubbed(self, event: Scrubber.Changed) -> None:
+        event.stop()
+        self.ask(event.value)
+
+
+def visible_lines(text: str) -> str:
+    """Lines whose control characters are written out."""
+    return "\n".join(visible(line) for line in text.split("\n"))
+
+
+def _unexpected(error: BaseException | None) -> GaitsimError:
+    return GaitsimError(
+        f"this could not be shown: {type(error).__name__}: {error}",
+        remedy="report it to the authors of gaitsim, with what you did",
+    )

@@ -1,0 +1,97 @@
+"""Which foot is on the ground when, in step with a body that moves."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.style import Style
+from textual.geometry import Size
+from textual.reactive import reactive
+
+from gaitsim.contracts import Skeleton
+from gaitsim.terminal.body import sides
+from gaitsim.terminal.footfalls import strip
+from gaitsim.tui.widgets.cells import Cells, Picture
+
+SHARE = 0.36  # of the terminal's height, at most
+
+
+class FootfallStrip(Cells):
+    """The footfall diagram (Hildebrand 1965) around a frame; not displayed for a body without feet.
+
+    Args:
+        skeleton: to begin with.
+    """
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "footfalls--swing",
+        "footfalls--moment",
+        "footfalls--middle",
+        "footfalls--left",
+        "footfalls--right",
+    }
+    DEFAULT_CSS = """
+    FootfallStrip {
+        width: 1fr; height: auto;
+        & > .footfalls--swing { color: $foreground 25%; }
+        & > .footfalls--moment { color: $accent; }
+        & > .footfalls--middle { color: $foreground; }
+        & > .footfalls--left { color: $primary; }
+        & > .footfalls--right { color: $warning; }
+    }
+    """
+
+    frame: reactive[int] = reactive(0, repaint=False, init=False)
+
+    def __init__(self, skeleton: Skeleton | None = None, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._rate = 1.0
+        self._touching = np.empty((0, 0), dtype=np.bool_)
+        self._names: tuple[str, ...] = ()
+        self._sides: NDArray[np.intp] = np.empty(0, dtype=np.intp)
+        self.set_skeleton(skeleton)
+
+    def set_skeleton(self, skeleton: Skeleton | None) -> None:
+        """Show another body's feet."""
+        touching = None if skeleton is None else skeleton.touching
+        feet = 0 if touching is None else touching.shape[1]
+        if skeleton is not None and touching is not None and feet:
+            self._rate = skeleton.frame_rate
+            self._touching = np.asarray(touching, dtype=np.bool_)
+            self._names = tuple(map(_plain, skeleton.contact_names or map(str, range(1, feet + 1))))
+            self._sides = sides(skeleton.contact_names or [""] * feet)
+        else:
+            self._touching = np.empty((0, 0), dtype=np.bool_)
+        self.display = self.feet > 0
+        self.refresh(layout=True)
+        self.redraw()
+
+    @property
+    def feet(self) -> int:
+        """How many there are."""
+        return self._touching.shape[1]
+
+    def watch_frame(self) -> None:
+        """Go to the moment."""
+        self.redraw()
+
+    def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
+        """A row a foot, or a row two where there is little room."""
+        most = max(int(SHARE * viewport.height), 2)
+        return min(self.feet if self.feet <= most else -(-self.feet // 2), most)
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        """The diagram."""
+        return strip(
+            self._touching, self._names, self._sides, self.frame, self._rate, columns, rows
+        )
+
+    def ink_styles(self) -> list[Style]:
+        """Of swing, the moment, and bars by side."""
+        parts = ("swing", "moment", "middle", "left", "right")
+        return [self.ink_style(), *(self.ink_style(f"footfalls--{part}") for part in parts)]
+
+
+def _plain(name: str) -> str:
+    """A name of characters that are one column wide."""
+    return "".join(char if char.isascii() and char.isprintable() else "?" for char in name)

@@ -1,0 +1,169 @@
+"""A slider along frames or generations."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from rich.text import Text
+from textual import events
+from textual.binding import Binding, BindingType
+from textual.message import Message
+from textual.reactive import reactive
+from textual.widget import Widget
+
+FAR = 10  # steps of a wide key
+
+
+class Scrubber(Widget, can_focus=True):
+    """A whole number between two others, chosen by mouse or keys.
+
+    Args:
+        label: what is chosen, before the slider.
+        first: the lowest number.
+        last: the highest.
+        value: to begin with.
+        say: how the number is written after the slider.
+    """
+
+    HELP = "Drag the knob, or use the arrow keys; with shift ten steps at once."
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "scrubber--label",
+        "scrubber--done",
+        "scrubber--rest",
+        "scrubber--knob",
+    }
+    DEFAULT_CSS = """
+    Scrubber {
+        height: 1; width: 1fr;
+        & > .scrubber--label { color: $text-muted; }
+        & > .scrubber--done { color: $primary; }
+        & > .scrubber--rest { color: $foreground 30%; }
+        & > .scrubber--knob { color: $foreground; text-style: bold; }
+        &:focus > .scrubber--knob { color: $accent; }
+        &:focus > .scrubber--label { color: $accent; text-style: bold; }
+    }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("left", "step(-1)", "Back", show=False, id="scrubber.back", tooltip="One back"),
+        Binding("right", "step(1)", "On", show=False, id="scrubber.on", tooltip="One on"),
+        Binding("shift+left,pageup", f"step({-FAR})", "Far back", show=False,
+                id="scrubber.far-back", tooltip="Ten back"),
+        Binding("shift+right,pagedown", f"step({FAR})", "Far on", show=False,
+                id="scrubber.far-on", tooltip="Ten on"),
+        Binding("home", "end(False)", "First", show=False, id="scrubber.first",
+                tooltip="To the first"),
+        Binding("end", "end(True)", "Last", show=False, id="scrubber.last",
+                tooltip="To the last"),
+    ]  # fmt: skip
+
+    value: reactive[int] = reactive(0, init=False)
+    first: reactive[int] = reactive(0, init=False)
+    last: reactive[int] = reactive(0, init=False)
+
+    class Changed(Message):
+        """A user chose another number.
+
+        Attributes:
+            scrubber: where.
+            value: the number.
+        """
+
+        def __init__(self, scrubber: "Scrubber", value: int) -> None:
+            super().__init__()
+            self.scrubber, self.value = scrubber, value
+
+        @property
+        def control(self) -> "Scrubber":
+            """The slider."""
+            return self.scrubber
+
+    def __init__(
+        self,
+        label: str,
+        first: int = 0,
+        last: int = 0,
+        value: int = 0,
+        say: Callable[[int], str] = str,
+        **settings: Any,
+    ) -> None:
+        super().__init__(**settings)
+        self._label, self._say, self._held = label, say, False
+        self.set_reactive(Scrubber.first, first)
+        self.set_reactive(Scrubber.last, last)
+        self.set_reactive(Scrubber.value, min(max(value, first), last))
+
+    def validate_value(self, value: int) -> int:
+        """Keep it between the ends."""
+        return min(max(value, self.first), self.last)
+
+    def set_range(self, first: int, last: int) -> None:
+        """Other ends; the value is kept between them."""
+        self.first, self.last = first, last
+        self.value = min(max(self.value, first), last)
+
+    def choose(self, value: int) -> None:
+        """Take a number as if a user had chosen it."""
+        before = self.value
+        self.value = value
+        if self.value != before:
+            self.post_message(self.Changed(self, self.value))
+
+    def render(self) -> Text:
+        """Label, slider, number."""
+        start, width = self._bar()
+        share = (self.value - self.first) / max(self.last - self.first, 1)
+        knob = round(share * (width - 1))
+        styles = {part: self.get_component_rich_style(f"scrubber--{part}", partial=True)
+                  for part in ("label", "done", "rest", "knob")}  # fmt: skip
+        text = Text(no_wrap=True, overflow="crop", end="")
+        text.append(self._label.ljust(start), styles["label"])
+        text.append("━" * knob, styles["done"])
+        text.append("●", styles["knob"])
+        text.append("─" * (width - 1 - knob), styles["rest"])
+        text.append(f" {self._say(self.value)}")
+        return text
+
+    def _bar(self) -> tuple[int, int]:
+        """Where the slider begins, and how wide it is; it stays while its number changes."""
+        start = len(self._label) + 1 if self._label else 0
+        number = max(len(self._say(end)) for end in (self.first, self.last, self.value))
+        return start, max(self.content_size.width - start - number - 1, 1)
+
+    def action_step(self, steps: int) -> None:
+        """Go some steps."""
+        self.choose(self.value + steps)
+
+    def action_end(self, last: bool) -> None:
+        """Go to an end."""
+        self.choose(self.last if last else self.first)
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Take hold of the knob, wherever it was."""
+        self._held = True
+        self.capture_mouse()
+        self._follow(event.x)
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Go where the mouse goes."""
+        if self._held:
+            self._follow(event.x)
+
+    def on_mouse_up(self) -> None:
+        """Let it go."""
+        self._held = False
+        self.release_mouse()
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """One on."""
+        self.action_step(1)
+        event.stop()
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """One back."""
+        self.action_step(-1)
+        event.stop()
+
+    def _follow(self, x: int) -> None:
+        start, width = self._bar()
+        left = self.gutter.left
+        share = min(max((x - left - start) / max(width - 1, 1), 0.0), 1.0)
+        self.choose(self.first + round(share * (self.last - self.first)))
