@@ -24,8 +24,7 @@ def resume(
 ) -> None:
     """Go on with a run, exactly as if it had never stopped; or train it on under other options.
 
-    What --set changes holds from the next generation on, and is recorded as a stage of the
-    run. The population stays as it is; another fitness or body judges it anew.
+    What --set changes holds from the next generation on: a new stage of the run.
 
     [bold]Examples[/bold]
 
