@@ -158,7 +158,7 @@ class _Plot(Cells):
 
     def sample(self, index: int) -> Text:
         """A piece of a curve."""
-        return Text(SAMPLES[index % len(SAMPLES)], self._style(index))
+        return Text(SAMPLES[index % len(SAMPLES)], Style(color=self._style(index).color))
 
     def _style(self, index: int) -> Style:
         return self.ink_style(f"curves--{index % COLOURS + 1}")

@@ -1,0 +1,83 @@
+"""By which options runs differ, and what each had in which stage."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gaitsim.errors import GaitsimError
+from gaitsim.toml import parse
+
+Stages = Sequence[tuple[int, str]]
+"""The stages of a run: the first generation of each, and its experiment as TOML."""
+
+TITLES = ("schema", "name", "description")  # what an experiment is called, not what it does
+ABSENT = "–"
+
+
+@dataclass(frozen=True)
+class Difference:
+    """An option that is not the same in all runs, or was changed in one.
+
+    Attributes:
+        key: as `--set` takes it, such as `mutation.rate`.
+        values: one of each run, as text; `ABSENT` where it has no such option. Where it was
+            changed on the way, all of them, with the generation from which on they held.
+    """
+
+    key: str
+    values: tuple[str, ...]
+
+
+def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
+    """The options in which runs differ, in the order of their files.
+
+    A run whose experiment cannot be read differs in nothing.
+
+    Args:
+        runs: the stages of each, the first one first; () where it cannot be read.
+    """
+    told = [[(first, options(text)) for first, text in stages] for stages in runs]
+    keys = dict.fromkeys(key for stages in told for _, values in stages for key in values)
+    found = []
+    for key in keys:
+        each = {_text(values.get(key)) for stages in told for _, values in stages if values}
+        if len(each) > 1:
+            found.append(Difference(key, tuple(_course(key, stages) for stages in told)))
+    return tuple(found)
+
+
+def options(experiment: str) -> dict[str, Any]:
+    """The options of an experiment in TOML, by dotted key; {} where it is none."""
+    try:
+        tables = parse(experiment, "")
+    except GaitsimError:
+        return {}
+    return {key: value for key, value in _flat(tables).items() if key not in TITLES}
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{before}{key}.")
+        else:
+            found[f"{before}{key}"] = value
+    return found
+
+
+def _course(key: str, stages: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
+    """The values of an option over the stages: '0.1, from 151: 0.2'."""
+    told: list[str] = []
+    last = ""
+    for first, values in stages:
+        text = _text(values.get(key))
+        if not told:
+            told.append(text)
+        elif text != last:
+            told.append(f"from {first}: {text}")
+        last = text
+    return ", ".join(told) or ABSENT
+
+
+def _text(value: Any) -> str:
+    return ABSENT if value is None else str(value)

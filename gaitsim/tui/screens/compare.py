@@ -1,0 +1,236 @@
+"""Compare: the curves of several runs over each other, and the options in which they differ."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar
+
+from rich.text import Text
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.reactive import reactive
+from textual.widgets import DataTable, Footer, Header, Static
+
+from gaitsim.analysis.beside import BY, QUANTITIES, Course, read, table
+from gaitsim.runs.folder import CHECKPOINT, EXPERIMENT, command
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.widgets.curves import Curves, Series
+from gaitsim.tui.words import clip, visible
+
+EVERY = 1.0  # seconds between two looks whether a run has grown
+NAME = 18  # columns of a run's name, at most
+VALUE = 40  # columns of an option's value, at most
+
+
+class Compare(GaitScreen):
+    """Several runs.
+
+    Args:
+        runs: their folders.
+    """
+
+    HELP_TEXT = """
+Runs over each other, as far as each has come; those that are evolved now grow.
+
+- **Quantity**: the best score of each generation, the mean, the median, or how diverse the
+  population was. A run whose fitness is another one has other scores.
+- **By** generation, by how many individuals were evaluated, or by seconds: with a larger
+  population, a generation costs more.
+- Below, what became of each run, and the options in which they differ. Where one was changed on
+  the way, the generation is told from which on: a dotted line on the curves.
+- Left and right choose a run; **open** it, or **replay** its champion, beside that of the other
+  run where there are two.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("o", "quantity", "Quantity", id="compare.quantity",
+                tooltip="Best, mean, median, or diversity"),
+        Binding("x", "by", "By", id="compare.by",
+                tooltip="By generation, evaluations, or seconds"),
+        Binding("r", "replay", "Replay", id="compare.replay",
+                tooltip="See the champion move, beside the other's where there are two"),
+    ]  # fmt: skip
+    DEFAULT_CSS = """
+    Compare {
+        & #problems { height: auto; max-height: 30%; padding: 0 1; color: $error; }
+        & Curves { height: 3fr; margin: 0 1; }
+        & DataTable {
+            height: 2fr; min-height: 6;
+            & > .datatable--fixed { background: $background; color: $text-muted; }
+            & > .datatable--cursor, &:focus > .datatable--cursor, & > .datatable--header-cursor {
+                background: $primary 25%; color: $foreground; text-style: none;
+            }
+        }
+    }
+    """
+
+    quantity: reactive[str] = reactive(QUANTITIES[0], init=False)
+    by: reactive[str] = reactive(BY[0], init=False)
+
+    def __init__(self, runs: Sequence[Path]) -> None:
+        super().__init__()
+        self._paths = tuple(runs)
+        self._courses: tuple[Course, ...] = ()
+        self._seen: tuple[object, ...] = ()
+
+    def compose(self) -> ComposeResult:
+        """Curves over a table."""
+        yield Header()
+        yield Static(id="problems")
+        yield Curves(message="reading …", id="curves")
+        yield DataTable(id="table", cursor_type="column", fixed_columns=1)
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Read, and again whenever a run has grown."""
+        self.query_one("#problems").display = False
+        self.query_one("#table").focus()
+        self._say()
+        self._look()
+        self.set_interval(EVERY, self._look_again)
+
+    def _look_again(self) -> None:
+        looking = any(worker.group == "compare" and worker.is_running for worker in self.workers)
+        if self.is_current and not looking:
+            self._look()
+
+    @work(thread=True, group="compare")
+    def _look(self) -> None:
+        """Read all runs if one has changed, in a thread."""
+        seen = tuple(map(_stamp, self._paths))
+        if seen == self._seen:
+            return
+        courses = read(self._paths)
+        self.app.call_from_thread(self._show, courses, seen)
+
+    def _show(self, courses: tuple[Course, ...], seen: tuple[object, ...]) -> None:
+        self._courses, self._seen = courses, seen
+        self._draw()
+        self._fill()
+        problems = Text("\n").join(
+            Text(f"{visible(one.label)}: {_lines(one.problem)}") for one in courses if one.problem
+        )
+        panel = self.query_one("#problems", Static)
+        panel.update(problems)
+        panel.display = bool(problems)
+        self.refresh_bindings()
+
+    def _draw(self) -> None:
+        drawn = [one for one in self._courses if one.history]
+        series = [
+            Series(clip(one.label, NAME), one.axis(self.by), one.history[self.quantity])
+            for one in drawn
+        ]
+        marks = sorted({mark for one in drawn for mark in one.marks(self.by)})
+        self.query_one(Curves).set_series(
+            series, marks, x_label=self.by, message="no generation is finished yet"
+        )
+
+    def _fill(self) -> None:
+        """A row a fact or option, a column a run."""
+        shown = self.query_one(DataTable)
+        at, scrolled = shown.cursor_column, shown.scroll_offset
+        shown.clear(columns=True)
+        curves = self.query_one(Curves)
+        shown.add_column("", key="key")
+        line = 0
+        for number, one in enumerate(self._courses):
+            heading = Text(no_wrap=True)
+            if one.history:
+                heading.append_text(curves.sample(line)).append(" ")
+                line += 1
+            shown.add_column(heading.append(clip(one.label, NAME)), key=str(number))
+        for row in table(self._courses):
+            cells = (Text(clip(value, VALUE)) for value in row.values)
+            shown.add_row(Text(clip(row.key, VALUE)), *cells)
+        shown.move_cursor(column=min(max(at, 1), len(self._courses)), animate=False)
+        shown.scroll_to(scrolled.x, scrolled.y, animate=False)
+
+    def _say(self) -> None:
+        what = self.quantity if self.quantity == "diversity" else f"{self.quantity} score"
+        self.sub_title = f"{what} by {self.by}"
+
+    def watch_quantity(self) -> None:
+        """Show other curves."""
+        self._say()
+        self._draw()
+
+    def watch_by(self) -> None:
+        """Show them over something else."""
+        self._say()
+        self._draw()
+
+    def notify_style_update(self) -> None:
+        """Take the colours of another theme for the samples in the table."""
+        super().notify_style_update()
+        if self._courses:
+            self.call_after_refresh(self._fill)
+
+    @property
+    def _chosen(self) -> Course | None:
+        """The run that the cursor is on."""
+        at = self.query_one(DataTable).cursor_column - 1 if self.is_mounted else -1
+        return self._courses[at] if 0 <= at < len(self._courses) else None
+
+    @on(DataTable.ColumnHighlighted)
+    def _moved(self) -> None:
+        self.refresh_bindings()
+
+    @on(DataTable.ColumnSelected)
+    def action_open(self) -> None:
+        """Open the run."""
+        run = self._chosen
+        if run is None:
+            return
+        if run.problem is not None:
+            self.gaitsim.tell(run.problem)
+        else:
+            self.gaitsim.open_run(run.path)
+
+    def action_replay(self) -> None:
+        """Replay the run, beside the other where there are two."""
+        run = self._chosen
+        if run is not None:
+            others = [one.path for one in self._courses if one is not run]
+            self.gaitsim.open_replay(run.path, beside=others[0] if len(others) == 1 else None)
+
+    def action_quantity(self) -> None:
+        """Show the next quantity."""
+        self.quantity = _after(QUANTITIES, self.quantity)
+
+    def action_by(self) -> None:
+        """Show it by the next one."""
+        self.by = _after(BY, self.by)
+
+    def command_line(self) -> str:
+        """What prints the same table."""
+        first, *others = self._paths
+        return command("differences", first, *others)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action can be done with the runs that were read."""
+        match action:
+            case "quantity" | "by":
+                return any(one.history for one in self._courses)
+            case "replay":
+                run = self._chosen
+                return run is not None and run.champion is not None
+        return super().check_action(action, parameters)
+
+
+def _stamp(path: Path) -> object:
+    """What changes when a run grows, or goes."""
+    found = []
+    for name in (CHECKPOINT, EXPERIMENT):
+        try:
+            found.append((path / name).stat().st_mtime_ns)
+        except OSError:
+            found.append(0)
+    return tuple(found)
+
+
+def _after(words: Sequence[str], word: str) -> str:
+    return words[(words.index(word) + 1) % len(words)]
+
+
+def _lines(problem: object) -> str:
+    return "\n".join(map(visible, str(problem).split("\n")))
