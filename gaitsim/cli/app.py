@@ -9,6 +9,7 @@ from gaitsim.cli import (
     compare,
     experiments,
     export,
+    fork,
     imitate,
     plot,
     plugins,
@@ -52,6 +53,7 @@ def gaitsim(
 for command in (
     run.run,
     resume.resume,
+    fork.fork,
     runs.runs,
     show.show,
     export.export,

@@ -10,19 +10,29 @@ from gaitsim.cli.run import Json
 
 def runs(
     root: Annotated[Path, typer.Argument(help="Folder that holds the runs.")] = Path("runs"),
+    delete: Annotated[
+        list[str] | None,
+        typer.Option(metavar="RUN", help="Delete a run with all its files; may be repeated."),
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Delete without asking.")] = False,
     json: Json = False,
 ) -> None:
-    """List the runs in a folder, oldest first.
+    """List the runs in a folder, oldest first; or delete runs.
 
     [bold]Examples[/bold]
 
     gaitsim runs
 
     gaitsim runs experiments/spring --json
+
+    gaitsim runs --delete spider-2 --delete spider-3
     """
     from gaitsim.cli.console import output, print_json, table
     from gaitsim.runs.folder import list_runs
 
+    if delete:
+        _delete(root, delete, yes=yes, json=json)
+        return
     found = [_row(path) for path in list_runs(root)]
     if json:
         for row in found:
@@ -36,6 +46,37 @@ def runs(
         for row in found:
             made.add_row(*(str(row[key]) for key in ("run", "organism", "fitness")), *_cells(row))
         output().print(made, markup=False)
+
+
+def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None:
+    """Delete runs, all of which must be there; asks first."""
+    import sys
+
+    from gaitsim.cli.console import notice, print_json, visible
+    from gaitsim.errors import GaitsimError
+    from gaitsim.runs.folder import EXPERIMENT, find_run
+    from gaitsim.runs.removal import delete_run
+
+    paths = [
+        root / name if (root / name / EXPERIMENT).is_file() else find_run(name)
+        for name in references
+    ]
+    named = visible(", ".join(map(str, dict.fromkeys(paths))))
+    if not yes:
+        if not sys.stdin.isatty():
+            raise GaitsimError(
+                f"{named} would be deleted, and no one can be asked",
+                remedy="add --yes to delete without asking",
+            )
+        if not typer.confirm(f"Delete {named}, with all that was made of it?"):
+            notice("Nothing was deleted.")
+            return
+    for path in dict.fromkeys(paths):
+        delete_run(path)
+        if json:
+            print_json({"deleted": str(path)})
+        else:
+            print(visible(f"{path} is deleted"))
 
 
 def _cells(row: dict[str, Any]) -> list[str]:

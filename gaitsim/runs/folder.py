@@ -1,6 +1,7 @@
 """Run folders: what they are called, how one is made, found and listed."""
 
 import os
+import re
 import secrets
 import shlex
 import shutil
@@ -65,6 +66,18 @@ def find_run(reference: str) -> Path:
     )
 
 
+def champion_file(generation: int) -> str:
+    """Where in a run's folder the champion of a generation is kept."""
+    return f"{CHAMPIONS}/generation-{generation:06d}.pickle"
+
+
+def kept_champions(run: Path) -> list[int]:
+    """The generations of which a run's folder keeps a champion's file, in order."""
+    names = (path.stem for path in (run / CHAMPIONS).glob("generation-*.pickle"))
+    matches = (re.fullmatch(r"generation-(\d+)", name) for name in names)
+    return sorted(int(match[1]) for match in matches if match)
+
+
 def list_runs(root: Path) -> list[Path]:
     """The run folders under `root`, oldest first.
 
@@ -120,6 +133,8 @@ def create_folder(
 ) -> Path:
     """Make a folder at one stroke, files and folders in it; a taken name gets a number.
 
+    Files may be in those folders.
+
     Raises:
         RunError: it cannot be made.
     """
@@ -134,11 +149,11 @@ def create_folder(
         draft = wanted.parent / f"{_DRAFT}{secrets.token_hex(8)}"
         draft.mkdir()
         try:
+            for name in folders:
+                (draft / name).mkdir()
             for name, content in files.items():
                 data = content.encode() if isinstance(content, str) else content
                 write_bytes(draft / name, data)
-            for name in folders:
-                (draft / name).mkdir()
             path = _name(draft, wanted)
             sync_folder(path.parent)
         except BaseException:

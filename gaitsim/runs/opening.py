@@ -72,8 +72,31 @@ def open_run(
         ExperimentError: the experiment has problems, or would have them with the overrides.
         RunError: the run is damaged, was made with other versions, or would not go on.
     """
-    given = [*_extended(generations), *overrides]
     found = run.checkpoint(keep_damaged=True)
+    opening = plan(run, found, overrides, generations=generations, any_version=any_version)
+    if overrides or generations is not None:
+        write_bytes(run.path / EXPERIMENT, opening.experiment.to_toml().encode())
+    return opening
+
+
+def plan(
+    run: Run,
+    found: tuple[Checkpoint, str | None] | None,
+    overrides: Sequence[str],
+    *,
+    generations: int | None,
+    any_version: bool,
+) -> Opening:
+    """What a run would go on from. Writes nothing; raises as `open_run` does.
+
+    Args:
+        run: locked or not.
+        found: its checkpoint and what to warn of; None where there is none.
+        overrides: 'KEY=VALUE' each.
+        generations: how far it is to go; None as far as planned.
+        any_version: whether other versions of packages than before will do.
+    """
+    given = [*_extended(generations), *overrides]
     if found is None:
         experiment = run.experiment_with(given)
         check_size(experiment)
@@ -91,8 +114,6 @@ def open_run(
         if opening.changes and overrides:
             _hold_goal(run, opening)
         opening = replace(opening, warnings=(*warnings, *opening.warnings))
-    if given:
-        write_bytes(run.path / EXPERIMENT, opening.experiment.to_toml().encode())
     return opening
 
 

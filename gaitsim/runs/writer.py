@@ -1,6 +1,5 @@
 """A run on disk, written generation by generation."""
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import cached_property
@@ -17,7 +16,15 @@ from gaitsim.evolution import Generation, evolve, rescored, stop_reason
 from gaitsim.runs import history
 from gaitsim.runs.atomic import remove_partials, writing
 from gaitsim.runs.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
-from gaitsim.runs.folder import BESTS, CHAMPIONS, CHECKPOINT, HISTORY, PREVIOUS
+from gaitsim.runs.folder import (
+    BESTS,
+    CHAMPIONS,
+    CHECKPOINT,
+    HISTORY,
+    PREVIOUS,
+    champion_file,
+    kept_champions,
+)
 from gaitsim.runs.growing import ClashError, Growing, GrowingHistory
 from gaitsim.runs.lock import RunLock
 from gaitsim.runs.opening import open_run
@@ -106,10 +113,9 @@ class RunWriter:
             held.callback(self._history.close)
             self._bests = Growing(bests, done * self._layout.itemsize)
             held.callback(self._bests.close)
-            for champion in (self.path / CHAMPIONS).glob("generation-*.pickle"):
-                number = re.fullmatch(r"generation-(\d+)", champion.stem)
-                if number and int(number[1]) > done:
-                    champion.unlink()
+            for number in kept_champions(self.path):
+                if number > done:
+                    (self.path / champion_file(number)).unlink(missing_ok=True)
 
     @property
     def done(self) -> str:
@@ -210,7 +216,7 @@ class RunWriter:
         folder = self.path / CHAMPIONS
         with writing(folder):
             folder.mkdir(exist_ok=True)
-        write_champion(folder / f"generation-{generation.number:06d}.pickle", champion)
+        write_champion(self.path / champion_file(generation.number), champion)
 
     def _checkpoint(self, generation: Generation) -> Checkpoint:
         evaluation, progress = generation.evaluation, generation.progress

@@ -1,12 +1,10 @@
 """What happened in a run, told from what is on the disk."""
 
-import re
 from collections.abc import Collection, Sequence
-from pathlib import Path
 
 import numpy as np
 
-from gaitsim.runs.folder import CHAMPIONS
+from gaitsim.runs.folder import champion_file
 from gaitsim.runs.stages import RunStage
 from gaitsim.steering.course import Course
 from gaitsim.steering.protocol import Event
@@ -29,7 +27,7 @@ def events_in(
         if stage.first >= first
         for change in stage.changes
     ]
-    found += [Event(number, "kept", kept_as(number)) for number in kept if number >= first]
+    found += [Event(number, "kept", champion_file(number)) for number in kept if number >= first]
     for start, end in _comparable(stages, len(course)):
         best = course["best"][start - 1 : end]
         highest = np.maximum.accumulate(best)
@@ -42,18 +40,6 @@ def events_in(
         ]
     order = ("stage", "best", "kept", "warning")
     return sorted(found, key=lambda event: (event.generation, order.index(event.kind)))
-
-
-def kept_as(generation: int) -> str:
-    """Where in a run's folder the champion of a generation is kept."""
-    return f"{CHAMPIONS}/generation-{generation:06d}.pickle"
-
-
-def kept_champions(run: Path) -> list[int]:
-    """The generations of which a run's folder keeps a champion's file."""
-    names = (path.stem for path in (run / CHAMPIONS).glob("generation-*.pickle"))
-    matches = (re.fullmatch(r"generation-(\d+)", name) for name in names)
-    return sorted(int(match[1]) for match in matches if match)
 
 
 def _comparable(stages: Sequence[RunStage], generations: int) -> list[tuple[int, int]]:

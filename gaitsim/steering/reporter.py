@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evolution import Generation
+from gaitsim.runs.folder import champion_file
 from gaitsim.runs.history import row
 from gaitsim.runs.writer import RunWriter
 from gaitsim.steering.protocol import ENDED, State, plain_error, write_snapshot
@@ -112,7 +113,7 @@ class Reporter:
         if progress.stagnation == 0:
             self.event(number, "best", f"{progress.best_score:.4f}")
         if generation.is_champion:
-            self.event(number, "kept", f"champions/generation-{number:06d}.pickle")
+            self.event(number, "kept", champion_file(number))
         self._wake.set()
 
     def event(self, generation: int, kind: str, text: str) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.errors import RunError
+from gaitsim.runs.history import COLUMNS
 from gaitsim.steering.course import Rows
 
 
@@ -49,7 +50,8 @@ class Tail:
         except (UnicodeDecodeError, ValueError, StopIteration, csv.Error):
             raise self._damaged() from None
         numbers = np.arange(self._next, self._next + len(lines))
-        if table.shape != (len(lines), len(names)) or not np.array_equal(table[:, 0], numbers):
+        fits = tuple(names[: len(COLUMNS)]) == COLUMNS and table.shape == (len(lines), len(names))
+        if not fits or not np.array_equal(table[:, 0], numbers):
             raise self._damaged()
         self._offset += sum(len(line) + 1 for line in lines)
         self._next += len(lines)

@@ -13,13 +13,13 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evolution import stop_reason
 from gaitsim.experiment import Evolution
 from gaitsim.runs.checkpoint import Checkpoint
-from gaitsim.runs.folder import EXPERIMENT, HISTORY
+from gaitsim.runs.folder import EXPERIMENT, HISTORY, kept_champions
 from gaitsim.runs.lock import is_locked
 from gaitsim.runs.opening import next_progress
 from gaitsim.runs.reader import Run
 from gaitsim.runs.stages import changes, stages_of
 from gaitsim.steering.course import Course
-from gaitsim.steering.events import events_in, kept_champions
+from gaitsim.steering.events import events_in
 from gaitsim.steering.protocol import Best, Event, Individual, Snapshot, State
 from gaitsim.steering.tail import Tail
 from gaitsim.toml import parse
@@ -94,6 +94,8 @@ class Watch:
         rows = self._tail.read(checkpoint.generation)
         seen = len(self.course)
         self.course.extend(rows)
+        if len(self.course) < checkpoint.generation:
+            raise run.ends_early(HISTORY, len(self.course), checkpoint.generation)
         told = events_in(self.course, stages_of(checkpoint), kept_champions(self.run), seen + 1)
         if warning and not seen:
             told.append(Event(checkpoint.generation, "warning", warning))

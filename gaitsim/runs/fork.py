@@ -1,0 +1,97 @@
+"""A copy of a run that goes its own way from where the run stands."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from gaitsim.errors import RunError
+from gaitsim.runs import history
+from gaitsim.runs.checkpoint import pack
+from gaitsim.runs.folder import (
+    BESTS,
+    CHAMPIONS,
+    CHECKPOINT,
+    EXPERIMENT,
+    EXPORTS,
+    HISTORY,
+    START,
+    champion_file,
+    create_folder,
+    kept_champions,
+)
+from gaitsim.runs.opening import plan
+from gaitsim.runs.reader import Run
+
+
+def fork_run(
+    path: Path,
+    out: Path | None = None,
+    overrides: Sequence[str] = (),
+    *,
+    generations: int | None = None,
+    any_version: bool = False,
+) -> Path:
+    """Copy a run as of its checkpoint, its champions with it but no exports.
+
+    The copy appears at one stroke, its experiment changed already. The run may be written by
+    another process meanwhile: what it adds after the checkpoint is left out.
+
+    Args:
+        path: the run to copy.
+        out: the folder to make; None numbers the run's own name. A taken name gets a number.
+        overrides: changes of the copy's experiment, 'KEY=VALUE' each; a stage begins with them.
+        generations: how far the copy is to go; None as far as planned.
+        any_version: whether other versions of packages than before will do.
+
+    Returns:
+        The copy's folder.
+
+    Raises:
+        ExperimentError: the experiment has problems, or would have them with the overrides.
+        RunError: the run is damaged, or the copy cannot be made or would not go on.
+    """
+    run = Run(path)
+    # The checkpoint first: all that it counts is in the other files by then.
+    found = run.checkpoint()
+    opening = plan(run, found, overrides, generations=generations, any_version=any_version)
+    changed = bool(overrides) or generations is not None
+    files: dict[str, str | bytes] = {
+        EXPERIMENT: opening.experiment.to_toml() if changed else run.experiment_text
+    }
+    if found is not None:
+        checkpoint, _ = found
+        files |= _records(run, checkpoint.generation) | _champions(path, checkpoint.generation)
+        files[CHECKPOINT] = pack(checkpoint)
+    if os.path.lexists(path / START):
+        files[START] = _read(path / START)
+    return create_folder(out or path, files, (CHAMPIONS, EXPORTS))
+
+
+def _records(run: Run, generations: int) -> dict[str, bytes]:
+    """The files of records, cut after those of so many generations."""
+    rows = _read(run.path / HISTORY).splitlines(keepends=True)[: 1 + generations]
+    size = history.record_type(run.experiment.space()).itemsize
+    bests = _read(run.path / BESTS)[: size * generations]
+    for name, stored in ((HISTORY, len(rows) - 1), (BESTS, len(bests) // size)):
+        if stored < generations:
+            raise run.ends_early(name, max(stored, 0), generations)
+    return {HISTORY: b"".join(rows), BESTS: bests}
+
+
+def _champions(path: Path, generations: int) -> dict[str, bytes]:
+    """The champions of so many generations by their place in the run's folder."""
+    return {
+        champion_file(number): _read(path / champion_file(number))
+        for number in kept_champions(path)
+        if number <= generations
+    }
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise RunError(
+            f"cannot read {path}: {error.strerror}",
+            remedy="restore all files of the run from one copy",
+        ) from None

@@ -1,0 +1,137 @@
+"""`gaitsim fork` and `gaitsim runs --delete`."""
+
+import json
+import shutil
+
+import pytest
+
+from gaitsim.evaluation import judge
+from gaitsim.runs.fork import fork_run
+from gaitsim.runs.lock import RunLock
+from gaitsim.runs.reader import Run
+from gaitsim.runs.writer import RunWriter
+
+
+@pytest.fixture
+def run(gaitsim, puppet_file, tmp_path):
+    """A run of five generations with champions."""
+    gaitsim("run", puppet_file, "--set", "evolution.fitness_threshold=0")
+    return tmp_path / "runs/puppet"
+
+
+def files(path):
+    return {item.relative_to(path) for item in path.rglob("*")}
+
+
+def test_a_copy_stands_where_the_run_stands(gaitsim, run):
+    (run / "exports/gait.csv").write_text("mine")
+    done = gaitsim("fork", "puppet")
+    assert done.stdout == "runs/puppet-2: a copy of runs/puppet at generation 5\n"
+    assert done.stderr == "Go on with: gaitsim resume runs/puppet-2\n"
+    copy = run.with_name("puppet-2")
+    assert Run(copy).fingerprint() == Run(run).fingerprint()
+    assert (copy / "bests.bin").read_bytes() == (run / "bests.bin").read_bytes()
+    assert [*(copy / "champions").iterdir()]
+    assert files(run) - files(copy) == {
+        item.relative_to(run)
+        for item in [
+            run / ".lock",
+            run / ".lock-owner",
+            run / "population.previous.pickle",
+            run / "exports/gait.csv",
+        ]
+    }
+
+
+def test_a_changed_copy_is_what_the_run_would_have_become(gaitsim, run):
+    change = ("--set", "fitness.price=0.5", "--generations", 9)
+    shown = json.loads(gaitsim("fork", run, "--out", "other", *change, "--json").stdout)
+    assert shown == {"run": "other", "of": str(run), "generation": 5}
+    before = Run(run).fingerprint()
+    gaitsim("resume", "other")
+    assert Run(run).fingerprint() == before
+    gaitsim("resume", run, *change)
+    assert (
+        gaitsim("show", run, "--fingerprint").stdout
+        == gaitsim("show", "other", "--fingerprint").stdout
+    )
+
+
+def test_a_run_before_its_first_generation_and_one_that_was_begun_from_another(gaitsim, run):
+    gaitsim("run", run / "experiment.toml", "--from", run, "--out", "from")
+    for name in ("population.pickle", "population.previous.pickle", "history.csv", "bests.bin"):
+        (run.parents[1] / "from" / name).unlink()
+    gaitsim("fork", "from", "--out", "copy")
+    for name in ("from", "copy"):
+        gaitsim("resume", name)
+    assert (run.parents[1] / "copy/start.pickle").exists()
+    copies = [gaitsim("show", name, "--fingerprint").stdout for name in ("from", "copy")]
+    assert copies[0] == copies[1]
+
+
+def test_a_run_that_is_being_written_is_copied_as_of_its_checkpoint(gaitsim, puppet, run):
+    with RunWriter(run, generations=50) as writer:
+        generations = writer.evolve(lambda genomes: judge(writer.experiment, genomes))
+        next(generations)
+        # As if a generation were being written: its records are there, its checkpoint not yet.
+        history, bests = (run / "history.csv"), (run / "bests.bin")
+        history.write_bytes(history.read_bytes() + b"7,1,")
+        bests.write_bytes(bests.read_bytes() + b"\0" * 40)
+        copy = fork_run(run)
+        assert Run(copy).fingerprint() == Run(run).fingerprint()
+        assert Run(copy).generation == 6
+        assert (copy / "history.csv").read_text().count("\n") == 7
+    assert (copy / "bests.bin").stat().st_size == 6 * 32
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nobody",), "there is no run 'nobody'"),
+        (("puppet", "--set", "mutation.rat=1"), 'unknown key "rat"'),
+        (("puppet", "--set", "evolution.population=9"), "keeps its size"),
+        (("puppet", "--set", "fitness.price=0.5"), "no generation would be evolved"),
+        (("puppet", "--generations", "3"), "is at generation 5 already"),
+        (("puppet", "--out", ".."), "cannot be made as a new folder"),
+    ],
+)
+def test_what_cannot_be_copied_is_told_and_leaves_nothing(gaitsim, run, arguments, said):
+    before = files(run.parents[1])
+    assert said in gaitsim("fork", *arguments, code=2).stderr
+    assert files(run.parents[1]) == before
+
+
+def test_a_run_that_lacks_records_is_not_copied(gaitsim, run):
+    (run / "bests.bin").write_bytes(b"")
+    assert "bests.bin ends at generation 0" in gaitsim("fork", run, code=2).stderr
+    (run / "history.csv").unlink()
+    assert "history.csv" in gaitsim("fork", run, code=2).stderr
+
+
+def test_runs_are_deleted_by_name_or_folder(gaitsim, run):
+    shutil.copytree(run, run.parents[1] / "elsewhere")
+    gaitsim("fork", run)
+    done = gaitsim("runs", "--delete", "puppet-2", "--delete", "elsewhere", "--yes")
+    assert done.stdout == "runs/puppet-2 is deleted\nelsewhere is deleted\n"
+    assert not (run.parents[1] / "elsewhere").exists()
+    assert [path.name for path in run.parent.iterdir()] == ["puppet"]
+    done = gaitsim("runs", "runs", "--delete", "puppet", "--yes", "--json")
+    assert json.loads(done.stdout) == {"deleted": "runs/puppet"}
+
+
+def test_no_run_is_deleted_where_no_one_can_be_asked_or_one_is_not_there(gaitsim, run, monkeypatch):
+    assert "add --yes" in gaitsim("runs", "--delete", "puppet", code=2).stderr
+    asked = ("--delete", "puppet", "--delete", "nobody", "--yes")
+    assert "no run 'nobody'" in gaitsim("runs", *asked, code=2).stderr
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("typer.confirm", lambda question: "runs/puppet," not in question)
+    assert "Nothing was deleted" in gaitsim("runs", "--delete", "puppet").stderr
+    assert run.exists()
+
+
+def test_a_run_that_is_being_written_is_not_deleted(gaitsim, run):
+    lock = RunLock(run)
+    done = gaitsim("runs", "--delete", "puppet", "--yes", code=2)
+    lock.release()
+    assert "is being written by process" in done.stderr
+    assert Run(run).fingerprint()
