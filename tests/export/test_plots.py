@@ -34,7 +34,7 @@ def test_the_plot_names_what_it_shows(spider, tmp_path):
         "score (spider-classic)",
         "spider-recurrence, seed 0",
         "best",
-        "middle half",
+        "quartiles",
     ):
         assert f"<!-- {text} -->" in drawn  # beside its glyphs
 
