@@ -77,7 +77,11 @@ def _yuv(pictures: Iterable[Picture]) -> "Iterator[VideoFrame]":
 
     for picture in pictures:
         frame = VideoFrame.from_ndarray(picture, format="rgba")
-        yield frame.reformat(format="yuv420p", dst_colorspace=_BT709, dst_color_range=_STUDIO_RANGE)
+        yield frame.reformat(
+            format="yuv420p",
+            dst_colorspace="ITU709",
+            dst_color_range="MPEG",
+        )
 
 
 def _indexed(pictures: Iterable[Picture], samples: Sequence[Picture]) -> "Iterator[VideoFrame]":
