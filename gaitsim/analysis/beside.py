@@ -99,7 +99,12 @@ def table(courses: Sequence[Course]) -> tuple[Difference, ...]:
         Difference(name, tuple(say(one) if one.history else "–" for one in courses))
         for name, say in facts.items()
     ]
-    return (*told, *differences([one.stages for one in courses]))
+    return (*told, *options(courses))
+
+
+def options(courses: Sequence[Course]) -> tuple[Difference, ...]:
+    """The options in which runs differ; a value a run."""
+    return differences([one.stages for one in courses])
 
 
 def _best(course: Course) -> str:

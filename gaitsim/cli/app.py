@@ -7,10 +7,12 @@ import typer
 from gaitsim.cli import (
     analyse,
     compare,
+    differences,
     experiments,
     export,
     fork,
     imitate,
+    play,
     plot,
     plugins,
     resume,
@@ -18,6 +20,7 @@ from gaitsim.cli import (
     runs,
     show,
     study,
+    tui,
     video,
 )
 from gaitsim.cli.help import Command, Group
@@ -59,10 +62,13 @@ for command in (
     export.export,
     plot.plot,
     video.video,
+    play.play,
     analyse.analyse,
     imitate.imitate,
     study.study,
     compare.compare,
+    differences.differences,
+    tui.tui,
 ):
     app.command(cls=Command)(command)
 app.add_typer(experiments.app)

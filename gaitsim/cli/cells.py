@@ -1,0 +1,39 @@
+"""Pictures of characters as lines for the terminal, in its own sixteen colours."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from gaitsim.terminal.braille import Inks
+
+_SIDES = ("white", "cyan", "yellow")  # middle, left, right, as in the footfall diagram
+# No ink, ground, track, limbs from the far ones to the near ones, feet.
+BODY = (
+    "",
+    "bright_black",
+    "green",
+    *(f"{fog}{side}" for fog in ("dim ", "", "bold ") for side in _SIDES),
+    *(f"bold {side}" for side in _SIDES),
+)
+LINES = ("cyan", "yellow", "green", "red", "white", "blue")  # of curves, in their order
+
+
+def lines(codes: "NDArray[np.uint32]", inks: "Inks", styles: Sequence[str]) -> list[Text]:
+    """A line a row.
+
+    Args:
+        codes: characters as code points, (rows, columns).
+        inks: of each, the same.
+        styles: of each ink.
+    """
+    from gaitsim.terminal.braille import runs
+
+    return [
+        Text.assemble(*((text, styles[ink]) for text, ink in runs(row, own)), no_wrap=True, end="")
+        for row, own in zip(codes, inks, strict=True)
+    ]

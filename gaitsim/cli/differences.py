@@ -1,0 +1,137 @@
+"""`gaitsim differences`."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gaitsim.cli.plot import Theme
+from gaitsim.cli.run import Json
+
+if TYPE_CHECKING:
+    from gaitsim.analysis.beside import Course
+
+ROWS = 14  # of the curves in the terminal
+WIDEST = 100  # columns of them
+
+
+class Quantity(StrEnum):
+    """What is shown of each generation."""
+
+    best = "best"
+    mean = "mean"
+    median = "median"
+    diversity = "diversity"
+
+
+class By(StrEnum):
+    """What it is shown over."""
+
+    generation = "generation"
+    evaluations = "evaluations"
+    seconds = "seconds"
+
+
+def differences(
+    runs: Annotated[
+        list[str], typer.Argument(help="Runs under runs/, or their folders.", metavar="RUN")
+    ],
+    quantity: Annotated[
+        Quantity, typer.Option(help="What is shown of each generation.")
+    ] = Quantity.best,
+    by: Annotated[By, typer.Option(help="What it is shown over.")] = By.generation,
+    plot: Annotated[
+        Path | None, typer.Option(help="PNG, SVG or PDF of the curves over each other.")
+    ] = None,
+    theme: Annotated[Theme, typer.Option(help="Colours of the plot.")] = Theme.light,
+    json: Json = False,
+) -> None:
+    """Show runs over each other: their curves, what became of them, which options differ.
+
+    One run of each says little about an operator; gaitsim compare repeats them.
+
+    [bold]Examples[/bold]
+
+    gaitsim differences spider spider-2
+
+    gaitsim differences spider spider-2 --quantity diversity --by evaluations --plot curves.pdf
+    """
+    from gaitsim.analysis.beside import options, read
+    from gaitsim.runs.folder import find_run
+
+    if plot is not None:
+        from gaitsim.export.plots import check_target
+
+        check_target(plot)
+    courses = read([find_run(run) for run in runs])
+    for one in courses:
+        if one.problem is not None:
+            raise one.problem
+    if plot is not None:
+        from gaitsim.export.plots import THEMES
+        from gaitsim.export.plots.overlay import plot_overlay
+
+        plot_overlay(courses, quantity, by, plot, THEMES[theme])
+    if json:
+        from gaitsim.cli.console import print_json
+
+        print_json(
+            {
+                "runs": [_plain(one) for one in courses],
+                "options": {row.key: list(row.values) for row in options(courses)},
+                "plot": None if plot is None else str(plot),
+            }
+        )
+        return
+    _show(courses, quantity, by)
+    if plot is not None:
+        print(f"\n{plot}")
+
+
+def _plain(course: "Course") -> dict[str, Any]:
+    champion = course.champion
+    return {
+        "run": str(course.path),
+        "generations": course.generation,
+        "score": course.history["best"][champion - 1].item() if champion else None,
+        "generation": champion,
+        "evaluations": int(course.history["evaluations"][-1]) if course.history else 0,
+        "seconds": float(course.history["seconds"].sum()) if course.history else 0.0,
+    }
+
+
+def _show(courses: "Sequence[Course]", quantity: str, by: str) -> None:
+    from rich.text import Text
+
+    from gaitsim.analysis.beside import table as rows_of
+    from gaitsim.cli.cells import LINES, lines
+    from gaitsim.cli.console import output, table, visible
+    from gaitsim.terminal.curves import SAMPLES, Series, plot
+
+    console = output()
+    drawn = [one for one in courses if one.history]
+    heads: list[Text] = []
+    for one in courses:
+        head = Text()
+        if one in drawn:
+            at = drawn.index(one)
+            head.append(f"{SAMPLES[at % len(SAMPLES)]} ", LINES[at % len(LINES)])
+        heads.append(head.append(visible(one.label)))
+    series = [Series(one.label, one.axis(by), one.history[quantity]) for one in drawn]
+    marks = [mark for one in drawn for mark in one.marks(by)]
+    if drawn:
+        console.print(f"{quantity} by {by}", style="bold")
+        colours = [LINES[at % len(LINES)] for at in range(len(drawn))]
+        styles = ["", "bright_black", *reversed(colours)]
+        picture = plot(series, min(console.width, WIDEST), ROWS, by, marks)
+        for line in lines(*picture, styles):
+            console.print(line, end="\n", no_wrap=True, crop=False)
+        console.print()
+    made = table("")
+    for head in heads:
+        made.add_column(head)
+    for row in rows_of(courses):
+        made.add_row(row.key, *(Text(visible(value)) for value in row.values))
+    console.print(made, markup=False)

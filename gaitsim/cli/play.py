@@ -1,0 +1,142 @@
+"""`gaitsim play`."""
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+    from gaitsim.runs.replay import Replay
+    from gaitsim.terminal.body import Figure
+    from gaitsim.terminal.view import View as Camera
+
+FPS = 20
+SPEEDS = 0.01, 100.0
+SIZE = 80, 24  # columns and rows of a still where the output is no terminal
+
+
+class View(StrEnum):
+    """From where the camera looks."""
+
+    iso = "iso"
+    side = "side"
+    top = "top"
+    front = "front"
+
+
+def play(
+    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    generation: Annotated[
+        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
+    ] = None,
+    view: Annotated[View, typer.Option(help="From where the camera looks.")] = View.iso,
+    speed: Annotated[float, typer.Option(help="Times real time.")] = 1.0,
+    whole: Annotated[
+        bool, typer.Option("--whole", help="Show the whole way, and do not go with the body.")
+    ] = False,
+    once: Annotated[
+        bool, typer.Option("--once", help="End after the motion; else it is repeated.")
+    ] = False,
+    at: Annotated[
+        float | None, typer.Option(min=0, help="Print a still of this moment, in seconds.")
+    ] = None,
+) -> None:
+    """Play a champion in the terminal, until Ctrl-C.
+
+    [bold]Examples[/bold]
+
+    gaitsim play spider
+
+    gaitsim play spider --generation 10 --view side --speed 0.25
+
+    gaitsim play fly --whole --at 2.5
+    """
+    from gaitsim.errors import GaitsimError
+    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.reader import Run
+    from gaitsim.runs.replay import replay
+    from gaitsim.terminal.body import Figure
+    from gaitsim.terminal.view import View as Camera
+
+    if not SPEEDS[0] <= speed <= SPEEDS[1]:
+        raise GaitsimError(
+            f"a speed of {speed:g} cannot be shown",
+            where="--speed",
+            allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
+        )
+    found = replay(Run(find_run(run)), generation)
+    figure = Figure(found.skeleton)
+    camera = Camera(follow=not whole).named(view)
+    if at is None:
+        _loop(found, figure, camera, speed, once)
+    else:
+        _still(found, figure, camera, at)
+
+
+def _still(found: "Replay", figure: "Figure", camera: "Camera", at: float) -> None:
+    from gaitsim.cli.console import output
+    from gaitsim.errors import GaitsimError
+
+    if not at <= figure.take.seconds:
+        raise GaitsimError(
+            f"the motion has no second {at:g}",
+            where="--at",
+            allowed=f"0 to {figure.take.seconds:g}",
+        )
+    console = output()
+    columns, rows = (console.width, min(console.height, 40)) if console.is_terminal else SIZE
+    console.print(_picture(found, figure, camera, at, columns, rows - 1))
+
+
+def _loop(found: "Replay", figure: "Figure", camera: "Camera", speed: float, once: bool) -> None:
+    import time
+
+    from rich.live import Live
+
+    from gaitsim.cli.console import output
+    from gaitsim.cli.interrupts import interruptible
+    from gaitsim.errors import GaitsimError
+
+    console = output()
+    if not console.is_terminal:
+        raise GaitsimError(
+            "there is no terminal to play in",
+            allowed="a terminal, or --at SECONDS, which prints a still",
+            remedy=f"a film for anywhere: gaitsim video {found.run.path}",
+        )
+    duration = figure.take.seconds
+    begun = time.monotonic()
+    try:
+        with interruptible(), Live(console=console, screen=True, auto_refresh=False) as live:
+            while True:
+                seconds = (time.monotonic() - begun) * speed
+                if once and seconds >= duration:
+                    break
+                moment = seconds % duration if duration else 0.0
+                columns, rows = console.size
+                drawn = _picture(found, figure, camera, moment, columns, rows)
+                live.update(drawn, refresh=True)
+                time.sleep(1 / FPS)
+    except KeyboardInterrupt:
+        pass
+
+
+def _picture(
+    found: "Replay", figure: "Figure", camera: "Camera", seconds: float, columns: int, rows: int
+) -> "Group":
+    """A line that says what it is, and the body."""
+    from rich.console import Group
+    from rich.text import Text
+
+    from gaitsim.cli.cells import BODY, lines
+    from gaitsim.cli.console import number, visible
+    from gaitsim.terminal.body import picture
+
+    title = Text(no_wrap=True, overflow="ellipsis", end="")
+    title.append(visible(found.run.path.name), "bold")
+    title.append(f"  generation {found.generation}  score {number(found.score)}")
+    title.append(f"  {seconds:.2f} s of {figure.take.seconds:.2f} s", "dim")
+    drawn = lines(*picture(figure, seconds, camera, columns, rows - 1), BODY)
+    return Group(Text("\n").join([title, *drawn]))
