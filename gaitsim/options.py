@@ -11,6 +11,7 @@ from pydantic_core import to_jsonable_python
 
 from gaitsim.errors import GaitsimError
 from gaitsim.toml import literal, parse
+from gaitsim.toml import text as toml_text
 
 NOT_SET = "none"
 """How a user writes that an option is not set, which TOML has no word for."""
@@ -118,6 +119,31 @@ def words(field: FieldInfo) -> list[str]:
     """The texts that an option chooses among."""
     found = [choice for member in _members(field) for choice in _choices(member)]
     return [choice for choice in found if isinstance(choice, str)]
+
+
+def choices(field: FieldInfo) -> list[str]:
+    """The texts that an option chooses among, as `--set` takes them; [] where it is free."""
+    if field.annotation is bool:
+        return ["true", "false"]
+    members = [member for member in _members(field) if member is not type(None)]
+    found = [list(_choices(member)) for member in members]
+    listed = [written(field, choice) for choices in found for choice in choices]
+    return [*listed, *([NOT_SET] * optional(field))] if all(found) else []
+
+
+def optional(field: FieldInfo) -> bool:
+    """Whether an option may be unset."""
+    return type(None) in _members(field)
+
+
+def written(field: FieldInfo, value: Any) -> str:
+    """The text that `--set` reads as `value` for an option."""
+    if value is None or (value == NOT_SET and optional(field)):
+        return NOT_SET
+    if isinstance(value, str) and value == value.strip():
+        read = fitting(field, parse_value(value), value)
+        return value if read == value else toml_text(value)
+    return toml_text(value)
 
 
 def values(model: BaseModel) -> dict[str, Any]:

@@ -92,7 +92,7 @@ def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
 
 def literal(value: Any) -> str:
     """A value as TOML writes it, for messages; a long one is cut."""
-    return shortened(_literal(value))
+    return shortened(text(value))
 
 
 def shortened(text: str, longest: int = 60) -> str:
@@ -100,7 +100,8 @@ def shortened(text: str, longest: int = 60) -> str:
     return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
 
-def _literal(value: Any) -> str:
+def text(value: Any) -> str:
+    """A value as TOML writes it, in one line."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, bool):
@@ -108,8 +109,8 @@ def _literal(value: Any) -> str:
     if isinstance(value, date | time | datetime):
         return value.isoformat()
     if isinstance(value, dict):
-        pairs = ", ".join(f"{key} = {_literal(item)}" for key, item in value.items())
+        pairs = ", ".join(f"{key} = {text(item)}" for key, item in value.items())
         return f"{{{pairs}}}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_literal(item) for item in value)}]"
+        return f"[{', '.join(text(item) for item in value)}]"
     return "none" if value is None else str(value)

@@ -41,6 +41,8 @@ class GaitsimApp(App[None]):
 
     TITLE = "gaitsim"
     CSS_PATH: ClassVar[CSSPathType | None] = "styles.tcss"
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 (as Textual has it)
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "help", "Help", id="app.help", tooltip="What this screen can do"),
@@ -114,6 +116,10 @@ class GaitsimApp(App[None]):
         from gaitsim.tui.screens.live import Live
 
         self.push_screen(Live(run))
+
+    def begin_run(self, run: Path) -> None:
+        """Evolve a run that was just made, and show it."""
+        self.open_run(run)
 
     def open_new(self, experiment: str | None = None) -> None:
         """Assemble a new run, from a preset's name or an experiment file."""

@@ -29,6 +29,7 @@ class Home(GaitScreen):
         filter: words that the runs shown must have.
     """
 
+    AUTO_FOCUS = ""  # not the filter, which takes letters: the table, once it is there
     HELP_TEXT = """
 The runs in a folder, the latest first. Those that are evolved now, in another terminal too, are
 followed as they go.

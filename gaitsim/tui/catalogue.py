@@ -1,0 +1,123 @@
+"""What is installed, read once: plugins' classes, what failed, the ready experiments."""
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gaitsim import registry, toml
+from gaitsim.contracts import Crossover, Fitness, GenomeSpace, Mutation, Organism, Plugin
+from gaitsim.declarations import PLUGIN
+from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.experiment import Experiment
+from gaitsim.experiment.model import space_of
+from gaitsim.presets import read_preset
+from gaitsim.registry import EXPERIMENTS, KINDS
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A ready experiment.
+
+    Attributes:
+        name: what it is called.
+        description: one line.
+        plugins: the name of each plugin by kind.
+    """
+
+    name: str
+    description: str
+    plugins: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """What is installed.
+
+    Attributes:
+        classes: of the plugins that can be used, by kind and name.
+        failures: what is wrong with the others, by kind and name.
+        presets: the ready experiments.
+    """
+
+    classes: Mapping[str, Mapping[str, type[Plugin]]]
+    failures: Mapping[tuple[str, str], GaitsimError]
+    presets: tuple[Preset, ...]
+
+    def about(self, kind: str, name: str) -> str:
+        """What a plugin is, in its author's words."""
+        return inspect.getdoc(self.classes[kind][name]) or ""
+
+    def failure(self, kind: str, name: str) -> GaitsimError:
+        """Why a plugin cannot be used."""
+        known = self.failures.get((kind, name))
+        return known or PluginError(f"no installed package has the {kind} {name!r}")
+
+    def preset_of(self, body: str) -> Preset | None:
+        """A ready experiment of a body; the one of its name, if there is one."""
+        found = [preset for preset in self.presets if preset.plugins.get("organism") == body]
+        named = [preset for preset in found if preset.name == body]
+        return next(iter([*named, *found]), None)
+
+    def offered(self, body: str, experiment: Experiment | None) -> dict[str, tuple[str, ...]]:
+        """The plugins of each kind that work with a body.
+
+        Args:
+            body: its name.
+            experiment: with the body as its options are; None takes it with its defaults.
+        """
+        known = self.classes["organism"].get(body)
+        space = self._space(body, experiment)
+        channels = set(known.channels) if known and issubclass(known, Organism) else None
+        return {
+            kind: tuple(
+                name
+                for name, plugin in self.classes[kind].items()
+                if works(plugin, channels, space)
+            )
+            for kind in KINDS
+        }
+
+    def _space(self, body: str, experiment: Experiment | None) -> GenomeSpace | None:
+        """The body's genome space; None where it cannot say."""
+        try:
+            if experiment is not None and experiment.entries["organism"].name == body:
+                return experiment.space()
+            entry = registry.find("organism", body)
+            with registry.containing(entry, "being made"):
+                organism = self.classes["organism"][body]()
+            assert isinstance(organism, Organism)
+            return space_of(entry, organism)
+        except (GaitsimError, KeyError):
+            return None
+
+
+def works(plugin: type[Plugin], channels: set[str] | None, space: GenomeSpace | None) -> bool:
+    """Whether a plugin works with a body of these channels and this space; None is any."""
+    if issubclass(plugin, Fitness):
+        return channels is None or {*plugin.needs} <= channels
+    if issubclass(plugin, Crossover | Mutation):
+        return space is None or isinstance(space, plugin.spaces)
+    return True
+
+
+def read_catalogue() -> Catalogue:
+    """Read what is installed; imports every plugin, which takes a second at first."""
+    classes: dict[str, dict[str, type[Plugin]]] = {kind: {} for kind in KINDS}
+    failures: dict[tuple[str, str], GaitsimError] = {}
+    for kind in KINDS:
+        for name in registry.entries(kind):
+            try:
+                classes[kind][name] = registry.load_class(kind, name)
+            except GaitsimError as error:
+                failures[kind, name] = error
+    return Catalogue(classes, failures, tuple(map(_preset, registry.entries(EXPERIMENTS))))
+
+
+def _preset(name: str) -> Preset:
+    try:
+        table = toml.parse(read_preset(name), f"preset {name}")
+        plugins = {kind: str(table[kind][PLUGIN]) for kind in KINDS}
+    except (GaitsimError, KeyError, TypeError) as error:
+        what = error.what if isinstance(error, GaitsimError) else "it is no experiment"
+        return Preset(name, f"broken: {what}")
+    return Preset(name, str(table.get("description", "")), plugins)

@@ -1,0 +1,39 @@
+"""Experiment files: where one is saved, which one to begin with."""
+
+import asyncio
+from pathlib import Path
+
+from gaitsim.errors import GaitsimError
+from gaitsim.runs.atomic import write_bytes
+from gaitsim.tui.screens.ask import Ask
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.confirm import Confirm
+
+
+async def ask_save(screen: GaitScreen, name: str, toml: str) -> None:
+    """Ask where an experiment is to be saved, and save it; to be awaited in a worker."""
+    ask = Ask("Save the experiment file as", f"{name}.toml", about="Every option is in it.")
+    answer = await screen.app.push_screen_wait(ask)
+    if answer is None:
+        return
+    path = Path(answer if answer.endswith(".toml") else f"{answer}.toml").expanduser()
+    question = Confirm(f"Replace {path}?", "Replace", "There is such a file.", danger=True)
+    if path.exists() and not await screen.app.push_screen_wait(question):
+        return
+    try:
+        await asyncio.to_thread(write_bytes, path, toml.encode())
+    except GaitsimError as error:
+        screen.gaitsim.tell(error)
+    else:
+        screen.notify(f"{path}\n$ gaitsim run {path}", title="Saved", markup=False)
+
+
+async def ask_load(screen: GaitScreen) -> str | None:
+    """Ask for an experiment file; as `gaitsim run` takes it, None for none."""
+    ask = Ask("Begin with the file", "./", about="An experiment's TOML file.")
+    answer = await screen.app.push_screen_wait(ask)
+    if answer is None:
+        return None
+    path = Path(answer).expanduser()
+    # With a folder, so that it is not taken for a preset's name.
+    return str(path) if path.name != str(path) else f"./{path}"

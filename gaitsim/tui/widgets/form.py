@@ -1,0 +1,130 @@
+"""A form made of a plugin's own options: bounds, units and meaning from their declaration."""
+
+from typing import Any, ClassVar
+
+from pydantic.fields import FieldInfo
+from rich.text import Text
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.message import Message
+from textual.widgets import Input, Label, Select, Static
+
+from gaitsim import options
+from gaitsim.errors import GaitsimError
+from gaitsim.tui.draft import Option
+from gaitsim.tui.words import clip, visible
+
+NAME = 22  # cells of an option's name
+
+
+class Field(Vertical):
+    """One option: its name, what is typed or chosen, its unit; below, what it means.
+
+    Args:
+        option: what it is.
+    """
+
+    DEFAULT_CSS: ClassVar[str] = """
+    Field { height: auto; margin-bottom: 1; }
+    Field Horizontal { height: 1; }
+    Field .field-name { width: 23; text-style: bold; }
+    Field Input, Field Select { width: 30; }
+    Field Input { background: $panel; padding: 0 1 !important; }
+    Field Input:focus { background: $primary 25%; }
+    Field .field-unit { width: 1fr; padding-left: 1; color: $text-muted; }
+    Field .field-about { color: $text-muted; padding-left: 2; height: auto; }
+    Field.-changed .field-name { color: $accent; }
+    Field.-wrong .field-about { color: $error; }
+    """
+
+    class Changed(Message):
+        """An option has another text.
+
+        Attributes:
+            key: of the option.
+            text: what it is now; None where it is as in the ready experiment.
+        """
+
+        def __init__(self, key: str, text: str | None) -> None:
+            super().__init__()
+            self.key = key
+            self.text = text
+
+    def __init__(self, option: Option) -> None:
+        super().__init__()
+        self.option = option
+        self._choices = options.choices(option.field)
+
+    def compose(self) -> ComposeResult:
+        """The name, an input or a choice, the unit; the meaning."""
+        option = self.option
+        name = option.key.rpartition(".")[2]
+        with Horizontal():
+            yield Label(Text(clip(name, NAME)), classes="field-name")
+            if self._choices and option.text in self._choices:
+                yield Select(
+                    [(Text(choice), choice) for choice in self._choices],
+                    value=option.text,
+                    allow_blank=False,
+                    compact=True,
+                )
+            else:
+                value = "" if option.text == options.NOT_SET else option.text
+                yield Input(value, placeholder=_empty(option), compact=True)
+            yield Label(Text(visible(options.unit(option.field))), classes="field-unit")
+        yield Static(self._about(), classes="field-about")
+
+    def on_mount(self) -> None:
+        """Say whether it is changed."""
+        self.set_class(self.option.text != self.option.ready, "-changed")
+
+    def _about(self) -> Text:
+        field: FieldInfo = self.option.field
+        unit = options.unit(field)  # which stands beside the input
+        takes = "" if self._choices else options.allowed(field).removesuffix(f", in {unit}")
+        parts = [part for part in (options.meaning(field), takes) if part]
+        return Text(visible(" · ".join(parts)))
+
+    def show_problem(self, problem: GaitsimError | None) -> None:
+        """Say below what is wrong, or what the option means."""
+        self.set_class(problem is not None, "-wrong")
+        about = self._about() if problem is None else Text(f"✗ {_told(problem)}")
+        self.query_one(".field-about", Static).update(about)
+
+    @on(Input.Changed)
+    def _typed(self, event: Input.Changed) -> None:
+        event.stop()
+        self._tell(event.value or _empty(self.option))
+
+    @on(Select.Changed)
+    def _chosen(self, event: Select.Changed) -> None:
+        event.stop()
+        self._tell(str(event.value))
+
+    def _tell(self, text: str) -> None:
+        changed = text != self.option.ready
+        self.set_class(changed, "-changed")
+        self.post_message(self.Changed(self.option.key, text if changed else None))
+
+
+def _empty(option: Option) -> str:
+    """What an empty input stands for: that the option is not set, or is as it was."""
+    return options.NOT_SET if options.optional(option.field) else option.ready
+
+
+def _told(problem: GaitsimError) -> str:
+    """What is wrong, short: the option's name and meaning stand beside it."""
+    return visible(problem.allowed or problem.what)
+
+
+def choice(names: tuple[str, ...], value: str, **more: Any) -> Select[str]:
+    """A choice among names, that which holds now with them."""
+    known = names if value in names else (*names, value)
+    return Select(
+        [(Text(visible(name)), name) for name in known],
+        value=value,
+        allow_blank=False,
+        compact=True,
+        **more,
+    )

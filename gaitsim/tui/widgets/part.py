@@ -1,0 +1,95 @@
+"""One part of an experiment: which plugin, and its options."""
+
+from rich.text import Text
+from textual import on, work
+from textual.containers import Horizontal, VerticalScroll
+from textual.message import Message
+from textual.widget import Widget
+from textual.widgets import Input, Label, Select, Static
+
+from gaitsim.registry import KINDS
+from gaitsim.tui.draft import Reading
+from gaitsim.tui.widgets.form import Field, choice
+from gaitsim.tui.words import visible
+
+
+class Part(VerticalScroll):
+    """The form of a section; built once for each plugin, then only told what is wrong.
+
+    Args:
+        section: its name.
+    """
+
+    class PluginChosen(Message):
+        """Another plugin is chosen.
+
+        Attributes:
+            section: of the experiment.
+            name: of the plugin.
+        """
+
+        def __init__(self, section: str, name: str) -> None:
+            super().__init__()
+            self.section = section
+            self.name = name
+
+    def __init__(self, section: str) -> None:
+        super().__init__(can_focus=False)
+        self.section = section
+        self._made_of: tuple[object, ...] = ()
+        self._reading: Reading | None = None
+        self._asked = ""
+
+    def show(self, found: Reading) -> None:
+        """Show the section of a reading."""
+        self._reading = found
+        form = found.forms[self.section]
+        made_of = (found.draft.ready, form.plugin, found.offered.get(self.section))
+        if made_of != self._made_of:
+            self._made_of = made_of
+            self._build(found)
+        else:
+            self._show_problems()
+
+    def _show_problems(self) -> None:
+        for field in self.query(Field):
+            if self._reading is not None:
+                field.show_problem(self._reading.problems.get(field.option.key))
+
+    @work(exclusive=True, group="build")
+    async def _build(self, found: Reading) -> None:
+        form = found.forms[self.section]
+        # One after the other: the fields that are taken away stay until they are.
+        await self.remove_children()
+        parts: list[Widget] = []
+        if self.section in KINDS:
+            select = choice(found.offered[self.section], form.plugin, classes="plugin")
+            parts.append(Horizontal(Label("plugin", classes="field-name"), select, classes="row"))
+        if form.about:
+            parts.append(Static(Text(visible(form.about.split("\n\n")[0])), classes="about"))
+        if form.problem is not None:
+            parts.append(Static(Text(str(form.problem)), classes="problem"))
+        elif not form.options:
+            parts.append(Static("It has no options.", classes="about"))
+        with self.prevent(Select.Changed, Input.Changed):
+            await self.mount_all([*parts, *map(Field, form.options)])
+        self._show_problems()
+        self.focus_on(self._asked)
+
+    def focus_on(self, key: str) -> None:
+        """Put the focus on an option; on the plugin where the key is the plugin's."""
+        self._asked = ""
+        fields = {field.option.key: field for field in self.query(Field)}
+        if key in fields:
+            fields[key].query("Input, Select").first().focus()
+        elif key.endswith(".plugin") and self.query(".plugin"):
+            self.query(".plugin").first().focus()
+        else:
+            self._asked = key  # it may be there once the form is built
+
+    @on(Select.Changed, ".plugin")
+    def _chosen(self, event: Select.Changed) -> None:
+        event.stop()
+        name = str(event.value)
+        if self._reading is not None and name != self._reading.forms[self.section].plugin:
+            self.post_message(self.PluginChosen(self.section, name))
