@@ -23,6 +23,7 @@ happens. Its keys; those after `generations_per_second` only where there is news
     generation    the last one that is on the disk; 0 before the first
     generations   as many as are planned
     stage         from 1
+    scored_from   the first generation whose scores can be compared with the present ones
     evaluations   individuals so far
     evaluations_per_second, generations_per_second  of late; 0 where it rests
     rows          of the generations since the last snapshot: {column of the history: [numbers]};

@@ -82,6 +82,7 @@ class Snapshot:
     generation: int = 0
     generations: int = 0
     stage: int = 1
+    scored_from: int = 1
     evaluations: int = 0
     evaluations_per_second: float = 0.0
     generations_per_second: float = 0.0

@@ -54,6 +54,7 @@ class Reporter:
             "generation": 0,
             "generations": 0,
             "stage": 1,
+            "scored_from": 1,
             "evaluations": 0,
         }
         self._news: dict[str, Any] = {}
@@ -72,6 +73,7 @@ class Reporter:
         with self._lock:
             self._values["generations"] = writer.experiment.evolution.generations
             self._values["stage"] = writer.stage
+            self._values["scored_from"] = _scored_from(writer)
             if last is not None:
                 self._values["generation"] = last.number
                 self._values["evaluations"] = last.progress.evaluations
@@ -182,6 +184,13 @@ class Reporter:
             "evaluations_per_second": (after - before) / passed,
             "generations_per_second": (last - first) / passed,
         }
+
+
+def _scored_from(writer: RunWriter) -> int:
+    if writer.last is None:
+        return 1
+    rescored = any(change.rescores for change in writer.changes)
+    return writer.last.number + 1 if rescored else writer.run.comparable
 
 
 def _top(generation: Generation) -> list[dict[str, Any]]:

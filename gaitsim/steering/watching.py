@@ -17,7 +17,7 @@ from gaitsim.runs.folder import EXPERIMENT, HISTORY, kept_champions
 from gaitsim.runs.lock import is_locked
 from gaitsim.runs.opening import next_progress
 from gaitsim.runs.reader import Run
-from gaitsim.runs.stages import changes, stages_of
+from gaitsim.runs.stages import changes, comparable, stages_of
 from gaitsim.steering.course import Course
 from gaitsim.steering.events import events_in
 from gaitsim.steering.protocol import Best, Event, Individual, Snapshot, State
@@ -96,7 +96,8 @@ class Watch:
         self.course.extend(rows)
         if len(self.course) < checkpoint.generation:
             raise run.ends_early(HISTORY, len(self.course), checkpoint.generation)
-        told = events_in(self.course, stages_of(checkpoint), kept_champions(self.run), seen + 1)
+        stages = stages_of(checkpoint)
+        told = events_in(self.course, stages, kept_champions(self.run), seen + 1)
         if warning and not seen:
             told.append(Event(checkpoint.generation, "warning", warning))
         return Snapshot(
@@ -104,7 +105,8 @@ class Watch:
             reason=reason,
             generation=checkpoint.generation,
             generations=evolution.generations,
-            stage=len(checkpoint.stages) + 1,
+            stage=len(stages),
+            scored_from=comparable(stages),
             evaluations=checkpoint.evaluations,
             evaluations_per_second=evaluations_per_second,
             generations_per_second=generations_per_second,

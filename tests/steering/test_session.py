@@ -124,6 +124,7 @@ def test_champions_of_another_fitness_are_forgotten(begun):
     path = begun()
     snapshots = steer(path, "pause", *["step"] * 7, change("fitness.price=5.0"), "step", "stop")
     history = Run(path).history
+    assert snapshots[-1].scored_from == Run(path).comparable == 8
     assert snapshots[-1].champion.generation == 8
     assert snapshots[-1].champion.score == history["best"][7]
 
