@@ -51,6 +51,8 @@ def draw_lines(
         inks: of each.
         dash: how many dots are drawn, and how many left out, from line to line.
     """
+    finite = np.isfinite(ends).all(axis=(1, 2))
+    ends, inks = ends[finite], inks[finite]
     lengths = np.abs(ends[:, 1] - ends[:, 0]).max(axis=1)
     before = np.cumsum(lengths) - lengths
     ends, kept = _cut(ends, *dots.shape)
@@ -72,7 +74,7 @@ def _cut(ends: Points, height: int, width: int) -> tuple[Points, NDArray[np.bool
     """What of lines is in a picture (Liang and Barsky 1984), and which of them are at all."""
     start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
     first, last = np.zeros(len(ends)), np.ones(len(ends))
-    kept = np.isfinite(ends).all(axis=(1, 2))
+    kept = np.ones(len(ends), dtype=np.bool_)
     for axis, most in ((0, width - 1.0), (1, height - 1.0)):
         for sign, room in ((-1.0, start[:, axis]), (1.0, most - start[:, axis])):
             slope = sign * along[:, axis]

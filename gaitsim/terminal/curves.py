@@ -185,7 +185,7 @@ def _draw(dots: Dots, points: NDArray[np.float64], ink: int, dash: tuple[int, in
 
 def thinned(series: Series, width: int) -> Series:
     """The same to the eye in so many dots: of many points in a row the lowest and the highest."""
-    each = len(series.y) // (FINER * width)
+    each = len(series.y) // max(FINER * width, 1)
     if each < 2:
         return series
     y = np.where(np.isfinite(series.y), series.y, np.nan)

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 from rich.style import Style
 from textual import events
 from textual.binding import Binding, BindingType
+from textual.geometry import Offset
 from textual.message import Message
 from textual.reactive import reactive
 
@@ -123,7 +124,7 @@ class BodyCanvas(Cells, can_focus=True):
         self._message = message
         self._clock = clock
         self._then = 0.0
-        self._held = False
+        self._held: Offset | None = None
         if skeleton is not None:
             self.set_skeleton(skeleton)
 
@@ -247,21 +248,22 @@ class BodyCanvas(Cells, can_focus=True):
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
         """Take hold of the body."""
-        self._held = True
+        self._held = event.screen_offset
         self.capture_mouse()
         event.stop()
 
     def on_mouse_up(self, event: events.MouseUp) -> None:
         """Let it go."""
-        self._held = False
+        self._held = None
         self.release_mouse()
         event.stop()
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
         """Turn it while it is held."""
-        if self._held:
+        if self._held is not None:
+            moved, self._held = event.screen_offset - self._held, event.screen_offset
             across, up = DRAG
-            self.view = self.view.turned(-event.delta_x * across, event.delta_y * up)
+            self.view = self.view.turned(-moved.x * across, moved.y * up)
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
         """Go nearer."""

@@ -1,0 +1,353 @@
+"""The braille raster, the camera, bodies drawn with them, and the widget that plays bodies."""
+
+import asyncio
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from textual.app import App
+
+from gaitsim.contracts import Skeleton
+from gaitsim.errors import GaitsimError
+from gaitsim.terminal import body
+from gaitsim.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
+from gaitsim.terminal.view import NAMED, View
+from gaitsim.tui.widgets.canvas import BodyCanvas
+
+
+def walker(frames=31, frame_rate=10.0, speed=0.5):
+    """A bar on two legs of either side that goes forward; a pair stands while the other swings."""
+    seconds = np.arange(frames) / frame_rate
+    middle = np.stack([speed * seconds, 0 * seconds, 0 * seconds + 0.3], axis=1)
+    swing = 0.1 * np.sin(2 * np.pi * seconds)
+    hips = np.array([[0.2, 0.1, 0], [-0.2, 0.1, 0], [0.2, -0.1, 0], [-0.2, -0.1, 0]])
+    sign = np.array([1, -1, -1, 1])
+    hip = middle[:, None] + hips
+    foot = hip + np.array([0, 0.1, 0]) * np.sign(hips[:, 1:2])
+    foot[..., 0] += sign * swing[:, None]
+    lifted = np.maximum(sign * np.cos(2 * np.pi * seconds)[:, None], 0)
+    foot[..., 2] = 0.05 * lifted
+    trunk = middle[:, None, None] + np.array([[[0.25, 0, 0], [-0.25, 0, 0]]])
+    legs = np.stack([hip, foot], axis=2)
+    return Skeleton(
+        np.concatenate([trunk, legs], axis=1),
+        ("trunk", "L1", "L2", "R1", "R2"),
+        frame_rate,
+        contacts=foot,
+        touching=lifted == 0,
+        contact_names=("L1", "L2", "R1", "R2"),
+        centre=middle,
+    )
+
+
+def text(codes):
+    return ["".join(map(chr, row)) for row in codes]
+
+
+def lit(dots):
+    return {(int(x), int(y)) for y, x in np.argwhere(dots)}
+
+
+class Canvas(App):
+    CSS = "BodyCanvas { width: 100%; height: 100%; }"
+
+    def __init__(self, **settings):
+        super().__init__()
+        self.canvas = BodyCanvas(**settings)
+
+    def compose(self):
+        yield self.canvas
+
+
+def play(test, size=(40, 12), **settings):
+    async def run():
+        app = Canvas(**settings)
+        async with app.run_test(size=size) as pilot:
+            app.canvas.focus()
+            await pilot.pause()
+            await test(app.canvas, pilot)
+
+    asyncio.run(run())
+
+
+class TestDots:
+    def test_each_dot_is_its_bit_of_the_braille_pattern(self):
+        for place, sign in {(0, 0): "⠁", (1, 0): "⠈", (0, 3): "⡀", (1, 3): "⢀"}.items():
+            dots = empty(1, 1)
+            draw_points(dots, np.array([place], dtype=float), 1)
+            assert text(cells(dots)[0]) == [sign]
+
+    def test_no_dot_is_a_space(self):
+        codes, inks = cells(empty(3, 2))
+        assert (codes == SPACE).all()
+        assert not inks.any()
+
+    def test_a_line_has_a_dot_in_each_column_of_its_longer_side_and_both_ends(self):
+        dots = empty(10, 5)
+        draw_lines(dots, np.array([[[2.0, 3.0], [17.0, 9.0]]]), np.array([1]))
+        drawn = lit(dots)
+        assert {(2, 3), (17, 9)} <= drawn
+        assert sorted(x for x, _ in drawn) == list(range(2, 18))
+
+    @given(st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4))
+    def test_what_is_drawn_is_on_the_line_and_inside(self, numbers):
+        one, other = np.array(numbers).reshape(2, 2)
+        dots = empty(6, 4)
+        draw_lines(dots, np.array([[one, other]]), np.array([1]))
+        along = other - one
+        length = float(np.linalg.norm(along))
+        for place in lit(dots):
+            away = np.array(place) - one
+            off = abs(along[0] * away[1] - along[1] * away[0]) / length if length else 0.0
+            assert off <= 0.75
+
+    def test_a_long_line_is_cut_to_what_is_seen(self):
+        dots = empty(4, 2)
+        draw_lines(dots, np.array([[[-1e9, 4.0], [1e9, 4.0]]]), np.array([1]))
+        assert lit(dots) == {(x, 4) for x in range(8)}
+
+    @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+    def test_a_line_to_nowhere_is_left_out(self, bad):
+        dots = empty(4, 2)
+        ends = np.array([[[0.0, 0.0], [bad, 1.0]], [[0.0, 0.0], [3.0, 0.0]]])
+        draw_lines(dots, ends, np.array([2, 1]))
+        assert dots.max() == 1
+
+    def test_dashes_go_on_from_line_to_line(self):
+        dots = empty(10, 1)
+        ends = np.array([[[0.0, 0.0], [5.0, 0.0]], [[5.0, 0.0], [19.0, 0.0]]])
+        draw_lines(dots, ends, np.array([1, 1]), (3, 2))
+        assert [x for x in range(20) if dots[0, x]] == [x for x in range(20) if x % 5 < 3]
+
+    def test_the_higher_ink_wins_and_hides_what_is_behind(self):
+        dots = empty(1, 1)
+        draw_points(dots, np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([5, 1]))
+        codes, inks = cells(dots, behind=2)
+        assert (text(codes), inks.tolist()) == (["⠁"], [[5]])
+        assert text(cells(dots)[0]) == ["⠉"]
+
+    def test_runs_put_a_row_together_again(self):
+        codes = np.array([ord(sign) for sign in "ab⠁●x"], dtype=np.uint32)
+        inks = np.array([0, 0, 1, 1, 0], dtype=np.uint8)
+        assert runs(codes, inks) == [("ab", 0), ("⠁●", 1), ("x", 0)]
+
+
+class TestView:
+    def test_the_camera_stays_above_the_ground(self):
+        assert View().turned(0, -1000).elevation == 0
+        assert View().turned(0, 1000).elevation == 90
+
+    def test_a_full_turn_is_none(self):
+        assert View().turned(360, 0) == View()
+
+    def test_zoom_has_limits(self):
+        view = View()
+        for _ in range(100):
+            view = view.zoomed(2)
+        assert view.zoom == 16
+
+    def test_the_named_views_come_round(self):
+        view, names = View(), []
+        for _ in range(len(NAMED)):
+            names.append(view.name)
+            view = view.next()
+        assert names == list(NAMED)
+        assert view == View()
+        assert View().turned(3, 0).next().name == "iso"
+
+
+class TestPicture:
+    def test_feet_on_the_ground_are_marked_and_no_others(self):
+        figure = body.Figure(walker())
+        codes, inks = body.picture(figure, 0.0, View(), 60, 20)
+        standing = int(figure.skeleton.touching[0].sum())
+        assert (codes == body.STANCE).sum() == standing == 2
+        assert set(inks[codes == body.STANCE]) == {body.FOOT + body.LEFT, body.FOOT + body.RIGHT}
+
+    def test_left_and_right_have_their_inks(self):
+        _, inks = body.picture(body.Figure(walker()), 0.4, View(), 60, 20)
+        limbs = inks[(inks >= body.BODY) & (inks < body.FOOT)]
+        assert set((limbs - body.BODY) % body.SIDES) == {body.MIDDLE, body.LEFT, body.RIGHT}
+
+    def test_sides_are_told_by_names_and_not_guessed(self):
+        names = ("L1 femur", "R", "left wing", "right side", "leg 1", "rear", "Lower", "spine")
+        expected = [body.LEFT, body.RIGHT, body.LEFT, body.RIGHT] + [body.MIDDLE] * 4
+        assert body.sides(names).tolist() == expected
+
+    def test_a_body_that_is_followed_stays_in_the_middle(self):
+        figure = body.Figure(walker(speed=5.0))
+        for seconds in (0.5, 1.5, 2.5):
+            _, inks = body.picture(figure, seconds, View(), 60, 20)
+            assert abs(np.argwhere(inks >= body.BODY).mean(axis=0)[1] - 30) < 6
+
+    def test_the_whole_way_is_in_the_picture(self):
+        figure = body.Figure(walker(speed=5.0))
+        middles = []
+        for seconds in (0.0, 3.0):
+            _, inks = body.picture(figure, seconds, View(follow=False).named("side"), 60, 20)
+            middles.append(np.argwhere(inks >= body.BODY).mean(axis=0)[1])
+        assert 1 < middles[0] < 12
+        assert 48 < middles[1] < 59
+
+    def test_the_ground_stays_while_the_camera_stands(self):
+        figure = body.Figure(walker())
+        view = View(follow=False).named("top")
+        grounds = [body.picture(figure, seconds, view, 60, 20) for seconds in (0.0, 0.1)]
+        both = (grounds[0][1] == body.GROUND) & (grounds[1][1] == body.GROUND)
+        assert both.sum() > 50
+        assert (grounds[0][0][both] == grounds[1][0][both]).all()
+
+    @pytest.mark.parametrize(("columns", "rows"), [(0, 0), (1, 1), (3, 1), (30, 10), (200, 60)])
+    @pytest.mark.parametrize("follow", [True, False])
+    def test_any_size_can_be_drawn(self, columns, rows, follow):
+        view = View(follow=follow)
+        codes, inks = body.picture(body.Figure(walker()), 1.0, view, columns, rows)
+        assert codes.shape == inks.shape == (rows, columns)
+
+    @pytest.mark.parametrize("frames", [1, 2])
+    def test_a_body_without_extent_can_be_drawn(self, frames):
+        figure = body.Figure(Skeleton(np.zeros((frames, 1, 2, 3)), ("point",), 1.0))
+        for name in NAMED:
+            assert body.picture(figure, 0.0, View().named(name), 20, 8)[0].shape == (8, 20)
+
+    def test_numbers_that_are_not_finite_are_refused(self):
+        segments = np.zeros((2, 1, 2, 3))
+        segments[1, 0, 0, 0] = np.nan
+        with pytest.raises(GaitsimError, match="not finite"):
+            body.Figure(Skeleton(segments, ("limb",), 1.0))
+
+    @pytest.mark.parametrize("shape", [(0, 1, 2, 3), (3, 0, 2, 3)])
+    def test_nothing_to_draw_is_refused(self, shape):
+        with pytest.raises(GaitsimError, match="nothing to draw"):
+            body.Figure(Skeleton(np.zeros(shape), ("limb",) * shape[1], 1.0))
+
+
+class TestWidget:
+    def test_keys_move_the_camera(self):
+        async def test(canvas, pilot):
+            begin = canvas.view
+            await pilot.press("left")
+            assert canvas.view.azimuth != begin.azimuth
+            await pilot.press("up")
+            assert canvas.view.elevation > begin.elevation
+            await pilot.press("plus")
+            assert canvas.view.zoom > 1
+            await pilot.press("f")
+            assert not canvas.view.follow
+            await pilot.press("0")
+            assert canvas.view == begin
+            await pilot.press("v")
+            assert canvas.view.name == "side"
+
+        play(test, skeleton=walker())
+
+    def test_the_mouse_turns_and_zooms(self):
+        async def test(canvas, pilot):
+            await pilot.mouse_down(canvas, (10, 5))
+            await pilot.hover(canvas, (14, 7))
+            await pilot.mouse_up(canvas, (14, 7))
+            turned = canvas.view
+            assert turned != View()
+            await pilot.hover(canvas, (20, 3))
+            assert canvas.view == turned
+            canvas.post_message(wheel(canvas))
+            await pilot.pause()
+            assert canvas.view.zoom > 1
+
+        play(test, skeleton=walker())
+
+    def test_it_plays_by_the_clock_round_and_round(self):
+        now = [100.0]
+
+        async def test(canvas, pilot):
+            canvas.speed = 2.0
+            canvas.playing = True
+            canvas._timer.pause()  # the clock is the test's
+            now[0] += 0.5
+            canvas._tick()
+            assert canvas.seconds == pytest.approx(1.0)
+            assert canvas.frame == 10
+            now[0] += 1.25
+            canvas._tick()
+            assert canvas.seconds == pytest.approx(3.5 % 3.0)
+            canvas.playing = False
+            now[0] += 5
+            canvas.playing = True
+            canvas._tick()
+            assert canvas.seconds == pytest.approx(0.5)
+
+        play(test, skeleton=walker(), clock=lambda: now[0])
+
+    def test_another_body_keeps_camera_and_moment(self):
+        async def test(canvas, pilot):
+            canvas.show_frame(20)
+            await pilot.press("v")
+            canvas.set_skeleton(walker(frames=41))
+            assert (canvas.frame, canvas.view.name) == (20, "side")
+            canvas.set_skeleton(walker(frames=11))
+            assert canvas.seconds <= canvas.duration
+
+        play(test, skeleton=walker())
+
+    def test_only_rows_that_changed_are_refreshed(self, monkeypatch):
+        async def test(canvas, pilot):
+            asked = []
+            canvas.view = View(follow=False).named("side")
+            await pilot.pause()
+            monkeypatch.setattr(canvas, "refresh", lambda *regions: asked.append(regions))
+            canvas.redraw()
+            assert asked == []
+            canvas.show_frame(1)
+            (regions,) = asked
+            assert 0 < len(regions) < 12
+
+        play(test, skeleton=walker())
+
+    def test_words_stand_where_there_is_no_body_as_they_are(self):
+        async def test(canvas, pilot):
+            said = "\n".join(strip.text for strip in canvas._strips)
+            assert "no [bold]champion[/bold] 漢字" in said
+            assert all(strip.cell_length == 40 for strip in canvas._strips)
+            await pilot.press("left", "plus", "f")
+            canvas.show_frame(3)
+            assert canvas.frame == 0
+
+        play(test, message="no [bold]champion[/bold] 漢字")
+
+    def test_a_body_that_cannot_be_drawn_says_why(self):
+        async def test(canvas, pilot):
+            canvas.set_skeleton(Skeleton(np.full((2, 1, 2, 3), np.nan), ("limb",), 1.0))
+            await pilot.pause()
+            assert "not finite" in "".join(strip.text for strip in canvas._strips)
+
+        play(test, size=(100, 8), skeleton=walker())
+
+    def test_it_takes_the_colours_of_another_theme(self):
+        async def test(canvas, pilot):
+            def used():
+                return {part.style.bgcolor for strip in canvas._strips for part in strip}
+
+            before = used()
+            pilot.app.theme = "textual-light"
+            await pilot.pause()
+            assert not used() & before
+
+        play(test, skeleton=walker())
+
+
+def wheel(canvas):
+    from textual.events import MouseScrollUp
+
+    where = {"x": 5, "y": 5, "screen_x": 5, "screen_y": 5}
+    keys = dict.fromkeys(("shift", "meta", "ctrl"), False)
+    return MouseScrollUp(widget=canvas, delta_x=0, delta_y=0, button=0, **where, **keys)
+
+
+@pytest.mark.parametrize("size", [(30, 10), (80, 20)])
+def test_looks(size, snap_compare):
+    async def show(pilot):
+        pilot.app.canvas.show_frame(13)
+        await pilot.pause()
+
+    assert snap_compare(Canvas(skeleton=walker()), terminal_size=size, run_before=show)

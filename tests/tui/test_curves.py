@@ -1,0 +1,238 @@
+"""Curves in braille dots: what is drawn, what axes say, and the widget."""
+
+import asyncio
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from textual.app import App
+
+from gaitsim.terminal import curves
+from gaitsim.terminal.curves import Series, frame_of, plot, thinned
+from gaitsim.terminal.ticks import labels, ticks
+from gaitsim.tui.widgets.curves import Curves
+
+
+def series(y, name="best"):
+    y = np.asarray(y, dtype=float)
+    return Series(name, np.arange(1.0, len(y) + 1), y)
+
+
+def lines(*drawn, columns=50, rows=12, **more):
+    codes, _ = plot(drawn, columns, rows, **more)
+    return ["".join(map(chr, row)) for row in codes]
+
+
+def dots(row):
+    return "".join(sign if "⠀" <= sign <= "⣿" else " " for sign in row)
+
+
+class TestTicks:
+    @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.integers(1, 12))
+    def test_they_are_round_few_and_inside(self, low, height, most):
+        found = ticks(low, low + height, most)
+        assert len(found) <= most + 1
+        assert ((found >= low - 1e-3 * height) & (found <= low + 1.001 * height)).all()
+        if len(found) > 2:
+            assert np.allclose(np.diff(found), found[1] - found[0])
+
+    def test_generations_are_whole(self):
+        found = ticks(1, 3, 20, whole=True)
+        assert found.tolist() == [1, 2, 3]
+
+    def test_all_have_as_many_digits_and_true_minus_signs(self):
+        assert labels(np.array([-1.0, 0.0, 0.5])) == ["−1.0", "0.0", "0.5"]
+        assert labels(np.array([0.0, 20_000.0])) == ["0", "20,000"]
+        assert labels(np.array([])) == []
+
+
+class TestFrame:
+    def test_it_holds_all_points(self):
+        frame = frame_of([series([1, 3, 2]), series([0.5, np.nan, 4])])
+        assert (frame.left, frame.right, frame.bottom, frame.top) == (1, 3, 0.5, 4)
+
+    def test_nothing_finite_has_none(self):
+        assert frame_of([series([np.nan, -np.inf]), series([])]) is None
+
+    def test_a_constant_is_in_the_middle(self):
+        frame = frame_of([series([3, 3, 3])])
+        assert frame.bottom < 3 < frame.top
+
+    def test_a_few_that_lie_far_below_do_not_press_the_others_flat(self):
+        y = np.concatenate([[-1e6], np.linspace(1, 2, 99)])
+        frame = frame_of([series(y)])
+        assert frame.below
+        assert frame.bottom >= 1
+        assert any("↓" in line for line in lines(series(y)))
+
+    def test_a_steady_rise_is_shown_from_its_beginning(self):
+        assert not frame_of([series(np.linspace(-50, 2, 100))]).below
+
+
+class TestPlot:
+    def test_a_rise_goes_from_the_lower_left_to_the_upper_right(self):
+        shown = lines(series(np.arange(100)))
+        area = [dots(line[6:]) for line in shown[:-2]]
+        assert area[-1][:6].strip()
+        assert area[0][-6:].strip()
+        assert not area[0][:6].strip()
+
+    @pytest.mark.parametrize("hole", [np.nan, -np.inf, np.inf])
+    def test_there_is_a_gap_where_there_is_no_number(self, hole):
+        y = np.full(100, 1.0)
+        y[40:60] = hole
+        row = next(dots(line) for line in lines(series(y)) if dots(line).strip())
+        left, gap, right = row.strip().partition("    ")
+        assert left
+        assert gap
+        assert right.strip()
+
+    def test_a_single_generation_is_a_dot(self):
+        assert sum(bool(dots(line).strip()) for line in lines(series([2.5]))) == 1
+
+    def test_the_axes_say_numbers_and_what_they_are(self):
+        shown = lines(series(np.linspace(0, 2, 100)), x_label="generation")
+        assert shown[-1].rstrip().endswith("generation")
+        assert "50" in shown[-1]
+        assert any(line.startswith(("1.0┤", " 1.0┤")) for line in shown)
+
+    def test_stages_are_marked(self):
+        _, inks = plot([series(np.arange(100))], 50, 12, marks=[50])
+        _, without = plot([series(np.arange(100))], 50, 12)
+        columns = np.flatnonzero((inks != without).any(axis=0))
+        assert len(columns) == 1
+        assert 20 < columns[0] < 30
+
+    def test_series_have_their_inks_the_first_on_top(self):
+        one, other = series([1, 1, 1]), series([1, 1, 1], "mean")
+        _, inks = plot([one, other], 50, 12)
+        assert set(inks.ravel()) - {0, curves.AXIS} == {curves.FIRST + 1}
+
+    def test_series_are_told_apart_without_colours(self):
+        drawn = {
+            tuple(lines(*([series([])] * index), series(np.full(60, 1.0)))[4:7])
+            for index in range(len(curves.DASHES))
+        }
+        assert len(drawn) == len(curves.DASHES)
+
+    @pytest.mark.parametrize("size", [(0, 0), (5, 2), (12, 4), (14, 5), (300, 80)])
+    def test_any_size_can_be_drawn(self, size):
+        columns, rows = size
+        drawn = [series([1e9, -1e9, np.nan]), series([])]
+        codes, inks = plot(drawn, columns, rows, "evaluations", [2])
+        assert codes.shape == inks.shape == (rows, columns)
+
+    @given(st.lists(st.floats(width=32), max_size=40))
+    def test_any_numbers_can_be_drawn(self, numbers):
+        plot([series(numbers)], 40, 10, "generation")
+
+
+class TestThinned:
+    def test_peaks_stay(self):
+        y = np.zeros(100_000)
+        y[[333, 77_777]] = 5, -7
+        kept = thinned(series(y), 100)
+        assert len(kept.y) <= 1000
+        assert (kept.y.max(), kept.y.min()) == (5, -7)
+        assert kept.x[np.argmax(kept.y)] == pytest.approx(334, abs=250)
+
+    def test_few_points_stay_as_they_are(self):
+        one = series(np.arange(50))
+        assert thinned(one, 100) is one
+
+    def test_wide_gaps_stay(self):
+        y = np.ones(100_000)
+        y[30_000:60_000] = -np.inf
+        kept = thinned(series(y), 100)
+        inside = (kept.x > 31_000) & (kept.x < 59_000)
+        assert np.isnan(kept.y[inside]).all()
+        assert np.isfinite(kept.y[kept.x < 29_000]).all()
+
+    def test_the_picture_is_that_of_all_points(self, monkeypatch):
+        y = np.sin(np.linspace(0, 20, 20_000))
+        thin, _ = plot([series(y)], 50, 12)
+        monkeypatch.setattr(curves, "thinned", lambda one, width: one)
+        full, _ = plot([series(y)], 50, 12)
+        assert (thin == full).mean() > 0.9
+
+
+class Plot(App):
+    def __init__(self):
+        super().__init__()
+        self.curves = Curves()
+
+    def compose(self):
+        yield self.curves
+
+
+def show(test, size=(50, 14)):
+    async def run():
+        app = Plot()
+        async with app.run_test(size=size) as pilot:
+            await test(app.curves, pilot)
+
+    asyncio.run(run())
+
+
+class TestWidget:
+    def test_there_are_words_until_there_is_a_number(self):
+        async def test(shown, pilot):
+            assert "nothing to show yet" in pictured(shown)
+            shown.set_series([series([np.nan])], message="all failed")
+            await pilot.pause()
+            assert "all failed" in pictured(shown)
+            shown.set_series([series([1, 2])])
+            await pilot.pause()
+            assert "all failed" not in pictured(shown)
+            assert "┤" in pictured(shown)
+
+        show(test)
+
+    def test_the_legend_has_names_as_they_are(self):
+        async def test(shown, pilot):
+            shown.set_series([series([1, 2], "a [bold]x[/]"), series([2, 3], "漢字")])
+            await pilot.pause()
+            legend = shown.query_one("_Legend").render()
+            assert legend.plain == "━━━ a [bold]x[/]  ╍╍╍ 漢字"
+            assert len({span.style.color for span in legend.spans}) == 2
+
+        show(test)
+
+    def test_it_is_drawn_anew_at_another_size(self):
+        async def test(shown, pilot):
+            shown.set_series([series(np.arange(30))])
+            await pilot.resize_terminal(30, 8)
+            await pilot.pause()
+            assert all(strip.cell_length == 30 for strip in shown._plot._strips)
+            assert len(shown._plot._strips) == 7
+
+        show(test)
+
+    def test_the_same_data_is_not_drawn_again(self, monkeypatch):
+        async def test(shown, pilot):
+            shown.set_series([series(np.arange(30))])
+            await pilot.pause()
+            asked = []
+            monkeypatch.setattr(shown._plot, "refresh", lambda *regions: asked.append(regions))
+            shown.set_series([series(np.arange(30))])
+            assert asked == []
+
+        show(test)
+
+
+def pictured(shown):
+    return "\n".join(strip.text for strip in shown._plot._strips)
+
+
+@pytest.mark.parametrize("size", [(30, 8), (80, 20)])
+def test_looks(size, snap_compare):
+    async def fill(pilot):
+        x = np.arange(1.0, 121)
+        best = Series("best", x, 2 - 2 / x)
+        mean = Series("mean", x, 1.5 - 3 / x)
+        mean.y[50:60] = np.nan
+        pilot.app.curves.set_series([best, mean], [80])
+        await pilot.pause()
+
+    assert snap_compare(Plot(), terminal_size=size, run_before=fill)
