@@ -18,6 +18,7 @@ from gaitsim.cli import (
     resume,
     run,
     runs,
+    serve,
     show,
     study,
     tui,
@@ -69,6 +70,7 @@ for command in (
     compare.compare,
     differences.differences,
     tui.tui,
+    serve.serve,
 ):
     app.command(cls=Command)(command)
 app.add_typer(experiments.app)

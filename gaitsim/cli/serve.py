@@ -1,0 +1,48 @@
+"""`gaitsim serve`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli.tui import Root, ThemeName
+
+
+def serve(
+    root: Root = Path("runs"),
+    host: Annotated[
+        str, typer.Option(help="Address to listen on. Default: this machine alone.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen on.")] = 8000,
+    theme: ThemeName = None,
+) -> None:
+    """Open the terminal UI in a browser, on this machine alone unless told otherwise.
+
+    Every window of the browser has an app of its own. There is no login.
+
+    [bold]Examples[/bold]
+
+    gaitsim serve
+
+    gaitsim serve experiments/spring --port 8080
+
+    ssh -L 8000:127.0.0.1:8000 lab gaitsim serve
+    """
+    import shlex
+    import sys
+
+    from gaitsim.cli.console import notice
+    from gaitsim.cli.tui import check_theme
+    from gaitsim.tui.web import WebServer, is_loopback, listening
+
+    chosen = check_theme(theme)
+    with listening(host, port) as socket:
+        if not is_loopback(host):
+            notice(
+                f"Warning: {host} can be reached from other machines, and there is no login: "
+                "whoever opens the page can run, change and delete runs as you. "
+                "Without --host, only this machine can; by ssh -L, from another one, too."
+            )
+        words = [sys.executable, "-m", "gaitsim", "tui", str(root)]
+        words += ["--theme", chosen] if chosen else []
+        WebServer(shlex.join(words), host, port, title="gaitsim").serve_on(socket)

@@ -1,0 +1,158 @@
+"""What is installed: bodies, fitness functions, operators, ready experiments, and from where."""
+
+from typing import ClassVar
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, VerticalScroll
+from textual.widgets import Footer, Header, OptionList, Static
+from textual.widgets.option_list import Option
+
+from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
+from gaitsim.tui.catalogue import Catalogue, read_catalogue
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.widgets.plugin_view import plugin_view, preset_view
+from gaitsim.tui.words import visible
+
+TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "ready experiments"}
+NOUNS = {"organism": "body", EXPERIMENTS: "ready experiment"}
+
+
+class Plugins(GaitScreen):
+    """The list of what is installed, and the one that is highlighted in full."""
+
+    SUB_TITLE = "installed"
+    CSS_PATH = "plugins.tcss"
+    HELP_TEXT = """
+Everything that a run is made of comes from installed packages: the bundled ones and any others.
+On the left is what there is, a ✗ before what cannot be used; on the right where it comes from,
+what it is, and its options with their defaults and bounds.
+
+Enter begins a **new run** with a body or a ready experiment.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("n", "new", "New run", id="plugins.new", tooltip="A new run with it"),
+    ]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._catalogue: Catalogue | None = None
+        self._found: dict[str, list[Entry]] = {}
+
+    def compose(self) -> ComposeResult:
+        """The list, and what is highlighted."""
+        yield Header()
+        with Horizontal():
+            yield OptionList(id="installed")
+            with VerticalScroll(id="plugin"):
+                yield Static("Reading what is installed …", id="about-plugin")
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """List the names at once: that imports nothing. Then load all, in a thread."""
+        self._list()
+        self._load()
+
+    @work(thread=True)
+    def _load(self) -> None:
+        catalogue, broken = read_catalogue(), unreadable()
+        self.app.call_from_thread(self._loaded, catalogue, broken)
+
+    def _loaded(self, catalogue: Catalogue, broken: list[str]) -> None:
+        self._catalogue = catalogue
+        self._list(broken)
+
+    def _list(self, broken: list[str] | None = None) -> None:
+        menu = self.query_one("#installed", OptionList)
+        at, colours = menu.highlighted, self.app.theme_variables
+        self._found = {}
+        rows: list[Option] = []
+        for kind in (*KINDS, EXPERIMENTS):
+            rows.append(
+                Option(Text(TITLES[kind], style=f"bold {colours['secondary']}"), disabled=True)
+            )
+            for name, claims in entries(kind).items():
+                key = f"{kind} {name}"
+                self._found[key] = claims
+                rows.append(Option(Text(f" {self._mark(kind, name)}{visible(name)}"), id=key))
+        menu.clear_options()
+        menu.add_options(rows)
+        menu.highlighted = 1 if at is None else at
+        menu.focus()
+        for folder in broken or ():
+            self.notify(
+                f"The entry points of {folder} cannot be read; reinstall its package.",
+                severity="warning",
+                markup=False,
+            )
+
+    def _mark(self, kind: str, name: str) -> str:
+        bad = self._catalogue is not None and (kind, name) in self._catalogue.failures
+        return "✗ " if bad else ""
+
+    def _chosen(self) -> tuple[str, str] | None:
+        """Kind and name of what is highlighted."""
+        option = self.query_one("#installed", OptionList).highlighted_option
+        if option is None or option.id is None:
+            return None
+        kind, _, name = option.id.partition(" ")
+        return kind, name
+
+    @on(OptionList.OptionHighlighted, "#installed")
+    def _show(self) -> None:
+        chosen = self._chosen()
+        if chosen is not None:
+            self.query_one("#about-plugin", Static).update(self._view(*chosen))
+            self.query_one("#plugin").scroll_home(animate=False)
+        self.refresh_bindings()
+
+    def _view(self, kind: str, name: str) -> RenderableType:
+        claims, colours = self._found[f"{kind} {name}"], self.app.theme_variables
+        head = Text.assemble(
+            (visible(name), f"bold {colours['primary']}"), f"  {NOUNS.get(kind, kind)}\n"
+        )
+        for claim in claims:
+            head.append(visible(f"{claim.source}  {claim.target}") + "\n", style="dim")
+        if self._catalogue is None:
+            return head
+        if kind == EXPERIMENTS:
+            return Group(head, preset_view(name, self._catalogue, colours))
+        return Group(head, plugin_view(kind, name, self._catalogue, colours))
+
+    @on(OptionList.OptionSelected, "#installed")
+    def action_new(self) -> None:
+        """Begin a new run with it."""
+        experiment = self._experiment()
+        if experiment is not None:
+            self.gaitsim.open_new(experiment)
+
+    def _experiment(self) -> str | None:
+        """The ready experiment that goes with what is highlighted."""
+        chosen = self._chosen()
+        if chosen is None or self._catalogue is None:
+            return None
+        kind, name = chosen
+        if kind == EXPERIMENTS:
+            return name
+        preset = self._catalogue.preset_of(name) if kind == "organism" else None
+        return preset.name if preset else None
+
+    def command_line(self) -> str:
+        """What shows the same."""
+        chosen = self._chosen() if self.is_mounted else None
+        if chosen is None:
+            return "gaitsim plugins list"
+        kind, name = chosen
+        import shlex
+
+        group = "experiments" if kind == EXPERIMENTS else "plugins"
+        return shlex.join(["gaitsim", group, "show", name])
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action can be done with what is highlighted."""
+        if action == "new":
+            return self.is_mounted and self._experiment() is not None
+        return super().check_action(action, parameters)
