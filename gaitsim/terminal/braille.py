@@ -78,7 +78,7 @@ def _cut(ends: Points, height: int, width: int) -> tuple[Points, NDArray[np.bool
     for axis, most in ((0, width - 1.0), (1, height - 1.0)):
         for sign, room in ((-1.0, start[:, axis]), (1.0, most - start[:, axis])):
             slope = sign * along[:, axis]
-            with np.errstate(divide="ignore", invalid="ignore"):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 cut = room / slope
             first = np.where(slope < 0, np.maximum(first, cut), first)
             last = np.where(slope > 0, np.minimum(last, cut), last)
