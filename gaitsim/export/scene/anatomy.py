@@ -28,6 +28,7 @@ class Anatomy:
         plate_radii: half of each plate's thickness, m.
         solids: faces, seen from outside counter-clockwise, of what segments frame in
             three dimensions, such as a cuboid.
+        thickness: a limb's usual radius, m.
         span: of the body, m.
     """
 
@@ -37,6 +38,7 @@ class Anatomy:
     plates: tuple[Face, ...]
     plate_radii: tuple[float, ...]
     solids: tuple[tuple[Face, ...], ...]
+    thickness: float
     span: float
 
 
@@ -63,7 +65,7 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
             solids += [faces] if faces else []
     limbs = np.array([i for i in range(len(joints)) if i not in framed], dtype=np.intp)
     usual = float(np.median(lengths[limbs])) if len(limbs) else span
-    radius = max(min(THICKNESS * usual, SLENDER * span), 0.004 * span)
+    radius = max(min(THICKNESS * usual, SLENDER * span), 0.002 * span)
     shares, trunks = _shares(skeleton, joints, ends, span)
     thin = [0.012 if len(plate) == 3 else 0.04 for plate in plates]
     shortest = [min(lengths[end // 2] for end in plate) for plate in plates]
@@ -74,6 +76,7 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
         tuple(plates),
         tuple(float(share * length) for share, length in zip(thin, shortest, strict=True)),
         tuple(solids),
+        radius,
         span,
     )
 
@@ -132,7 +135,6 @@ def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
         hull = ConvexHull(ends[own])
     except QhullError:
         return ()
-    middle = ends[own].mean(axis=0)
     faces = []
     for plane in np.unique(np.round(hull.equations, 6), axis=0):
         triangles = hull.simplices[(np.abs(hull.equations - plane) < 1e-5).all(axis=1)]
@@ -140,7 +142,6 @@ def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
         away = ends[corners] - ends[corners].mean(axis=0)
         across = np.cross(plane[:3], away[0])
         order = np.argsort(np.arctan2(away @ across, away @ away[0]))
-        assert (ends[corners].mean(axis=0) - middle) @ plane[:3] > 0, "normals point outwards"
         faces.append(tuple(int(corner) for corner in corners[order]))
     return tuple(faces)
 

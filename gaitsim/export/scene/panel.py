@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Points = NDArray[np.float64]
 
+FOOT = 1.55  # radius of a foot's mark, in those of limbs
 TRAIL = 240  # pieces of the path behind a body
 CENTRE = 0.5  # of the body, as a share of a panel's height
 
@@ -133,7 +134,7 @@ class Panel:
         standing = pose.contacts[pose.touching].copy()
         standing[:, 2] = 0.0
         self.support.set_verts([camera.project(_on_ground(hull(standing[:, :2])))[0]])
-        size = 0.034 * self.take.anatomy.span
+        size = FOOT * self.take.anatomy.thickness
         self.stance.set_verts(list(camera.project(discs(standing, size))[0]))
         swinging, depth = camera.project(pose.contacts[~pose.touching])
         radius = 0.75 * size * camera.scale_at(depth)

@@ -40,24 +40,6 @@ class Theme:
     swing: str
     path: str
 
-    def rc(self) -> dict[str, Any]:
-        """Settings of matplotlib under which a plot fits beside the scene."""
-        from cycler import cycler
-
-        return {
-            "figure.facecolor": self.ground,
-            "axes.facecolor": self.ground,
-            "savefig.facecolor": self.ground,
-            "text.color": self.ink,
-            "axes.labelcolor": self.ink,
-            "axes.titlecolor": self.ink,
-            "axes.edgecolor": self.faint,
-            "xtick.color": self.ink,
-            "ytick.color": self.ink,
-            "grid.color": self.grid,
-            "axes.prop_cycle": cycler(color=[self.path, self.stance]),
-        }
-
 
 THEMES = {
     "light": Theme(
