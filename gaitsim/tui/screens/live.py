@@ -1,0 +1,286 @@
+"""Live: a run as it evolves, steered from here; or followed; or at rest."""
+
+import asyncio
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import ClassVar
+
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.widgets import Footer, Header
+
+from gaitsim.errors import GaitsimError
+from gaitsim.runs.folder import command
+from gaitsim.runs.lock import is_locked
+from gaitsim.runs.reader import Run
+from gaitsim.steering.course import Course
+from gaitsim.steering.engine import Engine
+from gaitsim.steering.protocol import Snapshot
+from gaitsim.steering.watching import Watch
+from gaitsim.tui.screens.live_asking import Asking
+from gaitsim.tui.screens.live_board import Board
+from gaitsim.tui.screens.live_source import about
+
+PATIENCE = 20.0  # seconds that a run gets to finish its generation when the screen is left
+RESTING = ("stopped", "failed")
+HINTS = {
+    "preparing": "Preparing: the first run of a body compiles its kernels …",
+    "paused": "Paused. Space goes on, n makes one generation, c changes an option, f forks.",
+    "stopping": "Stopping after this generation; s again stops at once.",
+    "stopped": "At rest. Space goes on, c changes an option first, g sets how far.",
+    "elsewhere": "Another program writes this run; here it is only watched. f forks a copy.",
+}
+
+
+class Live(Asking):
+    """A run: evolved here, in a process of its own; followed while another program writes it;
+    or at rest.
+
+    Args:
+        run: its folder.
+        go: whether to go on with it at once.
+    """
+
+    CSS_PATH = "live.tcss"
+    HELP_TEXT = """
+A run as it evolves. The search runs in a process of its own, which saves every generation: end
+the app in any way, and the run can be gone on with exactly where it stood.
+
+- **Space** pauses, and goes on. **n** makes one generation. **s** stops and saves.
+- **c** changes options from the next generation on, such as a rate or the weight of a term.
+  It is recorded in the run as a stage; a curve that goes on under other scores begins anew.
+- **f** copies the run as it stands, to go on with the copy under other options.
+- **g** sets how many generations it is to have.
+- The table has the best score and its terms: over the generations, and of the best individuals.
+- The body is the champion so far. Drag to turn it, roll to zoom; **r** replays any generation.
+- **l** shows what happened: ★ a better best, ⚑ a champion that was kept, ▶ a stage.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "pause", "Pause", id="live.pause", tooltip="Pause after this generation"),
+        Binding("space", "go", "Go on", id="live.go", tooltip="Go on with the run"),
+        Binding("n", "step", "Step", id="live.step", tooltip="One generation, then pause"),
+        Binding("s", "stop", "Stop", id="live.stop", tooltip="Stop and save"),
+        Binding("c", "change", "Change", id="live.change", tooltip="Change options from here on"),
+        Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run under other options"),
+        Binding("r", "replay", "Replay", id="live.replay", tooltip="See any generation move"),
+        Binding("g", "goal", "Further", id="live.goal", tooltip="How many generations it has"),
+        Binding("e", "make", "Make", id="live.make", tooltip="Gait files, plots, videos, …"),
+        Binding("l", "log", "Events", id="live.log", tooltip="What happened, or the terms"),
+    ]
+    AUTO_FOCUS = ""
+
+    def __init__(self, run: Path, *, go: bool = False) -> None:
+        super().__init__()
+        self.run = run
+        self._go = go
+        self._engine: Engine | None = None
+        self._stopping = False
+        self._state = ""
+        self.title, self.sub_title = run.name, ""
+
+    def compose(self) -> ComposeResult:
+        """The board between header and footer."""
+        yield Header()
+        yield Board(self.run)
+        yield Footer()
+
+    def problem(self, error: GaitsimError | None) -> None:
+        """Show what went wrong."""
+        self.board.problem(error)
+
+    @property
+    def board(self) -> Board:
+        """What is shown."""
+        return self.query_one(Board)
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The latest."""
+        return self.board.story.snapshot
+
+    @property
+    def state(self) -> str:
+        """Of the latest snapshot; `stopping` once that is asked for."""
+        state = self.snapshot.state
+        return "stopping" if self._stopping and self._engine is not None else state
+
+    def on_mount(self) -> None:
+        """Look at the run."""
+        self.sub_title = about(self.run)
+        self._watch()
+
+    # Where snapshots come from
+
+    @work(group="source", exclusive=True)
+    async def _watch(self) -> None:
+        """Follow the run as its folder shows it."""
+        go, self._go = self._go, False
+        async for snapshot in Watch(self.run):
+            self._take(snapshot)
+        if go and self.snapshot.state == "stopped":
+            self._start()
+
+    def _start(
+        self,
+        generations: int | None = None,
+        overrides: Sequence[str] = (),
+        *,
+        step: bool = False,
+    ) -> None:
+        """Evolve it here."""
+        engine = Engine(self.run, generations=generations, overrides=overrides, paused=step)
+        self._engine, self._stopping = engine, False
+        self.board.problem(None)
+        self._steer(engine, step)
+
+    @work(group="source", exclusive=True)
+    async def _steer(self, engine: Engine, step: bool) -> None:
+        await engine.start()
+        if step:
+            engine.step()
+        async for snapshot in engine:
+            self._take(snapshot)
+        await engine.ended()
+        self._engine, self._stopping = None, False
+        self._changed()
+        if self.snapshot.state == "failed" and is_locked(self.run):
+            self._watch()
+
+    def _take(self, snapshot: Snapshot) -> None:
+        """Take what is new; all but the state is drawn by and by."""
+        board = self.board
+        board.story.take(snapshot)
+        if snapshot.error is not None:
+            board.problem(snapshot.error)
+        if board.story.gap:
+            self._reread()
+        self._changed()
+
+    def _changed(self) -> None:
+        """Bring all up to date with the state."""
+        board = self.board
+        board.state = state = self.state
+        board.hint = HINTS.get(state, "")
+        if state == "finished":
+            board.hint = f"{self.snapshot.reason}. g goes further, r replays, e makes files."
+        board.stale()
+        if state != self._state:
+            self._state = state
+            self.refresh_bindings()
+
+    @work(thread=True, group="reread", exclusive=True)
+    def _reread(self) -> None:
+        with suppress(GaitsimError):
+            self.app.call_from_thread(self.board.story.reread, Course(Run(self.run).history))
+
+    # Steering
+
+    def action_pause(self) -> None:
+        """Pause after the generation that is being made."""
+        if self._engine is not None:
+            self._engine.pause()
+
+    def action_go(self) -> None:
+        """Go on, from a pause or from rest."""
+        if self._engine is not None:
+            self._engine.go()
+        else:
+            self._start()
+
+    def action_step(self) -> None:
+        """Make one generation, then pause."""
+        if self._engine is not None:
+            self._engine.step()
+        else:
+            self._start(step=True)
+
+    def action_stop(self) -> None:
+        """Stop and save; asked again, stop at once."""
+        if self._engine is None:
+            return
+        if self._stopping:
+            self._engine.kill()
+            return
+        self._engine.stop()
+        self._stopping = True
+        self._changed()
+
+    def go_on(self, assignments: Sequence[str]) -> None:
+        """Go on under a changed experiment: at once, or from rest."""
+        self.board.problem(None)
+        if self._engine is not None:
+            self._engine.change(assignments)
+        elif self.state in ("stopped", "finished", "failed"):
+            self._start(overrides=assignments)
+
+    def action_replay(self) -> None:
+        """Replay the run."""
+        self.gaitsim.open_replay(self.run)
+
+    def action_make(self) -> None:
+        """Make something of it."""
+        self.gaitsim.open_making(self.run)
+
+    def action_log(self) -> None:
+        """Show events in place of the terms, where there is no room for both."""
+        self.toggle_class("-log")
+        self.board.stale()
+
+    # Leaving
+
+    async def may_leave(self) -> bool:
+        """Ask while the run evolves here; it is stopped and saved then."""
+        from gaitsim.tui.screens.confirm import Confirm
+
+        engine = self._engine
+        if engine is None:
+            return True
+        if not self._stopping:
+            about = "It is saved, and can be gone on with at any time."
+            question = Confirm(f"Stop the run {self.run.name}?", "Stop and save", about)
+            if not await self.app.push_screen_wait(question):
+                return False
+        self._stopping = True
+        engine.stop()
+        self._changed()
+        try:
+            await asyncio.wait_for(engine.ended(), PATIENCE)
+        except TimeoutError:  # all but the generation that is being made is on the disk
+            engine.kill()
+            await engine.ended()
+        return True
+
+    def on_unmount(self) -> None:
+        """Leave no process behind."""
+        if self._engine is not None:
+            self._engine.stop()
+
+    # What can be done now
+
+    def command_line(self) -> str:
+        """The command that goes on with the run."""
+        return command("resume", self.run)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action can be done in the run's state."""
+        if not self.is_mounted:
+            return super().check_action(action, parameters)
+        state, here = self.state, self._engine is not None
+        match action:
+            case "pause":
+                return here and state in ("running", "preparing")
+            case "go":
+                return state == "paused" if here else state in RESTING
+            case "step":
+                return state in ("running", "paused") if here else state == "stopped"
+            case "stop":
+                return here
+            case "change" | "goal":
+                return state in ("running", "paused") if here else state in (*RESTING, "finished")
+            case "fork":
+                return state != "failed"
+            case "replay" | "make":
+                return self.snapshot.champion is not None
+        return super().check_action(action, parameters)

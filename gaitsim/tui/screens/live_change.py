@@ -1,0 +1,286 @@
+"""Asks which options a run is to go on under, checked as they are typed."""
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from pydantic import BaseModel
+from rich.text import Text
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.screen import ModalScreen
+from textual.timer import Timer
+from textual.widgets import Input, Label, OptionList, Static
+from textual.widgets.option_list import Option
+
+from gaitsim import options
+from gaitsim.declarations import PLUGIN
+from gaitsim.errors import GaitsimError
+from gaitsim.registry import KINDS
+from gaitsim.runs.folder import command
+from gaitsim.runs.opening import plan
+from gaitsim.runs.reader import Run
+from gaitsim.tui.words import visible
+
+CALM = 0.15  # seconds without a key before what is typed is checked
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What was asked for.
+
+    Attributes:
+        assignments: 'KEY=VALUE' each.
+        out: of a copy, the folder to make; None numbers the run's own name.
+    """
+
+    assignments: tuple[str, ...]
+    out: Path | None = None
+
+
+@dataclass(frozen=True)
+class Known:
+    """An option that can be changed: its key, its value now, what it takes and means."""
+
+    key: str
+    value: str
+    about: str
+
+
+def known_options(run: Run) -> list[Known]:
+    """All options of a run's experiment, rates and weights before the choice of plugins.
+
+    Raises:
+        GaitsimError: the experiment has problems.
+    """
+    experiment = run.experiment
+    models: dict[str, BaseModel] = {kind: experiment.plugin(kind) for kind in reversed(KINDS)}
+    models["evolution"] = experiment.evolution
+    found = []
+    for section, model in models.items():
+        given = options.values(model)
+        for name, declared in type(model).model_fields.items():
+            if f"{section}.{name}" == "evolution.population":
+                continue  # of a run that goes on, it stays
+            value = options.written(declared, given[name]) if name in given else options.NOT_SET
+            about = f"{options.allowed(declared)}. {options.meaning(declared)}"
+            found.append(Known(f"{section}.{name}", value, about))
+    chosen = [
+        Known(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"another {kind}")
+        for kind in KINDS
+    ]
+    return [*found, *chosen]
+
+
+def words_of(text: str) -> tuple[str, ...]:
+    """What was typed, as a shell splits it.
+
+    Raises:
+        GaitsimError: a quotation is not closed.
+    """
+    try:
+        return tuple(shlex.split(text))
+    except ValueError:
+        raise GaitsimError("a quotation mark is not closed") from None
+
+
+class Change(ModalScreen[Wanted | None]):
+    """Asks for changes of the experiment; dismissed with what is wanted.
+
+    Args:
+        run: its folder.
+        fork: whether they are those of a copy, whose folder is asked for as well.
+        typed: what stands there at first.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "dismiss", "Cancel", id="change.cancel", tooltip="Change nothing"),
+        Binding("down", "options", "Options", show=False, id="change.options",
+                tooltip="To the list of options"),
+    ]  # fmt: skip
+    DEFAULT_CSS = """
+    Change {
+        & .dialog { width: 90; }
+        & OptionList {
+            height: 9; margin: 1 0; padding: 0; border: none; background: $panel;
+            text-wrap: nowrap; text-overflow: ellipsis;
+        }
+        & Input { margin-bottom: 1; }
+        & OptionList { margin-top: 0; }
+        & #change-said { height: auto; max-height: 8; }
+        & Label { color: $text-muted; }
+    }
+    """
+
+    def __init__(self, run: Path, *, fork: bool = False, typed: str = "") -> None:
+        super().__init__()
+        self._run, self._fork, self._typed = run, fork, typed
+        self._known: list[Known] = []
+        self._checked: str | None = None  # the text that was found right
+        self._submitted = False
+        self._timer: Timer | None = None
+
+    def compose(self) -> ComposeResult:
+        """Inputs, options, what follows, the command."""
+        with Vertical(classes="dialog") as box:
+            box.border_title = "Fork" if self._fork else "Change"
+            box.border_subtitle = "enter takes it, ↓ to the options, esc cancels"
+            if self._fork:
+                yield Label("folder of the copy")
+                yield Input(placeholder=f"{self._run}-2", compact=True, id="change-out")
+            yield Label("changes from here on, such as mutation.rate=0.1")
+            yield Input(self._typed, placeholder="KEY=VALUE …", compact=True, id="change-text")
+            yield OptionList(id="change-options")
+            yield Static("Reading the experiment …", id="change-said")
+            yield Static(id="change-command", classes="command")
+
+    def on_mount(self) -> None:
+        """Read the options, in a thread: their plugins are imported for it."""
+        self.query_one("#change-text", Input).focus()
+        self._read()
+
+    @work(thread=True, group="read")
+    def _read(self) -> None:
+        try:
+            known = known_options(Run(self._run))
+        except GaitsimError as error:
+            self.app.call_from_thread(self._say, str(error), wrong=True)
+            return
+        self.app.call_from_thread(self._take, known)
+
+    def _take(self, known: list[Known]) -> None:
+        self._known = known
+        self._check_now()
+
+    # What is typed
+
+    @property
+    def _text(self) -> str:
+        return self.query_one("#change-text", Input).value
+
+    @on(Input.Changed)
+    def _changed(self) -> None:
+        self._checked = None
+        if self._timer is not None:
+            self._timer.stop()
+        self._timer = self.set_timer(CALM, self._check_now)
+
+    def _check_now(self) -> None:
+        if not self._known:
+            return
+        self._offer()
+        text = self._text
+        try:
+            assignments = words_of(text)
+        except GaitsimError as error:
+            self._found(text, error, "")
+            return
+        self.query_one("#change-command", Static).update(Text(f"$ {self._command(assignments)}"))
+        if assignments and "=" not in assignments[-1] and not self._submitted:
+            self._say("Type on, or choose an option: ↓", wrong=False)
+            return
+        self._check(text, assignments)
+
+    def _offer(self) -> None:
+        """List the options that have what the last word begins with."""
+        typing = "" if self._text.endswith(" ") else (self._text.split(" ") or [""])[-1]
+        wanted, listed = typing.partition("=")[0], self.query_one(OptionList)
+        shown = [one for one in self._known if wanted in one.key]
+        width = max(len(one.key) for one in self._known)
+        listed.clear_options()
+        listed.add_options(
+            Option(
+                Text.assemble(
+                    one.key.ljust(width),
+                    (f"  {visible(one.value)}  ", "bold"),
+                    (visible(one.about), "dim"),
+                    no_wrap=True,
+                    overflow="ellipsis",
+                ),
+                one.key,
+            )
+            for one in shown
+        )
+
+    @work(thread=True, group="check", exclusive=True)
+    def _check(self, text: str, assignments: tuple[str, ...]) -> None:
+        """See what the changes come to, in a thread. Writes nothing."""
+        run = Run(self._run)
+        try:
+            found = run.checkpoint()
+            opening = plan(run, found, assignments, generations=None, any_version=True)
+        except GaitsimError as error:
+            self.app.call_from_thread(self._found, text, error, "")
+            return
+        first = found[0].generation + 1 if found else 1
+        said = "".join(f"▶ {change}\n" for change in opening.changes)
+        if said:
+            said += f"from generation {first} on"
+            if opening.rescores:
+                said += "; its scores begin anew"
+        elif assignments:
+            said = "No new stage: evolution goes on in the same way."
+        self.app.call_from_thread(self._found, text, None, said)
+
+    def _found(self, text: str, error: GaitsimError | None, said: str) -> None:
+        if text != self._text:
+            return
+        self._say(str(error) if error else said, wrong=error is not None)
+        self._checked = None if error else text
+        if self._submitted and error is None:
+            self._done()
+        self._submitted = False
+
+    def _say(self, text: str, *, wrong: bool) -> None:
+        said = self.query_one("#change-said", Static)
+        said.set_class(wrong, "problem")
+        said.update(Text(visible_lines(text)))
+
+    def _command(self, assignments: tuple[str, ...]) -> str:
+        out = self._out()
+        more = ["--out", str(out)] if out else []
+        sets = [word for text in assignments for word in ("--set", text)]
+        return command("fork" if self._fork else "resume", self._run, *more, *sets)
+
+    def _out(self) -> Path | None:
+        typed = self.query_one("#change-out", Input).value.strip() if self._fork else ""
+        return Path(typed) if typed else None
+
+    # What is done
+
+    @on(OptionList.OptionSelected)
+    def _chosen(self, event: OptionList.OptionSelected) -> None:
+        """Put an option where it is typed, its value to be changed."""
+        text = self.query_one("#change-text", Input)
+        before = text.value.rpartition(" ")[0]
+        text.value = f"{before} {event.option.id}=".lstrip()
+        text.focus()
+        text.cursor_position = len(text.value)
+
+    def action_options(self) -> None:
+        """To the list."""
+        self.query_one(OptionList).focus()
+
+    @on(Input.Submitted)
+    def _entered(self) -> None:
+        """Take it once it is found right."""
+        if self._checked == self._text:
+            self._done()
+        else:
+            self._submitted = True
+            self._check_now()
+
+    def _done(self) -> None:
+        assignments = words_of(self._text)
+        if assignments or self._fork:
+            self.dismiss(Wanted(assignments, self._out()))
+        else:
+            self.dismiss(None)
+
+
+def visible_lines(text: str) -> str:
+    """A text of several lines whose control characters are written out."""
+    return "\n".join(map(visible, text.splitlines()))

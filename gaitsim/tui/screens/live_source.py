@@ -1,0 +1,84 @@
+"""Where the live screen's snapshots come from: an engine of its own, or the run's folder."""
+
+from collections import deque
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim.contracts import Skeleton
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.registry import containing
+from gaitsim.runs.folder import EXPERIMENT
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import skeleton_of
+from gaitsim.steering.course import Course
+from gaitsim.steering.protocol import Best, Event, Snapshot
+from gaitsim.toml import parse
+
+EVENTS_KEPT = 200
+
+
+class Story:
+    """All that the live screen knows of a run: the latest snapshot, the course, the events.
+
+    Attributes:
+        snapshot: the latest; its rows and events are in the course and the events.
+        course: the history.
+        events: the latest ones.
+        gap: whether rows are missing, so that the course is to be read anew.
+    """
+
+    def __init__(self) -> None:
+        self.snapshot = Snapshot("stopped")
+        self.course = Course()
+        self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
+        self.gap = False
+
+    def take(self, snapshot: Snapshot) -> None:
+        """Take what is new."""
+        self.snapshot = snapshot
+        self.events.extend(snapshot.events)
+        if not self.course.extend(snapshot.rows):
+            self.gap = True
+
+    def reread(self, course: Course) -> None:
+        """Take a course that was read anew."""
+        if len(course) > len(self.course):
+            self.course, self.gap = course, False
+
+
+def about(run: Path) -> str:
+    """Body, fitness and seed, without loading a plugin; '' where the file does not say."""
+    try:
+        tables = parse(Run(run).experiment_text, str(run / EXPERIMENT))
+        names = [str(tables[kind]["plugin"]) for kind in ("organism", "fitness")]
+        return " · ".join([*names, f"seed {tables['seed']}"])
+    except (GaitsimError, KeyError, TypeError):
+        return ""
+
+
+class Stage:
+    """Moves the champions of one stage of a run.
+
+    Args:
+        run: its folder.
+        number: of the stage.
+    """
+
+    def __init__(self, run: Path, number: int) -> None:
+        self.number = number
+        self._run = Run(run)
+
+    def move(self, champion: Best) -> Skeleton:
+        """A champion's body over time.
+
+        Raises:
+            GaitsimError: its body's plugin is missing, or cannot move or draw it.
+        """
+        experiment = self._run.experiment_at(champion.generation)
+        if not champion.genome:
+            raise RunError("the champion cannot be read", remedy="see what 'gaitsim show' says")
+        genome = np.array([champion.genome], dtype=experiment.space().dtype)
+        with containing(experiment.entries["organism"], "moving the champion"):
+            motion = experiment.organism.move(genome)
+        return skeleton_of(experiment, motion)

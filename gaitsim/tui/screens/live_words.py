@@ -1,0 +1,131 @@
+"""What the live screen says, as text: pure functions of a snapshot and the course."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.cells import cell_len, set_cell_size
+from rich.style import Style
+from rich.text import Text
+
+from gaitsim.runs.history import MEAN
+from gaitsim.steering.course import Course
+from gaitsim.steering.protocol import Event, Snapshot
+from gaitsim.tui.widgets.spark import BLOCKS
+from gaitsim.tui.words import clip, duration, number
+
+Styles = dict[str, Style]  # by the name of a state, event or part, from the theme
+
+MARKS = {
+    "preparing": "◌",
+    "running": "●",
+    "paused": "‖",
+    "finished": "✓",
+    "stopped": "■",
+    "failed": "✗",
+    "elsewhere": "◉",
+    "stopping": "■",
+}
+WORDS = {"elsewhere": "running in another program", "stopped": "at rest"}
+EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
+VALUE = 9  # columns of a number
+NAME = 12
+LEAST_SPARK = 8
+WIDEST_SPARK = 60
+
+
+def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
+    """State, generations, a bar of them, speed and time left, on one line."""
+    shown = Text(no_wrap=True, end="")
+    shown.append(f"{MARKS[state]} {WORDS.get(state, state)}", styles[state])
+    shown.append(f"  {snapshot.generation:,}/{snapshot.generations:,}")
+    rest = Text()
+    if snapshot.evaluations_per_second > 0:
+        rest.append(f"  {snapshot.evaluations_per_second:,.0f} evaluations/s")
+    left = snapshot.seconds_left
+    if left is not None and not snapshot.ended:
+        rest.append(f"  {duration(left)} left")
+    if snapshot.stage > 1:
+        rest.append(f"  stage {snapshot.stage}", styles["stage"])
+    room = width - shown.cell_len - rest.cell_len - 2
+    if room >= 10 and snapshot.generations:
+        full = round(min(snapshot.generation / snapshot.generations, 1.0) * room)
+        shown.append("  ").append("━" * full, styles[state]).append(
+            "─" * (room - full), styles["dim"]
+        )
+    shown.append_text(rest)
+    shown.truncate(width, overflow="ellipsis")
+    return shown
+
+
+def event_line(event: Event, width: int, styles: Styles) -> Text:
+    """Something that happened, on one line."""
+    shown = Text(no_wrap=True, end="")
+    shown.append(f"{event.generation:>6,} ", styles["dim"])
+    shown.append(f"{EVENT_MARKS[event.kind]} ", styles[event.kind])
+    text = event.text
+    if event.kind == "best":
+        text = f"best {text.replace('-', '−')}"
+    elif event.kind == "kept":
+        text = "kept as a champion"
+    shown.append(clip(text, max(width - shown.cell_len, 1)))
+    return shown
+
+
+def table(
+    snapshot: Snapshot, course: Course, scored_from: int, width: int, styles: Styles
+) -> list[Text]:
+    """Score, terms and diversity: the best of each generation as a curve, then in numbers the
+    mean and the best individuals of the last one, as many as there is room for.
+    """
+    terms = list(snapshot.top[0].terms) if snapshot.top else course.terms
+    name = min(max(map(cell_len, ["diversity", *terms])), max(NAME, width // 6))
+    fit = (width - name - LEAST_SPARK - 2) // VALUE - 1
+    top = snapshot.top[: max(fit, 0)]
+    room = min(max(width - name - 2 - (1 + len(top)) * VALUE, 0), WIDEST_SPARK)
+    head = Text(" " * name + " " + _left("best of each generation", room), no_wrap=True, end="")
+    for title in ("mean", *(f"#{rank + 1}" for rank in range(len(top)))):
+        head.append(title.rjust(VALUE))
+    head.stylize(styles["dim"])
+    rows = [("score", "best", "mean", [one.score for one in top])]
+    rows += [
+        (term, term, MEAN + term, [one.terms.get(term, math.nan) for one in top]) for term in terms
+    ]
+    rows += [("diversity", "diversity", "diversity", [])]
+    lines = [head]
+    for label, column, mean, values in rows:
+        first = scored_from - 1 if len(course) >= scored_from else 0
+        curve = spark(course[column][first:], room) if column in course else ""
+        score = label == "score" and column == "best"
+        line = Text(_left(label, name) + " ", Style(bold=score), no_wrap=True, end="")
+        line.append(curve.ljust(room), styles["spark-score" if score else "spark"])
+        for value in (_last(course, mean), *values):
+            line.append((number(value, 3) if math.isfinite(value) else "–").rjust(VALUE))
+        lines.append(line)
+    return lines
+
+
+def _left(text: str, width: int) -> str:
+    return set_cell_size(clip(text, width), width) if width > 0 else ""
+
+
+def _last(course: Course, name: str) -> float:
+    return float(course[name][-1]) if name in course and len(course) else math.nan
+
+
+def spark(values: NDArray[np.float64], width: int) -> str:
+    """A curve in one line of block characters, the last of neighbours; gaps where none is finite.
+
+    As `widgets.spark`, for a hundred thousand values ten times a second.
+    """
+    if width <= 0 or not len(values):
+        return ""
+    if len(values) > width:
+        values = values[np.linspace(len(values) / width - 1, len(values) - 1, width).astype(int)]
+    alive = np.isfinite(values)
+    if not alive.any():
+        return " " * len(values)
+    low, high = values[alive].min(), values[alive].max()
+    scale = (len(BLOCKS) - 1) / (high - low) if high > low else 0.0
+    steps = np.rint(np.where(alive, values - low, 0) * scale).astype(int)
+    return "".join(BLOCKS[step] if shown else " " for step, shown in zip(steps, alive, strict=True))

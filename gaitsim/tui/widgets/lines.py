@@ -1,0 +1,52 @@
+"""Lines of text of which only those that changed are drawn again."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.style import Style
+from rich.text import Text
+from textual.geometry import Region, Size
+from textual.strip import Strip
+from textual.widget import Widget
+
+
+class Lines(Widget):
+    """Shows lines, each cut at the right edge; as high as there are lines."""
+
+    DEFAULT_CSS = "Lines { width: 1fr; height: auto; }"
+
+    def __init__(self, lines: Sequence[Text] = (), **settings: Any) -> None:
+        super().__init__(**settings)
+        self._lines = list(lines)
+
+    def show(self, lines: Sequence[Text]) -> None:
+        """Show other lines."""
+        before, self._lines = self._lines, list(lines)
+        if len(before) != len(lines):
+            self.refresh(layout=True)
+            return
+        changed = [
+            Region(0, row, self.size.width, 1)
+            for row, (old, new) in enumerate(zip(before, lines, strict=True))
+            if old != new or old.spans != new.spans
+        ]
+        if changed:
+            self.refresh(*changed)
+
+    @property
+    def text(self) -> str:
+        """All of it, plain."""
+        return "\n".join(line.plain for line in self._lines)
+
+    def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
+        """As many as there are."""
+        return len(self._lines)
+
+    def render_line(self, y: int) -> Strip:
+        """One line."""
+        width, style = self.size.width, self.rich_style
+        if y >= len(self._lines):
+            return Strip.blank(width, style)
+        segments = self._lines[y].render(self.app.console, end="")
+        ground = Style(bgcolor=style.bgcolor, color=style.color)
+        return Strip(segments).apply_style(ground).adjust_cell_length(width, ground)
