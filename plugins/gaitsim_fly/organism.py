@@ -41,10 +41,10 @@ class Fly(Organism):
     )
     weight_limit: float = option(5.0, "largest weight and bias", gt=0, le=100)
 
-    duration: float = option(3.0, "length of a flight", unit="s", gt=0, le=600)
-    dt: float = option(0.001, "time step of the simulation", unit="s", gt=0)
+    duration: float = option(3.0, "length of a flight", unit="s", ge=1e-3, le=600)
+    dt: float = option(0.001, "time step of the simulation", unit="s", ge=1e-6, le=0.1)
     control_step: float = option(
-        0.01, "time between two commands of the network, a multiple of dt", unit="s", gt=0
+        0.01, "time between two commands of the network, a multiple of dt", unit="s", ge=1e-6, le=10
     )
     trials: int = option(1, "flights of each individual, from as many start states", ge=1, le=100)
     trial_seed: int = option(0, "seed of the start states but the first, at rest", ge=0)
@@ -61,12 +61,12 @@ class Fly(Organism):
         1.0, "largest angular speed of a start about each axis", unit="rad/s", ge=0, le=20
     )
 
-    mass: float = option(0.2, "mass, all of it in the body", unit="kg", gt=0, le=100)
-    length: float = option(0.3, "length of the body", unit="m", gt=0, le=10)
-    width: float = option(0.1, "width of the body", unit="m", gt=0, le=10)
-    height: float = option(0.1, "height of the body", unit="m", gt=0, le=10)
-    span: float = option(0.5, "span of a wing, hinge to far edge", unit="m", gt=0, le=10)
-    chord: float = option(0.3, "far edge of a wing's triangle", unit="m", gt=0, le=10)
+    mass: float = option(0.2, "mass, all of it in the body", unit="kg", ge=1e-6, le=100)
+    length: float = option(0.3, "length of the body", unit="m", ge=1e-3, le=10)
+    width: float = option(0.1, "width of the body", unit="m", ge=1e-3, le=10)
+    height: float = option(0.1, "height of the body", unit="m", ge=1e-3, le=10)
+    span: float = option(0.5, "span of a wing, hinge to far edge", unit="m", ge=1e-3, le=10)
+    chord: float = option(0.3, "far edge of a wing's triangle", unit="m", ge=1e-3, le=10)
     wing_speed: float = option(
         40.0, "largest angular speed of a wing; 0 locks them", unit="rad/s", ge=0, le=1000
     )
@@ -79,13 +79,17 @@ class Fly(Organism):
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
 
     position_scale: float = option(
-        2.0, "distance that the network sees as 1, the most that it sees", unit="m", gt=0
+        2.0, "distance that the network sees as 1, the most that it sees", unit="m", ge=1e-3, le=1e6
     )
     velocity_scale: float = option(
-        5.0, "speed that the network sees as 1, the most that it sees", unit="m/s", gt=0
+        5.0, "speed that the network sees as 1, the most that it sees", unit="m/s", ge=1e-3, le=1e6
     )
     spin_scale: float = option(
-        10.0, "angular speed that the network sees as 1, the most that it sees", unit="rad/s", gt=0
+        10.0,
+        "angular speed that the network sees as 1, the most that it sees",
+        unit="rad/s",
+        ge=1e-3,
+        le=1e6,
     )
 
     threads: ClassVar[bool] = True

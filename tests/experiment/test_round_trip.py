@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import tomllib
+from contextlib import suppress
 from typing import Literal, get_args, get_origin
 
 import pytest
@@ -67,6 +68,8 @@ def values_of(field):
     members = get_args(field.annotation)
     if get_origin(field.annotation) is Literal:
         return st.sampled_from(members)
+    if get_origin(field.annotation) is tuple:  # of whole numbers, of any length
+        return st.lists(st.integers(1, 9), max_size=3).map(tuple)
     kind = next(kind for kind in (bool, int, float, str) if kind in (field.annotation, *members))
     low, high = bounds.get("ge", bounds.get("gt")), bounds.get("le", bounds.get("lt"))
     drawn = {
@@ -90,10 +93,12 @@ def values_of(field):
 @st.composite
 def models(draw, model):
     options = {name: draw(values_of(field)) for name, field in model.model_fields.items()}
-    try:
-        return model(**options)
-    except ValidationError:  # options that do not go together
-        assume(False)
+    made = model()
+    for name, value in options.items():
+        # One after the other, as far as they go together.
+        with suppress(ValidationError):
+            made = model(**{**dict(made), name: value})
+    return made
 
 
 @functools.cache
