@@ -1,4 +1,4 @@
-"""One generation of the preset fly: 100 flies × 3 s at 1 ms steps, a command every 10 ms.
+"""One generation of the preset fly with one trial: 100 flies × 3 s at 1 ms steps, a command every 10 ms.
 
 Beside it: one worker, one fly at a time, and real time.
 """
@@ -15,7 +15,7 @@ BUDGET = 0.040  # seconds
 def main() -> None:
     """Print the figures."""
     print_machine()
-    experiment = load_experiment("fly")
+    experiment = load_experiment("fly", ["organism.trials=1"])
     genomes = first_population(experiment, experiment.space())
     flown = 100 * 3.0
     with Evaluator(experiment) as every, Evaluator(experiment, 1) as one:

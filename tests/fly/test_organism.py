@@ -138,22 +138,6 @@ def test_terms_against_what_they_say() -> None:
     assert hover["nearness"] == pytest.approx([np.mean(0.5 / (0.5 + away))])
 
 
-def test_halving_the_time_step_changes_a_champion_little() -> None:
-    from gaitsim.evaluation import Evaluator
-    from gaitsim.evolution import evolve
-
-    experiment = load_experiment("fly", ["evolution.generations=50"])
-    with Evaluator(experiment) as evaluator:
-        *_, last = evolve(experiment, evaluator.evaluate)
-    champion = last.genomes[last.best][None]
-    finals = [
-        float(Fly(dt=dt).move(champion)["altitude"][0, -1, 0]) for dt in (0.001, 0.0005, 0.00025)
-    ]
-    assert finals[0] > 1
-    assert finals[1] == pytest.approx(finals[0], rel=0.05)
-    assert finals[2] == pytest.approx(finals[1], rel=0.05)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -46,8 +46,26 @@ def test_better_flies_evolve_within_a_few_generations(preset: str) -> None:
     assert last_generation(experiment).scores.max() > first.scores.max()
 
 
-def test_a_fly_gains_two_metres() -> None:
-    last = last_generation(load_experiment("fly", ["evolution.generations=80"]))
-    experiment = load_experiment("fly")
-    measures = experiment.organism.measures(experiment.organism.move(last.genomes[last.best][None]))
-    assert measures["final altitude"].values[0] >= 2
+@pytest.fixture(scope="module")
+def champion() -> Any:
+    """A champion of the default experiment, well before its last generation; (1, genes)."""
+    last = last_generation(load_experiment("fly", ["seed=1", "evolution.generations=100"]))
+    return last.genomes[last.best][None]
+
+
+def final_altitude(champion: Any, **options: float) -> float:
+    """Mean over the trials, m."""
+    organism = load_experiment("fly").organism
+    changed = type(organism)(**{**organism.model_dump(), **options})
+    return float(changed.measures(changed.move(champion))["final altitude"].values[0])
+
+
+def test_a_champion_gains_two_metres_and_goes_on_climbing(champion: Any) -> None:
+    assert final_altitude(champion) >= 2
+    assert final_altitude(champion, duration=30.0) >= 20
+
+
+def test_halving_the_time_step_changes_a_champions_altitude_little(champion: Any) -> None:
+    whole, half = final_altitude(champion), final_altitude(champion, dt=0.0005)
+    assert half == pytest.approx(whole, rel=0.05)
+    assert final_altitude(champion, dt=0.00025) == pytest.approx(half, rel=0.05)
