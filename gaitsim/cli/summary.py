@@ -1,6 +1,6 @@
 """What came of a run: the champion's measures and terms, and what to do next."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -85,14 +85,19 @@ def summarise(path: Path, reason: str, json: bool) -> None:
     if champion is None:
         return
     console.print("\nNext:")
-    for line, purpose in (
-        (command("show", path), "the run in full"),
-        (command("plot", path, "--kind", "fitness"), "its fitness curve"),
-        (command("export", path, "--format", "mat"), "the gait for a robot or MATLAB"),
-        (command("resume", path, "--generations", next_goal(run)), "go on evolving"),
-    ):
+    for line, purpose in _next(run):
         console.print(f"  {line}  ", end="", markup=False, soft_wrap=True)
         console.print(f"# {purpose}", style="dim")
+
+
+def _next(run: Run) -> Iterator[tuple[str, str]]:
+    """What can be done with a finished run: commands, and what they are for."""
+    yield command("analyse", run.path), "which gait it is, and why it scored"
+    yield command("video", run.path), "watch it"
+    yield command("plot", run.path, "--kind", "fitness"), "its fitness curve"
+    if "joint_angles" in run.experiment.organism.channels:
+        yield command("export", run.path, "--format", "mat"), "the gait for a robot or MATLAB"
+    yield command("resume", run.path, "--generations", next_goal(run)), "go on evolving"
 
 
 def next_goal(run: Run) -> int:
