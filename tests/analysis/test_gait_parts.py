@@ -155,6 +155,15 @@ def test_a_heading_goes_on_past_half_a_turn():
     assert heading(np.zeros((5, 3, 3))) is None
 
 
+def test_a_body_that_pitches_over_has_no_heading():
+    pitch = np.linspace(0, np.pi, 40)[:, None]
+    x, z = np.array([1.0, 1, -1, -1]), np.array([0.1, -0.1, 0.1, -0.1])
+    forward, up = np.cos(pitch) * x + np.sin(pitch) * z, np.cos(pitch) * z - np.sin(pitch) * x
+    body = np.stack([forward, np.broadcast_to([0.1, -0.1, -0.1, 0.1], up.shape), up], axis=-1)
+    assert heading(body) is None
+    assert heading(body[:15]) == pytest.approx(np.zeros(15), abs=1e-9)
+
+
 def walking(speed, frames=11, rate=10.0):
     """A rod of 1 m, 0.5 m above the ground, that goes along x; two feet go on and off."""
     path = np.zeros((frames, 3))

@@ -10,6 +10,8 @@ _FRAMES = 30  # looked at for what keeps its shape
 _SEGMENTS = 200  # and as many segments, for bodies with thousands
 _RIGID = 1e-4  # share of the body's size by which distances within the trunk may differ
 
+_SEEN = 0.3  # share of its shape from above that a body must always show to have a heading
+
 
 def size(skeleton: Skeleton) -> float:
     """The body's size in metres: the longest diagonal of the box around it, over time."""
@@ -49,7 +51,8 @@ def heading(body: Floats) -> Floats | None:
         body: (frames, points, 3), metres.
 
     Returns:
-        (frames,), radians, not wrapped; None where the points lie above one another.
+        (frames,), radians, not wrapped; None where the points lie above one another, or
+        come to: a body that tumbles has no heading.
     """
     flat = body[..., :2] - body[..., :2].mean(axis=1, keepdims=True)
     if np.abs(flat).max(initial=0.0) < 1e-9:
@@ -57,4 +60,6 @@ def heading(body: Floats) -> Floats | None:
     x, y = flat[0].T
     along = flat[..., 0] @ x + flat[..., 1] @ y
     across = flat[..., 1] @ x - flat[..., 0] @ y
+    if np.hypot(along, across).min() < _SEEN * along[0]:
+        return None
     return np.asarray(np.unwrap(np.arctan2(across, along)))
