@@ -40,7 +40,7 @@ class GaitsimApp(App[None]):
     """
 
     TITLE = "gaitsim"
-    CSS_PATH: ClassVar[CSSPathType | None] = "styles.tcss"
+    CSS_PATH: ClassVar[CSSPathType | None] = Path(__file__).with_name("styles.tcss")
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 (as Textual has it)
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
@@ -59,7 +59,7 @@ class GaitsimApp(App[None]):
             tooltip="Copy the command that does the same",
         ),
         Binding(
-            "ctrl+t",
+            "t,ctrl+t",
             "tasks",
             "Tasks",
             show=False,
@@ -111,15 +111,11 @@ class GaitsimApp(App[None]):
 
     # From screen to screen
 
-    def open_run(self, run: Path) -> None:
-        """Show a run live: evolving here, elsewhere, or at rest."""
+    def open_run(self, run: Path, *, go: bool = False) -> None:
+        """Show a run live: evolving here, elsewhere, or at rest; `go` evolves it at once."""
         from gaitsim.tui.screens.live import Live
 
-        self.push_screen(Live(run))
-
-    def begin_run(self, run: Path) -> None:
-        """Evolve a run that was just made, and show it."""
-        self.open_run(run)
+        self.push_screen(Live(run, go=go))
 
     def open_new(self, experiment: str | None = None) -> None:
         """Assemble a new run, from a preset's name or an experiment file."""
@@ -160,7 +156,7 @@ class GaitsimApp(App[None]):
     def begin_task(self, arguments: Sequence[str]) -> None:
         """Run a gaitsim command in the background."""
         task = self.tasks.begin(arguments)
-        self.notify(task.command, title="In the background; ctrl+t shows it", markup=False)
+        self.notify(task.command, title="In the background; t shows it", markup=False)
 
     def leave(self, screen: Screen[None]) -> None:
         """Go back from a screen, if it may be left."""

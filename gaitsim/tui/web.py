@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import aiohttp_jinja2
 from aiohttp import web
-from aiohttp.typedefs import Handler
+from aiohttp.typedefs import Handler, Middleware
 from textual_serve.server import Server, to_int
 
 from gaitsim.errors import GaitsimError
@@ -43,14 +43,18 @@ class WebServer(Server):
 
     async def _make_app(self) -> web.Application:
         app = await super()._make_app()
-        app.middlewares.append(web.middleware(self._guard))
+        app.middlewares.append(self._guard())
         return app
 
-    async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        """Refuse what does not come from this server's own page, by its own name."""
-        if not self._is_ours(request.host) or not _same(request.headers.get("Origin"), request):
-            raise web.HTTPForbidden(text="gaitsim serves its own page alone.")
-        return await handler(request)
+    def _guard(self) -> Middleware:
+        @web.middleware
+        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+            """Refuse what does not come from this server's own page, by its own name."""
+            if not (self._is_ours(request.host) and _same(request.headers.get("Origin"), request)):
+                raise web.HTTPForbidden(text="gaitsim serves its own page alone.")
+            return await handler(request)
+
+        return guard
 
     def _is_ours(self, host: str) -> bool:
         """Whether a name is one of this machine; where all may come, any name may be."""

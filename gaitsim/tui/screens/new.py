@@ -309,7 +309,7 @@ on the last tab or beside the form.
 
     def _created(self, path: Path) -> None:
         self.dismiss()
-        self.gaitsim.begin_run(path)
+        self.gaitsim.open_run(path, go=True)
 
     @work(group="files", exclusive=True)
     async def action_save(self) -> None:
