@@ -1,7 +1,8 @@
 """Live: a run as it evolves, steered from here; or followed; or at rest."""
 
 import asyncio
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import ClassVar
@@ -41,6 +42,7 @@ class Live(Asking):
     Args:
         run: its folder.
         go: whether to go on with it at once.
+        clock: seconds that pass, for the body that moves.
     """
 
     CSS_PATH = "live.tcss"
@@ -71,9 +73,11 @@ the app in any way, and the run can be gone on with exactly where it stood.
     ]
     AUTO_FOCUS = ""
 
-    def __init__(self, run: Path, *, go: bool = False) -> None:
+    def __init__(
+        self, run: Path, *, go: bool = False, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         super().__init__()
-        self.run = run
+        self.run, self._clock = run, clock
         self._go = go
         self._engine: Engine | None = None
         self._stopping = False
@@ -83,7 +87,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
     def compose(self) -> ComposeResult:
         """The board between header and footer."""
         yield Header()
-        yield Board(self.run)
+        yield Board(self.run, self._clock)
         yield Footer()
 
     def problem(self, error: GaitsimError | None) -> None:

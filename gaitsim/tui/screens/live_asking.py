@@ -103,4 +103,4 @@ class Asking(GaitScreen):
 
     def _forked(self, copy: Path) -> None:
         self.notify(f"{copy}: a copy of {self.run}", title="Forked", markup=False)
-        self.gaitsim.begin_run(copy)
+        self.gaitsim.open_run(copy, go=True)

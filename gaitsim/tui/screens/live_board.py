@@ -24,6 +24,7 @@ from gaitsim.tui.widgets.lines import Lines
 from gaitsim.tui.words import number
 
 FPS = 15  # times a second that news is drawn
+PANELS = ("status", "table", "log")
 CHAMPION_EVERY = 1.0  # seconds between two champions that are moved to be shown
 COLOURS = {
     "preparing": "secondary", "running": "success", "paused": "warning", "finished": "primary",
@@ -54,7 +55,7 @@ class Board(Vertical):
         self.state = "stopped"
         self.hint = ""
         self.drawn = 0
-        self._stale = True
+        self._stale, self._widths = True, (0, 0, 0)
         self._styles: words.Styles = {}
         self._stage: Stage | None = None
         self._shown: Best | None = None
@@ -85,10 +86,6 @@ class Board(Vertical):
         """Have what is shown drawn anew soon."""
         self._stale = True
 
-    def on_resize(self) -> None:
-        """Other things fit now."""
-        self._stale = True
-
     def notify_style_update(self) -> None:
         """Take the colours of another theme."""
         super().notify_style_update()
@@ -105,27 +102,23 @@ class Board(Vertical):
         if self.screen is not self.app.screen:
             return
         self._show_champion()
-        if not self._stale:
+        status, table, log = (self.query_one(f"#live-{of}", Lines) for of in PANELS)
+        width = status.content_size.width
+        widths = width, table.size.width, log.size.width
+        if not width or (not self._stale and widths == self._widths):
             return
-        self._stale = False
+        self._stale, self._widths = False, widths
         self.drawn += 1
         styles = self._styles = self._styles or self._theme()
         story, snapshot = self.story, self.story.snapshot
-        status = self.query_one("#live-status", Lines)
-        width = status.content_size.width
-        if width < 1:
-            self._stale = True
-            return
         news = self.hint
         if not news and story.events:
             second = words.event_line(story.events[-1], width, styles)
         else:
             second = Text(news, styles["dim"], no_wrap=True, end="")
         status.show([words.status(snapshot, self.state, width, styles), second])
-        table = self.query_one("#live-table", Lines)
         scored = story.course, snapshot.scored_from
         table.show(words.table(snapshot, *scored, table.size.width, styles))
-        log = self.query_one("#live-log", Lines)
         if log.size.width:
             latest = reversed(story.events)
             log.show([words.event_line(event, log.size.width, styles) for event in latest])
@@ -165,6 +158,8 @@ class Board(Vertical):
         self.app.call_from_thread(self._take_champion, best, found)
 
     def _take_champion(self, best: Best, found: Skeleton | GaitsimError) -> None:
+        if not self.is_attached:  # the screen was left meanwhile
+            return
         self._shown, self._moving = best, False
         canvas = self.query_one(BodyCanvas)
         if isinstance(found, GaitsimError):

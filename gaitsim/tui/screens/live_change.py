@@ -153,7 +153,8 @@ class Change(ModalScreen[Wanted | None]):
 
     def _take(self, known: list[Known]) -> None:
         self._known = known
-        self._check_now()
+        if self.is_attached:
+            self._check_now()
 
     # What is typed
 
@@ -169,7 +170,7 @@ class Change(ModalScreen[Wanted | None]):
         self._timer = self.set_timer(CALM, self._check_now)
 
     def _check_now(self) -> None:
-        if not self._known:
+        if not self._known or not self.is_attached:
             return
         self._offer()
         text = self._text
@@ -226,7 +227,7 @@ class Change(ModalScreen[Wanted | None]):
         self.app.call_from_thread(self._found, text, None, said)
 
     def _found(self, text: str, error: GaitsimError | None, said: str) -> None:
-        if text != self._text:
+        if not self.is_attached or text != self._text:
             return
         self._say(str(error) if error else said, wrong=error is not None)
         self._checked = None if error else text
@@ -235,6 +236,8 @@ class Change(ModalScreen[Wanted | None]):
         self._submitted = False
 
     def _say(self, text: str, *, wrong: bool) -> None:
+        if not self.is_attached:  # it was dismissed meanwhile
+            return
         said = self.query_one("#change-said", Static)
         said.set_class(wrong, "problem")
         said.update(Text(visible_lines(text)))

@@ -1,0 +1,570 @@
+"""The live screen: a run steered from here, followed, or at rest."""
+
+import asyncio
+import os
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.cells import cell_len
+from rich.style import Style
+from textual.widgets import Input, Static
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import judge
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.lock import RunLock, is_locked
+from gaitsim.runs.reader import Run
+from gaitsim.runs.writer import RunWriter
+from gaitsim.steering.course import Course
+from gaitsim.steering.protocol import Event, Individual, Snapshot
+from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.screens import live_words as words
+from gaitsim.tui.screens.live import Live
+from gaitsim.tui.screens.live_board import COLOURS
+from gaitsim.tui.screens.live_change import Change
+from gaitsim.tui.widgets.canvas import BodyCanvas
+from gaitsim.tui.widgets.curves import Curves
+from gaitsim.tui.widgets.lines import Lines
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+PUPPETS = Path(__file__).parents[1] / "puppets"
+SLOW = "organism.pause=0.01"
+SIZES = [(80, 24), (160, 48)]
+STYLES = {name: Style() for name in [*COLOURS, "dim"]}
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch, puppets):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
+
+
+@pytest.fixture
+def make(puppet):
+    """Makes a run of puppets that stands at a generation."""
+
+    def make(generation=0, *overrides, out="runs/walk", generations=20):
+        path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
+        if generation:
+            with RunWriter(path) as writer:
+                for made in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+                    if made.number == generation:
+                        break
+        return path
+
+    return make
+
+
+def live(run, test, *, size=(80, 24), **options):
+    """Run a test on the screen, once it knows how the run stands."""
+
+    async def go():
+        app = GaitsimApp(Path("runs"))
+        async with app.run_test(size=size) as pilot:
+            screen = Live(run, **options)
+            await app.push_screen(screen)
+            await until(pilot, lambda: screen._state)
+            await test(screen, pilot)
+            if screen._engine is not None:
+                screen._engine.kill()
+                await screen._engine.ended()
+
+    asyncio.run(go())
+
+
+async def until(pilot, holds, seconds=60):
+    """Wait until something holds."""
+    async with asyncio.timeout(seconds):
+        while not holds():
+            await pilot.pause(0.01)
+    await pilot.pause()
+
+
+async def paused_at(pilot, screen, generation):
+    await until(
+        pilot, lambda: screen.state == "paused" and screen.snapshot.generation == generation
+    )
+
+
+async def type_in(pilot, text, field="#change-text"):
+    pilot.app.screen.query_one(field, Input).value = text
+    await pilot.pause()
+
+
+def offered(screen):
+    """The keys of the screen that work now."""
+    return {
+        active.binding.id.removeprefix("live.")
+        for active in screen.active_bindings.values()
+        if active.enabled and (active.binding.id or "").startswith("live.")
+    }
+
+
+def text(screen, selector):
+    return screen.query_one(selector, Lines).text
+
+
+def problem(screen):
+    panel = screen.query_one("#live-problem", Static)
+    return str(panel.render()) if panel.display else ""
+
+
+def whole(make, gaitsim, *overrides, **options):
+    """The fingerprint of the same run, never stopped."""
+    path = make(0, *overrides, out="whole", **options)
+    gaitsim("resume", path)
+    return Run(path).fingerprint()
+
+
+class TestAtRest:
+    def test_a_new_run(self, make):
+        async def test(screen, pilot):
+            assert screen.state == "stopped"
+            assert offered(screen) == {"go", "step", "change", "goal", "fork", "log"}
+            await until(pilot, lambda: "at rest  0/20" in text(screen, "#live-status"))
+            assert "Space goes on" in text(screen, "#live-status")
+
+        live(make(), test)
+
+    def test_a_stopped_run(self, make):
+        run = make(7, "evolution.fitness_threshold=0")
+        history = Run(run).history
+        generation, score, _ = Run(run).champion()
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
+            assert offered(screen) == {
+                "go", "step", "change", "goal", "fork", "log", "replay", "make",
+            }  # fmt: skip
+            assert f"champion of generation {generation}: {score:.4f}" in text(
+                screen, "#live-champion"
+            )
+            lines = {line.split()[0]: line for line in text(screen, "#live-table").splitlines()}
+            assert f"{history['mean'][-1]:.3f}" in lines["score"]
+            assert f"{history['mean reach'][-1]:.3f}" in lines["reach"]
+            assert f"{history['diversity'][-1]:.3f}" in lines["diversity"]
+            best, mean = screen.query_one(Curves).series
+            np.testing.assert_array_equal(best.y, history["best"])
+            np.testing.assert_array_equal(mean.y, history["mean"])
+            await pilot.press("l")
+            await until(pilot, lambda: "best" in text(screen, "#live-log"))
+            assert "kept as a champion" in text(screen, "#live-log")
+            assert screen.command_line() == "gaitsim resume runs/walk"
+
+        live(run, test)
+
+    def test_a_finished_run(self, make):
+        async def test(screen, pilot):
+            assert screen.state == "finished"
+            assert {"go", "step", "stop", "pause"}.isdisjoint(offered(screen))
+            await until(pilot, lambda: "20 generations are done" in text(screen, "#live-status"))
+            await pilot.press("g")
+            await until(pilot, lambda: pilot.app.screen is not screen)
+            await type_in(pilot, "20", "#answer")
+            await pilot.press("enter")
+            assert "21 to" in str(pilot.app.screen.query_one("#ask-problem").render())
+            await type_in(pilot, "25", "#answer")
+            await pilot.press("enter")
+            await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            assert screen.snapshot.generation == 25
+
+        live(make(20), test)
+
+    def test_scores_of_another_stage_are_left_out(self, make, gaitsim):
+        run = make(7)
+        gaitsim("resume", run, "--set", "fitness.price=4", "--generations", 12)
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.query_one(Curves).series)
+            assert screen.query_one(Curves).series[0].x.tolist() == [8, 9, 10, 11, 12]
+            assert "stage 2" in text(screen, "#live-status")
+
+        live(run, test)
+
+
+class TestSteering:
+    def test_pauses_and_steps_change_nothing(self, make, gaitsim):
+        run = make(0, SLOW)
+
+        async def test(screen, pilot):
+            await pilot.press("n")
+            await paused_at(pilot, screen, 1)
+            assert offered(screen) >= {"go", "step", "stop", "change", "fork"}
+            await pilot.press("n")
+            await paused_at(pilot, screen, 2)
+            await pilot.press("space")
+            await until(pilot, lambda: screen.snapshot.generation > 4)
+            assert "pause" in offered(screen)
+            await pilot.press("space")
+            await until(pilot, lambda: screen.state == "paused")
+            at = screen.snapshot.generation
+            await pilot.press("s")
+            await until(pilot, lambda: screen._engine is None)
+            assert (screen.state, Run(run).generation) == ("stopped", at)
+            assert not is_locked(run)
+            await pilot.press("space")
+            await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            assert len(screen.board.story.course) == 20
+            kinds = [event.generation for event in screen.board.story.events]
+            assert kinds == sorted(kinds)
+            assert len(set(screen.board.story.events)) == len(kinds)
+
+        live(run, test)
+        assert Run(run).fingerprint() == whole(make, gaitsim, SLOW)
+
+    def test_it_goes_on_at_once_if_asked(self, make):
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.state == "finished")
+
+        live(make(), test, go=True)
+
+    def test_an_option_is_changed_while_it_runs(self, make, gaitsim):
+        run = make(0, SLOW, generations=100_000)
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.snapshot.generation > 2)
+            await pilot.press("c")
+            await until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            dialog = pilot.app.screen
+            await until(pilot, lambda: dialog._known)
+            await type_in(pilot, "fitness.price=0.7 elites=[/b]")
+            await pilot.press("enter")
+            said = dialog.query_one("#change-said", Static)
+            await until(pilot, lambda: "elites" in str(said.render()))
+            assert pilot.app.screen is dialog
+            await type_in(pilot, "fitness.price=0.7")
+            command = str(dialog.query_one("#change-command").render())
+            await until(pilot, lambda: "scores begin anew" in str(said.render()))
+            command = str(dialog.query_one("#change-command").render())
+            assert command == "$ gaitsim resume runs/walk --set fitness.price=0.7"
+            await pilot.press("enter")
+            await until(pilot, lambda: screen.snapshot.stage == 2)
+            await until(pilot, lambda: screen.snapshot.generation > screen.snapshot.scored_from)
+            await pilot.press("s")
+            await until(pilot, lambda: screen._engine is None)
+
+        live(run, test, go=True)
+        first, second = Run(run).stages
+        whole = make(0, SLOW, out="other", generations=first.last)
+        gaitsim("resume", whole)
+        more = ("--set", "fitness.price=0.7", "--generations", second.last)
+        gaitsim("resume", whole, *more)
+        assert Run(whole).history["best"].tolist() == Run(run).history["best"].tolist()
+
+    def test_options_are_found_and_chosen_from_the_list(self, make):
+        async def test(screen, pilot):
+            await pilot.press("c")
+            await until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            dialog = pilot.app.screen
+            await until(pilot, lambda: dialog._known)
+            await type_in(pilot, "evolution.elites=1 pric")
+            listed = dialog.query_one("#change-options")
+            await until(pilot, lambda: listed.option_count == 1)
+            await pilot.press("down")
+            await until(pilot, lambda: listed.has_focus)
+            await pilot.press("down", "enter")
+            await until(pilot, lambda: dialog._text == "evolution.elites=1 fitness.price=")
+            await pilot.press("escape")
+            await until(pilot, lambda: pilot.app.screen is screen)
+            assert screen.state == "stopped"
+
+        live(make(3), test)
+
+    def test_a_fork_goes_its_own_way(self, make):
+        run = make(0, SLOW, generations=100_000)
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.snapshot.generation > 2)
+            await pilot.press("f")
+            await until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            await until(pilot, lambda: pilot.app.screen._known and screen.state == "paused")
+            await type_in(pilot, "runs/[red]fork", "#change-out")
+            await type_in(pilot, "evolution.elites=1")
+            await pilot.press("enter")
+            await until(pilot, lambda: isinstance(pilot.app.screen, Live))
+            copy = pilot.app.screen
+            await until(pilot, lambda: copy is not screen and copy._state == "running")
+            assert copy.run == Path("runs/[red]fork")
+            await until(pilot, lambda: copy.snapshot.stage == 2)
+            assert screen.state == "paused"
+            await pilot.press("s")
+            await until(pilot, lambda: copy._engine is None)
+
+        live(run, test, go=True)
+        assert Run(Path("runs/[red]fork")).stages[0].last <= Run(run).generation
+
+    def test_a_copy_that_cannot_be_made_is_told(self, make):
+        async def test(screen, pilot):
+            await pilot.press("f")
+            await until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            await until(pilot, lambda: pilot.app.screen._known)
+            await type_in(pilot, "runs/walk/experiment.toml/x", "#change-out")
+            await pilot.press("enter")
+            await until(pilot, lambda: problem(screen))
+            assert "cannot be written" in problem(screen)
+
+        live(make(3), test)
+
+
+class TestLeaving:
+    @pytest.mark.parametrize("key", ["escape", "q"])
+    def test_it_asks_stops_and_saves(self, make, key):
+        run = make(0, SLOW, generations=100_000)
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.snapshot.generation > 2)
+            await pilot.press(key)
+            await until(pilot, lambda: pilot.app.screen is not screen)
+            await pilot.press("n")
+            await until(pilot, lambda: pilot.app.screen is screen)
+            before = screen.snapshot.generation
+            await until(pilot, lambda: screen.snapshot.generation > before)
+            await pilot.press(key)
+            await until(pilot, lambda: pilot.app.screen is not screen)
+            await pilot.press("y")
+            await until(pilot, lambda: not screen.is_attached or pilot.app._exit)
+            assert not is_locked(run)
+
+        live(run, test, go=True)
+        assert Run(run).generation == len(Run(run).history["best"]) > 2
+
+    def test_a_run_at_rest_is_left_at_once(self, make):
+        async def test(screen, pilot):
+            await pilot.press("escape")
+            await until(pilot, lambda: pilot.app.screen is not screen)
+            assert not pilot.app.screen.is_modal
+
+        live(make(3), test)
+
+
+class TestProblems:
+    def test_a_run_that_another_program_writes_is_followed(self, make, start):
+        run = make(0, "organism.pause=0.05", generations=100_000)
+        process = start("resume", run)
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.snapshot.generation > 3)
+            assert screen.state == "elsewhere"
+            assert offered(screen) == {"fork", "replay", "make", "log"}
+            await until(pilot, lambda: "Another program" in text(screen, "#live-status"))
+            before = screen.snapshot.generation
+            await until(pilot, lambda: screen.snapshot.generation > before)
+            await asyncio.to_thread(process.kill)
+            await until(pilot, lambda: screen.state == "stopped")
+            assert "go" in offered(screen)
+
+        end = asyncio.run(_written(run))
+        assert end
+        live(run, test)
+
+    def test_a_run_that_is_taken_meanwhile_is_told_and_followed(self, make):
+        run = make(3)
+
+        async def test(screen, pilot):
+            lock = RunLock(run)
+            await pilot.press("space")
+            await until(pilot, lambda: screen.state == "elsewhere")
+            assert f"is being written by process {os.getpid()}" in problem(screen)
+            lock.release()
+            await until(pilot, lambda: screen.state == "stopped")
+            await pilot.press("n")
+            await paused_at(pilot, screen, 4)
+            assert problem(screen) == ""
+
+        live(run, test)
+
+    def test_a_broken_plugin_is_told_in_its_words(self, make, install, monkeypatch):
+        source = (
+            "import gaitsim_puppets as puppets\n"
+            "class Body(puppets.Puppet):\n"
+            "    def move(self, genomes):\n"
+            "        raise ValueError('[/red] [bold]out of joint')\n"
+        )
+        folder = install("spoilt", source, {"organism": {"spoilt": "Body"}})
+        monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.state == "failed" and screen._engine is None)
+            assert "[/red] [bold]out of joint" in problem(screen)
+            assert "organism 'spoilt' of package spoilt 1.0" in problem(screen)
+            assert "go" in offered(screen)
+
+        live(make(0, "organism.plugin=spoilt"), test, go=True)
+
+    def test_a_body_that_cannot_be_drawn_is_told_where_it_would_be(self, make, monkeypatch):
+        run = make(3)
+
+        def fail(*_):
+            raise GaitsimError("[red] it cannot be drawn")
+
+        monkeypatch.setattr("gaitsim.tui.screens.live_source.skeleton_of", fail)
+
+        async def test(screen, pilot):
+            canvas = screen.query_one(BodyCanvas)
+            await until(pilot, lambda: "cannot be drawn" in canvas.words())
+            assert "[red]" in canvas.words()
+
+        live(run, test)
+
+    def test_a_folder_that_is_deleted_is_told(self, make):
+        run = make(3, SLOW, generations=100_000)
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.snapshot.generation > 4)
+            while run.exists():
+                shutil.rmtree(run, ignore_errors=True)
+            await until(pilot, lambda: screen._engine is None)
+            assert screen.state == "failed"
+            assert "runs/walk" in problem(screen)
+            await pilot.press("space")
+            await until(pilot, lambda: screen._engine is None)
+            assert problem(screen)
+            await pilot.press("escape")
+            await until(pilot, lambda: pilot.app.screen is not screen)
+
+        live(run, test, go=True)
+
+    def test_a_damaged_run_is_told(self, make):
+        run = make(3)
+        (run / "history.csv").write_text("")
+
+        async def test(screen, pilot):
+            assert screen.state == "failed"
+            assert "history.csv ends at generation 0" in problem(screen)
+
+        live(run, test)
+
+    def test_a_process_that_dies_is_told_and_can_be_begun_again(self, make):
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.snapshot.generation > 2)
+            screen._engine.kill()
+            await until(pilot, lambda: screen._engine is None)
+            assert "ended unexpectedly, by signal 9" in problem(screen)
+            at = screen.snapshot.generation
+            await pilot.press("space")
+            await until(pilot, lambda: screen.snapshot.generation > at)
+            assert problem(screen) == ""
+
+        live(make(0, SLOW, generations=100_000), test, go=True)
+
+    def test_a_second_stop_does_not_wait(self, make):
+        run = make(2, "organism.pause=0", generations=100_000)
+        toml = run / "experiment.toml"
+        toml.write_text(re.sub(r"pause = [\d.]+", "pause = 1000.0", toml.read_text()))
+
+        async def test(screen, pilot):
+            await until(pilot, lambda: screen.snapshot.stage == 2)  # it is judged anew, and long
+            await pilot.press("s")
+            await until(pilot, lambda: "again stops at once" in text(screen, "#live-status"))
+            await pilot.press("s")
+            await until(pilot, lambda: screen._engine is None)
+
+        live(run, test, go=True)
+        assert Run(run).generation == 2
+
+    def test_rows_that_did_not_come_are_read(self, make):
+        async def test(screen, pilot):
+            course = screen.board.story.course
+            screen.board.story.course = Course()
+            rows = {"generation": np.array([7.0]), "best": np.array([0.0])}
+            screen._take(Snapshot("stopped", rows=rows, generation=7, generations=20))
+            await until(pilot, lambda: not screen.board.story.gap)
+            read = screen.board.story.course
+            np.testing.assert_array_equal(read["best"], course["best"])
+
+        live(make(7), test)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_another_theme_and_no_colour_change_nothing_but_colours(make, size, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def test(screen, pilot):
+        drawn = screen.board.drawn
+        for theme in ("gaitsim-okabe-ito", "gaitsim-light", "textual-ansi"):
+            if theme in pilot.app.available_themes:
+                pilot.app.theme = theme
+                await until(pilot, lambda drawn=drawn: screen.board.drawn > drawn)
+                drawn = screen.board.drawn
+
+    live(make(5), test, size=size)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_looks(make, size, snap_compare):
+    run = make(12, "evolution.fitness_threshold=0", "fitness.price=0.3")
+
+    async def show(pilot):
+        screen = Live(run, clock=lambda: 0.0)
+        await pilot.app.push_screen(screen)
+        await until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
+        await until(pilot, lambda: "diversity" in text(screen, "#live-table"))
+
+    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
+
+
+async def _written(run):
+    async with asyncio.timeout(60):
+        while not (run / "population.pickle").exists():
+            await asyncio.sleep(0.01)
+    return True
+
+
+class TestWords:
+    SNAPSHOT = Snapshot(
+        "running",
+        generation=1234,
+        generations=100_000,
+        stage=12,
+        evaluations_per_second=123_456,
+        generations_per_second=100,
+        top=(*[Individual(1.5, {"[red]reach": 2.0, "price" * 9: -0.5, "mean": np.nan})] * 5,),
+    )
+
+    @pytest.mark.parametrize("width", [1, 5, 12, 30, 40, 80, 160, 300])
+    def test_they_fit_any_width(self, width):
+        course = Course(
+            {name: np.arange(1, 9.0) for name in ("generation", "best", "mean", "diversity")}
+        )
+        line = words.status(self.SNAPSHOT, "running", width, STYLES)
+        assert line.cell_len <= width
+        event = Event(3, "stage", "wide 宽宽宽宽\x1b[31m" * 9)
+        assert words.event_line(event, max(width, 12), STYLES).cell_len <= max(width, 12)
+        lines = words.table(self.SNAPSHOT, course, 1, width, STYLES)
+        if width >= 30:
+            assert {line.cell_len for line in lines} <= set(range(width + 1))
+
+    def test_the_status_says_how_long_it_takes(self):
+        line = words.status(self.SNAPSHOT, "running", 100, STYLES).plain
+        assert "1,234/100,000" in line
+        assert "123,456 evaluations/s" in line
+        assert "16:27 min left" in line
+        assert line.endswith("stage 12")
+
+    def test_the_table_says_what_is_no_number(self):
+        lines = words.table(self.SNAPSHOT, Course(), 1, 120, STYLES)
+        plain = [line.plain for line in lines]
+        assert plain[1].split() == ["score", "–", *["1.500"] * 5]
+        assert plain[2].split() == ["[red]reach", "–", *["2.000"] * 5]
+        assert "–0" not in plain[3]
+        assert plain[4].split() == ["mean", *"–––––"] or plain[4].split()[1:] == [*"––––––"]
+
+    @pytest.mark.parametrize(
+        ("values", "width", "shown"),
+        [
+            ([], 5, ""),
+            ([1, 2], 0, ""),
+            ([1.0, 2, 3], 5, "▁▅█"),
+            ([1.0] * 9, 3, "▁▁▁"),
+            ([np.nan, np.inf, -np.inf], 9, "   "),
+            ([0.0, np.nan, 7], 3, "▁ █"),
+            (np.arange(100_000.0), 8, "▁▂▃▄▅▆▇█"),
+        ],
+    )
+    def test_curves_in_a_line(self, values, width, shown):
+        curve = words.spark(np.array(values, dtype=float), width)
+        assert curve == shown
+        assert cell_len(curve) <= width
