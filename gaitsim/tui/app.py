@@ -96,8 +96,7 @@ class GaitsimApp(App[None]):
         """Take the user's keys; say what is wrong with the settings."""
         if self._config is None:
             return
-        for problem in (*self._config.problems, *([self._wrong] if self._wrong else [])):
-            self.tell(problem)
+        self._tell_settings([*self._config.problems, *([self._wrong] if self._wrong else [])])
         if self._config.keys:
             self.set_keymap(dict(self._config.keys))
             self.run_worker(self._check_keys, thread=True, group="keys")
@@ -106,8 +105,19 @@ class GaitsimApp(App[None]):
         from gaitsim.tui.keys import problems
 
         assert self._config is not None
-        for problem in problems(self._config):
-            self.call_from_thread(self.tell, problem)
+        self.call_from_thread(self._tell_settings, problems(self._config))
+
+    def _tell_settings(self, problems: Sequence[GaitsimError]) -> None:
+        """Say what is wrong with the settings, in one message."""
+        if problems and self._config is not None:
+            lines = [f"• {one.what}: {one.remedy or f'allowed: {one.allowed}'}" for one in problems]
+            self.notify(
+                "\n".join(lines),
+                title=str(self._config.path),
+                severity="warning",
+                markup=False,
+                timeout=15,
+            )
 
     # From screen to screen
 
@@ -227,11 +237,14 @@ class GaitsimApp(App[None]):
     def handle_bindings_clash(self, clashed_bindings: set[Binding], node: DOMNode) -> None:
         """Say once that one key was given two things to do."""
         for binding in clashed_bindings:
-            if binding.id and binding.id not in self._clashes:
+            chosen = self._config.keys.get(binding.id or "", "") if self._config else ""
+            # Of a binding with several keys, each becomes the one that is chosen.
+            if binding.id and binding.id not in self._clashes and binding.key not in chosen:
                 self._clashes.add(binding.id)
                 self.notify(
-                    f"The key {binding.key} also is that of {binding.id}, which it does no "
-                    "longer; give that another key in [keys], too",
+                    f"Your settings give its key, {binding.key}, to something else; "
+                    "give it another one in [keys], too",
+                    title=binding.id,
                     severity="warning",
                     markup=False,
                 )

@@ -11,6 +11,7 @@ from gaitsim.toml import literal, parse
 
 SECTIONS = ("tui", "keys")
 THEME = "theme"
+MODIFIERS = {"ctrl", "shift", "alt", "meta", "super", "hyper"}
 
 
 @dataclass(frozen=True)
@@ -92,8 +93,8 @@ def check_keys(config: Config, ids: Collection[str], keys: Collection[str]) -> l
             remedy = nearest(name, sorted(ids)) or "the help of each screen (?) tells them"
             found.append(GaitsimError(f"unknown id {literal(name)}", where=where, remedy=remedy))
         for key in chosen.split(","):
-            bare = key.strip().rpartition("+")[2] if len(key.strip()) > 1 else key.strip()
-            if len(bare) != 1 and bare not in keys:
+            if not _is_key(key.strip(), keys):
+                bare = key.strip().rpartition("+")[2]
                 found.append(
                     GaitsimError(
                         f"there is no key {literal(key.strip())}",
@@ -103,6 +104,13 @@ def check_keys(config: Config, ids: Collection[str], keys: Collection[str]) -> l
                     )
                 )
     return found
+
+
+def _is_key(key: str, keys: Collection[str]) -> bool:
+    if len(key) == 1:
+        return True
+    *modifiers, bare = key.split("+")
+    return {*modifiers} <= MODIFIERS and (len(bare) == 1 or bare in keys)
 
 
 def remember_theme(path: Path, theme: str) -> None:

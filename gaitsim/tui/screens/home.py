@@ -46,16 +46,9 @@ followed as they go.
         Binding("r", "replay", "Replay", id="home.replay", tooltip="See champions move"),
         Binding("c", "compare", "Compare", id="home.compare", tooltip="Compare the marked runs"),
         Binding("e", "make", "Make", id="home.make", tooltip="Gait files, plots, videos, …"),
-        Binding("space", "mark", "Mark", id="home.mark", tooltip="Mark it to compare it"),
         Binding("slash", "filter", "Filter", id="home.filter", tooltip="Only runs with words"),
-        Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="By the next column"),
-        Binding("S", "turn", "Turn", show=False, id="home.turn", tooltip="The other way round"),
-        Binding(
-            "d,delete", "delete", "Delete", show=False, id="home.delete", tooltip="Delete the run"
-        ),
-        Binding(
-            "p", "plugins", "Plugins", show=False, id="home.plugins", tooltip="What is installed"
-        ),
+        Binding("d,delete", "delete", "Delete", show=False, id="home.delete", tooltip="For good"),
+        Binding("p", "plugins", "Plugins", show=False, id="home.plugins", tooltip="Installed ones"),
     ]
     filter: reactive[str] = reactive("", init=False)
 
@@ -123,7 +116,6 @@ followed as they go.
             self._table.focus()
             self.call_after_refresh(self._show)
             return
-        self._table.marked &= {run.path for run in self.runs}
         self._table.show(self.runs, self.filter, self.gaitsim.clock())
         empty = self.query_one("#empty", Static)
         empty.display = not self._table.shown
@@ -156,6 +148,10 @@ followed as they go.
     @on(DataTable.RowHighlighted)
     def _moved(self) -> None:
         self._details()
+        self.refresh_bindings()
+
+    def on_run_table_marked(self) -> None:
+        """Offer to compare, or no more."""
         self.refresh_bindings()
 
     def _details(self) -> None:
@@ -207,29 +203,6 @@ followed as they go.
         if self._table is not None:
             self._table.focus()
 
-    @on(DataTable.HeaderSelected)
-    def _clicked_title(self, event: DataTable.HeaderSelected) -> None:
-        self._sort(str(event.column_key.value))
-
-    def action_sort(self) -> None:
-        """Sort by the next column."""
-        if self._table is not None:
-            from gaitsim.tui.widgets.run_table import COLUMNS
-
-            names = [key.value for key in self._table.columns] or list(COLUMNS)
-            at = names.index(self._table.order) if self._table.order in names else 0
-            self._sort(str(names[(at + 1) % len(names)]))
-
-    def action_turn(self) -> None:
-        """Sort the other way round."""
-        if self._table is not None:
-            self._sort(self._table.order)
-
-    def _sort(self, name: str) -> None:
-        if self._table is not None:
-            self._table.sort_by(name)
-            self._show()
-
     @on(DataTable.RowSelected)
     def action_open(self) -> None:
         """Open the run."""
@@ -248,14 +221,6 @@ followed as they go.
     def action_plugins(self) -> None:
         """Show what is installed."""
         self.gaitsim.open_plugins()
-
-    def action_mark(self) -> None:
-        """Mark the run, or take the mark away; go to the next one."""
-        run = self._run()
-        if run is not None and self._table is not None:
-            self._table.marked ^= {run.path}
-            self._show()
-            self._table.action_cursor_down()
 
     def action_replay(self) -> None:
         """Replay the run under the cursor, or two marked ones side by side."""
@@ -322,14 +287,12 @@ followed as they go.
         match action:
             case "back":
                 return bool(self.filter) or bool(self.is_mounted and self.query("#filter:focus"))
-            case "mark":
-                return run is not None
             case "delete":
                 return run is not None and run.state != "running"
             case "replay" | "make":
                 return run is not None and run.generation > 0 and run.problem is None
             case "compare":
                 return len(self._marked()) >= 2
-            case "filter" | "sort" | "turn":
+            case "filter":
                 return bool(self.runs)
         return super().check_action(action, parameters)

@@ -7,7 +7,7 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.containers import Horizontal, VerticalScroll
 from textual.timer import Timer
 from textual.widgets import Footer, Header, Input, Label, Select, Static, TabbedContent, TabPane
 
@@ -22,6 +22,7 @@ from gaitsim.tui.screens.files import ask_load, ask_save
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.toml_view import coloured
+from gaitsim.tui.widgets.verdict import Verdict
 from gaitsim.tui.words import visible
 
 FIRST = "spider"  # the preset that is taken where none is asked for
@@ -54,20 +55,9 @@ on the last tab or beside the form.
         Binding("ctrl+s", "save", "Save file", id="new.save", tooltip="Save the experiment file"),
         Binding("ctrl+l", "load", "Load file", id="new.load", tooltip="Begin with a file"),
         Binding("ctrl+z", "reset", "Reset", id="new.reset", tooltip="Take all changes back"),
-        Binding(
-            "ctrl+right", "tab(1)", "Next part", show=False, id="new.next", tooltip="The next tab"
-        ),
-        Binding(
-            "ctrl+left", "tab(-1)", "Part before", show=False, id="new.before", tooltip="Tab before"
-        ),
-        Binding(
-            "ctrl+y",
-            "app.copy_command",
-            "Copy command",
-            show=False,
-            id="new.copy",
-            tooltip="As a shell takes it",
-        ),
+        Binding("ctrl+right", "tab(1)", "Next", show=False, id="new.next", tooltip="Next tab"),
+        Binding("ctrl+left", "tab(-1)", "Back", show=False, id="new.before", tooltip="Tab before"),
+        Binding("ctrl+y", "app.copy_command", "Copy command", show=False, id="new.copy"),
     ]
 
     def __init__(self, experiment: str | None = None) -> None:
@@ -97,9 +87,7 @@ on the last tab or beside the form.
                     yield Static(id="toml-tab", classes="toml")
             with VerticalScroll(id="beside"):
                 yield Static(id="toml-beside", classes="toml")
-        with Vertical(id="new-foot"):
-            yield Static("Reading what is installed …", id="status")
-            yield Static(id="command", classes="command")
+        yield Verdict("Reading what is installed …")
         yield Footer()
 
     def on_mount(self) -> None:
@@ -124,7 +112,7 @@ on the last tab or beside the form.
 
     def _not_begun(self, reference: str, error: GaitsimError) -> None:
         self._fill_presets(reference if self._draft is None else self._draft.ready.reference)
-        self._status(str(error), wrong=True)
+        self.query_one(Verdict).tell(str(error), wrong=True)
 
     def _check_soon(self) -> None:
         if self._timer is not None:
@@ -180,24 +168,8 @@ on the last tab or beside the form.
         text = coloured(found.toml, colours["primary"], colours["secondary"])
         for place in ("#toml-tab", "#toml-beside"):
             self.query_one(place, Static).update(text if found.toml else "Once all is right.")
-        self.query_one("#command", Static).update(Text(f"$ {self.command_line()}"))
-        self._show_status(found)
+        self.query_one(Verdict).show(found, self._run(), self.command_line())
         self.refresh_bindings()
-
-    def _show_status(self, found: Reading) -> None:
-        if not found.problems:
-            self._status(f"✓ It can run, as {self._run()}")
-            return
-        key, first = next(iter(found.problems.items()))
-        more = f"  (and {len(found.problems) - 1} more)" if len(found.problems) > 1 else ""
-        parts = [first.what, first.allowed and f"allowed: {first.allowed}", first.remedy]
-        place = f"{key}: " if key else ""
-        self._status(f"✗ {place}{'; '.join(filter(None, parts))}{more}", wrong=True)
-
-    def _status(self, text: str, *, wrong: bool = False) -> None:
-        status = self.query_one("#status", Static)
-        status.set_class(wrong, "problem")
-        status.update(Text("\n".join(map(visible, text.splitlines()))))
 
     @on(TabbedContent.TabActivated)
     def _show_part(self) -> None:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from rich.text import Text
 from textual.binding import Binding, BindingType
+from textual.message import Message
 from textual.widgets import DataTable
 
 from gaitsim.runs.overview import Overview
@@ -76,8 +77,14 @@ class RunTable(DataTable[Text]):
         marked: the runs that are marked.
     """
 
+    class Marked(Message):
+        """Other runs are marked."""
+
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "select_cursor", "Open", id="home.open", tooltip="Watch it, or go on"),
+        Binding("space", "mark", "Mark", id="home.mark", tooltip="Mark it to compare it"),
+        Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="By the next column"),
+        Binding("S", "turn", "Turn", show=False, id="home.turn", tooltip="The other way round"),
     ]
 
     def __init__(self, **options: Any) -> None:
@@ -85,6 +92,7 @@ class RunTable(DataTable[Text]):
         self.order = "changed"
         self.falling = True
         self.marked: set[Path] = set()
+        self._asked: tuple[list[Overview], str, float] = ([], "", 0.0)
         self._layout: list[tuple[Column, int]] = []
         self._shown: list[Overview] = []
         self._cells: dict[Path, list[Text]] = {}
@@ -102,7 +110,10 @@ class RunTable(DataTable[Text]):
 
     def show(self, runs: Iterable[Overview], words: str, now: float) -> None:
         """Show the runs that have all of `words`; `now` is the time in seconds since 1970."""
-        wanted = sorted(_having(runs, words), key=COLUMNS[self.order].sort, reverse=self.falling)
+        found = list(runs)
+        self._asked = (found, words, now)
+        self.marked &= {run.path for run in found}
+        wanted = sorted(_having(found, words), key=COLUMNS[self.order].sort, reverse=self.falling)
         layout = columns(self.size.width)
         cells = {run.path: self._row(run, layout, now) for run in wanted}
         same = [run.path for run in wanted] == [run.path for run in self._shown]
@@ -117,6 +128,30 @@ class RunTable(DataTable[Text]):
         self.falling = not self.falling if name == self.order else name in FALLING
         self.order = name
         self._layout = []  # titles carry the arrow
+        self.show(*self._asked)
+
+    def on_data_table_header_selected(self, event: DataTable.HeaderSelected) -> None:
+        """Sort by the column whose title is clicked."""
+        event.stop()
+        self.sort_by(str(event.column_key.value))
+
+    def action_sort(self) -> None:
+        """Sort by the next column."""
+        names = [column.name for column, _ in self._layout]
+        at = names.index(self.order) if self.order in names else -1
+        self.sort_by(names[(at + 1) % len(names)])
+
+    def action_turn(self) -> None:
+        """Sort the other way round."""
+        self.sort_by(self.order)
+
+    def action_mark(self) -> None:
+        """Mark the run under the cursor, or take its mark away; go to the next one."""
+        if self.run is not None:
+            self.marked ^= {self.run.path}
+            self.show(*self._asked)
+            self.action_cursor_down()
+            self.post_message(self.Marked())
 
     def _update(self, cells: dict[Path, list[Text]]) -> None:
         for path, row in cells.items():
