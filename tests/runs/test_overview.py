@@ -1,0 +1,222 @@
+"""Runs at a glance: what is told of each, and that only what changed is read."""
+
+import math
+import shutil
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import RunError
+from gaitsim.evaluation import judge
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.lock import RunLock
+from gaitsim.runs.overview import POINTS, Curve, Watch, overview
+from gaitsim.runs.reader import Run
+from gaitsim.runs.writer import RunWriter
+
+
+@pytest.fixture
+def make(puppet, tmp_path):
+    """Makes a run of puppets that stands at a generation."""
+
+    def make(name="walk", generation=3, *overrides, generations=5):
+        experiment = puppet(f"evolution.generations={generations}", *overrides)
+        path = create_run(experiment, tmp_path / "runs" / name)
+        evolve(path, generation)
+        return path
+
+    return make
+
+
+def evolve(path, generation, *overrides, **options):
+    if not generation:
+        return
+    with RunWriter(path, overrides=overrides, **options) as writer:
+        for made in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+            if made.number == generation:
+                break
+
+
+def _first(terms, motion):
+    return {name: values[: len(motion["reach"])] for name, values in terms.items()}
+
+
+class TestOverview:
+    def test_it_tells_what_the_run_is_and_how_far(self, make):
+        path = make("walk", 3, "seed=7")
+        found, history = overview(path), Run(path).history
+        assert (found.name, found.state, found.problem) == ("walk", "stopped", None)
+        assert (found.generation, found.generations, found.stage, found.seed) == (3, 5, 1, 7)
+        assert found.plugins["organism"] == "puppet"
+        assert found.best == history["best"].max()
+        assert found.curve == tuple(history["best"])
+        assert found.seconds == pytest.approx(history["seconds"].sum())
+        assert found.changed == pytest.approx((path / "history.csv").stat().st_mtime, abs=5)
+
+    def test_before_the_first_generation(self, make):
+        found = overview(make("walk", 0))
+        assert (found.state, found.generation, found.best, found.curve) == ("stopped", 0, None, ())
+
+    def test_a_finished_run(self, make):
+        assert overview(make("walk", 5)).state == "finished"
+
+    def test_a_finished_run_that_is_to_go_further(self, make):
+        path = make("walk", 5)
+        text = (path / "experiment.toml").read_text()
+        (path / "experiment.toml").write_text(text.replace("generations = 5", "generations = 9"))
+        assert overview(path).state == "stopped"
+
+    def test_one_that_a_process_writes(self, make):
+        path = make()
+        lock = RunLock(path)
+        assert overview(path).state == "running"
+        lock.release()
+        assert overview(path).state == "stopped"
+
+    def test_no_finite_score_is_no_best(self, make, puppets, monkeypatch):
+        failed = {"reach": np.nan, "price": 0.0}
+        terms = {name: np.full(100, value) for name, value in failed.items()}
+        monkeypatch.setattr(puppets.Reach, "terms", lambda fitness, motion: _first(terms, motion))
+        found = overview(make("walk", 2))
+        assert (found.best, found.generation) == (None, 2)
+        assert all(map(math.isnan, found.curve))
+
+    def test_best_is_of_the_present_fitness(self, make):
+        path = make("walk", 2)
+        evolve(path, 4, "fitness.price=0.9")
+        found = overview(path)
+        assert found.stage == 2
+        assert found.best == Run(path).history["best"][2:].max()
+        assert len(found.curve) == 4
+
+    @pytest.mark.parametrize(
+        ("file", "content"),
+        [
+            ("experiment.toml", "schema = 1\n[evolution"),
+            ("experiment.toml", "schema = 1"),
+            ("experiment.toml", "organism = 3\nfitness = [1]"),
+            ("population.pickle", "x"),
+            ("history.csv", "generation,best,seconds\nx,y,z\n"),
+            ("history.csv", "a,b\n1,2\n"),
+            ("history.csv", "\x00\n"),
+        ],
+    )
+    def test_a_damaged_run_says_why(self, make, file, content):
+        path = make()
+        for name in {file, file.replace("population", "population.previous")}:
+            (path / name).write_text(content)
+        found = overview(path)
+        assert found.state == "damaged"
+        assert found.problem.what
+
+    def test_a_run_that_is_gone(self, tmp_path):
+        assert overview(tmp_path / "nowhere") is None
+
+
+class TestWatch:
+    def test_it_reads_what_changed_and_no_more(self, make, monkeypatch):
+        paths = [make("a", 2), make("b", 2)]
+        watch, read = Watch(paths[0].parent), []
+        checkpoint = Run.checkpoint
+        monkeypatch.setattr(
+            Run, "checkpoint", lambda run, **options: (read.append(run.path), checkpoint(run))[1]
+        )
+        monkeypatch.setattr("gaitsim.runs.overview.PATIENCE", 0)
+        first = watch.look()
+        assert set(read) == set(paths)
+        read.clear()
+        assert watch.look() == first
+        assert not read
+        evolve(paths[1], 3)
+        read.clear()
+        assert [found.generation for found in watch.look()] == [2, 3]
+        assert set(read) == {paths[1]}
+
+    def test_what_was_read_slowly_is_not_read_at_once_again(self, make, monkeypatch):
+        path = make("a", 2)
+        watch = Watch(path.parent)
+        monkeypatch.setattr("gaitsim.runs.overview.PATIENCE", 1e9)
+        watch.look()
+        evolve(path, 3)
+        assert [found.generation for found in watch.look()] == [2]
+
+    def test_runs_come_and_go(self, make):
+        one, other = make("a", 1), make("b", 1)
+        watch = Watch(one.parent)
+        assert {found.name for found in watch.look()} == {"a", "b"}
+        shutil.rmtree(one)
+        assert [found.name for found in watch.look()] == ["b"]
+        make("c", 1)
+        assert {found.name for found in watch.look()} == {"b", "c"}
+        shutil.rmtree(other)
+
+    def test_a_folder_that_is_not_there_has_none(self, tmp_path):
+        assert Watch(tmp_path / "runs").look() == []
+
+    def test_a_file_is_no_folder(self, tmp_path):
+        (tmp_path / "runs").write_text("")
+        with pytest.raises(RunError):
+            Watch(tmp_path / "runs").look()
+
+
+class TestCurve:
+    def write(self, path, values, before=""):
+        rows = [f"{number},{value!r},0.5\n" for number, value in enumerate(values, 1)]
+        path.write_text(before + "generation,best,seconds\n" + "".join(rows))
+
+    def test_it_goes_on_where_it_was_left(self, tmp_path):
+        path = tmp_path / "history.csv"
+        curve = Curve(path)
+        curve.read()
+        assert curve.points == ()
+        self.write(path, [1.0, 2.0])
+        curve.read()
+        with path.open("a") as file:
+            file.write("3,3.0,0.5\n4,")
+        curve.read()
+        assert curve.points == (1.0, 2.0, 3.0)
+        with path.open("a") as file:
+            file.write("4.0,0.5\n")
+        curve.read()
+        assert curve.points == (1.0, 2.0, 3.0, 4.0)
+        assert curve.seconds == 2.0
+
+    def test_a_history_that_was_cut_is_read_anew(self, tmp_path):
+        path = tmp_path / "history.csv"
+        curve = Curve(path)
+        self.write(path, [1.0, 2.0, 3.0])
+        curve.read()
+        self.write(path, [1.0, 5.0])
+        curve.read()
+        assert curve.points == (1.0, 5.0)
+
+    def test_one_that_was_replaced_is_read_anew(self, tmp_path):
+        path, other = tmp_path / "history.csv", tmp_path / "other"
+        curve = Curve(path)
+        self.write(path, [1.0])
+        curve.read()
+        other.write_text("best,new,seconds\n7.0,nan,1.0\n8.0,1.0,1.0\n")
+        other.replace(path)
+        curve.read()
+        assert curve.points == (7.0, 8.0)
+
+    @pytest.mark.parametrize("count", [POINTS - 1, POINTS, POINTS + 1, 5000, 12345])
+    def test_a_long_one_is_thinned_and_keeps_its_peaks(self, tmp_path, count):
+        values = np.sin(np.arange(count) / 50.0)
+        values[count // 3] = 99.0
+        self.write(tmp_path / "history.csv", values.tolist())
+        curve = Curve(tmp_path / "history.csv")
+        curve.read()
+        assert POINTS // 2 <= len(curve.points) <= POINTS
+        assert max(curve.points) == 99.0
+        stride = 2 ** math.ceil(math.log2((count + 1) / POINTS)) if count >= POINTS else 1
+        blocks = [max(values[at : at + stride]) for at in range(0, count, stride)]
+        assert curve.points == tuple(blocks)
+
+    def test_generations_in_which_all_failed_are_gaps(self, tmp_path):
+        values = [float("-inf")] * 300
+        values[7] = 1.0
+        self.write(tmp_path / "history.csv", values)
+        curve = Curve(tmp_path / "history.csv")
+        curve.read()
+        assert [point for point in curve.points if not math.isnan(point)] == [1.0]

@@ -1,0 +1,56 @@
+"""Deleting runs."""
+
+import pytest
+
+from gaitsim.errors import RunError
+from gaitsim.runs.folder import create_run, list_runs
+from gaitsim.runs.lock import RunLock
+from gaitsim.runs.removal import delete_run
+
+
+@pytest.fixture
+def run(puppet, tmp_path):
+    return create_run(puppet(), tmp_path / "runs" / "walk")
+
+
+def test_nothing_is_left(run):
+    (run / "exports" / "gait.csv").write_text("1")
+    delete_run(run)
+    assert list(run.parent.iterdir()) == []
+
+
+def test_a_run_that_is_written_stays(run):
+    lock = RunLock(run)
+    with pytest.raises(RunError, match="being written"):
+        delete_run(run)
+    lock.release()
+    assert list_runs(run.parent) == [run]
+
+
+@pytest.mark.parametrize("make", ["mkdir", "touch"])
+def test_what_is_no_run_stays(tmp_path, make):
+    path = tmp_path / "thing"
+    getattr(path, make)()
+    with pytest.raises(RunError, match="not a run"):
+        delete_run(path)
+    assert path.exists()
+
+
+def test_a_link_to_a_run_is_not_followed(run, tmp_path):
+    link = tmp_path / "link"
+    link.symlink_to(run)
+    with pytest.raises(RunError, match="not a run"):
+        delete_run(link)
+    assert list_runs(run.parent) == [run]
+
+
+def test_one_that_cannot_be_renamed_is_whole(run, monkeypatch):
+    monkeypatch.setattr("pathlib.Path.rename", _refused)
+    with pytest.raises(RunError, match="cannot be written"):
+        delete_run(run)
+    monkeypatch.undo()
+    assert list_runs(run.parent) == [run]
+
+
+def _refused(path, target):
+    raise PermissionError(13, "Permission denied")

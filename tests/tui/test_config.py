@@ -1,0 +1,112 @@
+"""The settings: what is read, what is told of a bad file, what is kept when a theme is chosen."""
+
+import pytest
+
+from gaitsim.tui.config import (
+    Config,
+    check_keys,
+    check_theme,
+    config_path,
+    read_config,
+    remember_theme,
+)
+from gaitsim.tui.keys import KEYS
+
+IDS = {"home.delete", "home.new", "app.help"}
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text):
+        path = tmp_path / "config.toml"
+        path.write_text(text)
+        return read_config(path)
+
+    return read
+
+
+class TestWhere:
+    def test_in_the_folder_that_the_system_names(self, monkeypatch, tmp_path):
+        monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+        assert config_path() == tmp_path / "gaitsim" / "config.toml"
+
+    @pytest.mark.parametrize("value", ["", "relative"])
+    def test_else_in_the_home(self, monkeypatch, tmp_path, value):
+        monkeypatch.setenv("XDG_CONFIG_HOME", value)
+        monkeypatch.setenv("HOME", str(tmp_path))
+        assert config_path() == tmp_path / ".config" / "gaitsim" / "config.toml"
+
+
+class TestRead:
+    def test_no_file_is_no_problem(self, tmp_path):
+        assert read_config(tmp_path / "none.toml") == Config(tmp_path / "none.toml")
+
+    def test_theme_and_keys(self, read):
+        found = read('[tui]\ntheme = "nord"\n[keys]\nhome.delete = "x"\n"home.new" = "a, b"\n')
+        assert found.theme == "nord"
+        assert found.keys == {"home.delete": "x", "home.new": "a, b"}
+        assert not found.problems
+
+    def test_unknown_sections_and_keys_are_told_with_the_nearest(self, read):
+        found = read('[tiu]\n[tui]\nthem = "nord"\n')
+        assert [problem.remedy for problem in found.problems] == [
+            "did you mean 'tui'?",
+            "did you mean 'theme'?",
+        ]
+
+    @pytest.mark.parametrize(
+        "text",
+        ["tui = 3", "keys = 'x'", "[tui]\ntheme = 1", "[keys]\nhome.new = 1", "[keys]\nx = ''"],
+    )
+    def test_a_value_of_a_wrong_kind_is_told(self, read, text):
+        found = read(text)
+        assert len(found.problems) == 1
+        assert "not allowed" in found.problems[0].what
+        assert (found.theme, found.keys) == (None, {})
+
+    def test_what_is_no_toml_is_told(self, read):
+        assert "not valid TOML" in read("[tui").problems[0].what
+
+    def test_what_is_no_text_is_told(self, tmp_path):
+        (tmp_path / "c.toml").write_bytes(b"\xff\xfe\x00")
+        assert "UTF-8" in read_config(tmp_path / "c.toml").problems[0].what
+
+    def test_a_folder_is_told(self, tmp_path):
+        assert "cannot read" in read_config(tmp_path).problems[0].what
+
+
+class TestCheck:
+    def test_an_unknown_theme(self, tmp_path):
+        known = ["gaitsim-dark", "gaitsim-light"]
+        assert check_theme(Config(tmp_path, "gaitsim-light"), known) is None
+        found = check_theme(Config(tmp_path, "gaitsim-lite"), known)
+        assert found.remedy == "did you mean 'gaitsim-light'?"
+
+    @pytest.mark.parametrize(
+        "key", ["x", "X", "?", "ctrl+d", "f5", "enter", "ctrl+shift+left", "a,b", "plus", "ctrl+x,y"]
+    )
+    def test_keys_that_there_are(self, tmp_path, key):
+        assert not check_keys(Config(tmp_path, keys={"home.new": key}), IDS, KEYS)
+
+    @pytest.mark.parametrize("key", ["ctl+d", "entr", "ctrl+", "f99", "a,,b", "ctrl+entr"])
+    def test_keys_that_there_are_not(self, tmp_path, key):
+        found = check_keys(Config(tmp_path, keys={"home.new": key}), IDS, KEYS)
+        assert len(found) == 1
+        assert "there is no key" in found[0].what
+
+    def test_an_unknown_id(self, tmp_path):
+        found = check_keys(Config(tmp_path, keys={"home.delte": "x"}), IDS, KEYS)
+        assert [problem.remedy for problem in found] == ["did you mean 'home.delete'?"]
+
+
+class TestRemember:
+    def test_all_else_stays(self, tmp_path):
+        path = tmp_path / "deep" / "config.toml"
+        remember_theme(path, "nord")
+        assert read_config(path).theme == "nord"
+        path.write_text('# mine\n[keys]\nhome.new = "x" # so\n')
+        remember_theme(path, "dracula")
+        text = path.read_text()
+        assert text.startswith('# mine\n[keys]\nhome.new = "x" # so\n')
+        found = read_config(path)
+        assert (found.theme, found.keys) == ("dracula", {"home.new": "x"})

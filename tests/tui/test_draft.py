@@ -1,0 +1,136 @@
+"""What is put together in the forms, and that the command line makes the same of it."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import create_model
+
+from gaitsim import options
+from gaitsim.contracts import option
+from gaitsim.experiment import load_experiment
+from gaitsim.tui.catalogue import read_catalogue
+from gaitsim.tui.draft import Draft, choose, load_ready, read
+
+SPIDER = load_ready("spider")
+
+
+@pytest.fixture(scope="module")
+def catalogue():
+    return read_catalogue()
+
+
+def drafted(**changes):
+    return Draft(SPIDER, {key.replace("__", "."): text for key, text in changes.items()})
+
+
+class TestCommand:
+    def test_what_is_not_changed_is_not_in_it(self):
+        assert drafted().command(Path("runs/spider")) == "gaitsim run spider"
+
+    def test_another_folder_is(self):
+        command = drafted().command(Path("elsewhere/spider"))
+        assert command == "gaitsim run spider --out elsewhere/spider"
+
+    def test_it_makes_the_same_experiment(self, catalogue):
+        draft = drafted(
+            seed="12", name="odd name", evolution__population="40", organism__encoding="cpg"
+        )
+        words = shlex.split(draft.command(Path("runs/odd name")))
+        overrides = words[words.index("--set") :][1::2]
+        found = read(draft, catalogue)
+        assert found.experiment == load_experiment(words[2], overrides)
+        assert found.toml == load_experiment("spider", draft.overrides).to_toml()
+        assert (found.experiment.seed, found.name) == (12, "odd name")
+
+    def test_taking_a_change_back_leaves_nothing(self):
+        draft = drafted().assign("seed", "3").assign("seed", None)
+        assert draft == drafted()
+
+
+class TestRead:
+    def test_each_problem_is_where_its_option_is(self, catalogue):
+        found = read(drafted(evolution__population="x", mutation__rate="7", seed="-1"), catalogue)
+        assert set(found.problems) == {"evolution.population", "mutation.rate", "seed"}
+        assert found.experiment is None
+        assert found.toml == ""
+
+    def test_options_that_do_not_fit_each_other(self, catalogue):
+        found = read(drafted(evolution__elites="300"), catalogue)
+        assert set(found.problems) == {"evolution.elites"}
+
+    def test_forms_have_every_option_as_it_is(self, catalogue):
+        found = read(drafted(fitness__yaw_weight="9"), catalogue)
+        texts = {option.key: option.text for option in found.forms["fitness"].options}
+        assert texts["fitness.yaw_weight"] == "9"
+        plugin = load_experiment("spider").fitness
+        assert set(texts) == {f"fitness.{name}" for name in type(plugin).model_fields}
+        for one in found.forms["fitness"].options:
+            assert options.parse_value(one.ready) == getattr(plugin, one.key.split(".")[1])
+
+    def test_all_texts_of_all_presets_are_read_back_as_they_were(self, catalogue):
+        for preset in catalogue.presets:
+            ready = load_ready(preset.name)
+            found = read(Draft(ready), catalogue)
+            texts = {o.key: o.text for form in found.forms.values() for o in form.options if o.text}
+            again = read(Draft(ready, texts), catalogue)
+            assert again.experiment == found.experiment, preset.name
+
+    def test_a_plugin_that_is_not_there(self, catalogue):
+        found = read(drafted(fitness__plugin="nothing"), catalogue)
+        assert "fitness.plugin" in found.problems
+        assert "nothing" in found.forms["fitness"].problem.what
+
+
+class TestOffers:
+    def test_only_what_works_with_the_body(self, catalogue):
+        found = read(drafted(), catalogue)
+        assert set(found.offered["fitness"]) == {"spider-walk", "spider-classic"}
+        assert "bit-flip" not in found.offered["mutation"]
+        for kind in ("fitness", "selection", "crossover", "mutation"):
+            for name in found.offered[kind]:
+                other = read(choose(found, kind, name, catalogue), catalogue)
+                assert not {f"{kind}.plugin"} & set(other.problems), (kind, name)
+
+    def test_every_body_brings_parts_that_work(self, catalogue):
+        found = read(drafted(), catalogue)
+        for body in found.offered["organism"]:
+            other = read(choose(found, "organism", body, catalogue), catalogue)
+            assert other.experiment is not None, (body, other.problems)
+            assert other.chosen("organism") == body
+
+    def test_what_works_stays(self, catalogue):
+        found = read(drafted(mutation__plugin="reset"), catalogue)
+        other = read(choose(found, "organism", "fly", catalogue), catalogue)
+        assert other.chosen("mutation") == "reset"
+
+    def test_back_to_the_ready_one_is_no_change(self, catalogue):
+        found = read(drafted(crossover__plugin="blend"), catalogue)
+        assert choose(found, "crossover", "uniform", catalogue) == drafted()
+
+    def test_another_plugin_drops_the_options_of_the_old_one(self, catalogue):
+        found = read(drafted(mutation__rate="0.5"), catalogue)
+        draft = choose(found, "mutation", "reset", catalogue)
+        assert dict(draft.changes) == {"mutation.plugin": "reset"}
+
+    def test_a_broken_plugin_is_not_offered(self, install):
+        install("broken_body", "raise RuntimeError('no')", {"fitness": {"bad": "Bad"}})
+        catalogue = read_catalogue()
+        assert "bad" not in catalogue.classes["fitness"]
+        assert "no" in catalogue.failure("fitness", "bad").what
+
+
+texts = st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), max_size=12)
+
+
+@given(texts | st.none())
+def test_any_text_is_written_so_that_it_is_read_back(value):
+    model = create_model("Model", label=(str | None, option(None, "a text")))
+    field = model.model_fields["label"]
+    if value is not None and value.lower() == "none":
+        return  # no text is 'none', which is the word for none
+    written = options.written(field, value)
+    _, typed = options.parse_assignment(f"key={written}")
+    assert options.fitting(field, options.parse_value(typed), typed) == value
