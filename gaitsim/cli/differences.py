@@ -56,7 +56,7 @@ def differences(
 
     gaitsim differences spider spider-2
 
-    gaitsim differences spider spider-2 --quantity diversity --by evaluations --plot curves.pdf
+    gaitsim differences spider spider-2 --by evaluations --plot curves.pdf
     """
     from gaitsim.analysis.beside import options, read
     from gaitsim.runs.folder import find_run

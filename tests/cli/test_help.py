@@ -61,7 +61,7 @@ def test_examples_stand_one_a_line(gaitsim, command):
     (start,) = (index for index, line in enumerate(lines) if line in ("Example", "Examples"))
     examples = lines[start + 1 : lines.index("", start)]
     assert examples
-    assert all(line.startswith("gaitsim ") for line in examples)
+    assert all("gaitsim " in line for line in examples)
     assert any(line.startswith(f"gaitsim {' '.join(command)}") for line in examples)
 
 
