@@ -9,6 +9,7 @@ from gaitsim.terminal.braille import SPACE, Inks
 
 QUIET, CURSOR, FIRST = 1, 2, 3  # inks: of swing, of the moment, and of the side of a bar
 WINDOW = 4.0  # seconds shown, about: some strides of most bodies
+WIDEST = 6  # halves of a cell that a frame takes at most, where there is room
 SWING = "·"
 _HALVES = " ▌▐█"  # on the ground in neither half of a cell, the first, the second, both
 _STACKED = " ▀▄█"  # neither foot of a row, the upper, the lower, both
@@ -49,6 +50,9 @@ def strip(
         return codes, inks
     steps = width if stacked else 2 * width
     each = max(1, round(WINDOW * frame_rate / steps))
+    wider = min(max(steps // frames, 1), WIDEST)
+    if wider > 1:  # a short motion
+        touching, frame, frames, each = touching.repeat(wider, 0), frame * wider, frames * wider, 1
     count = -(-frames // each)
     at = frame // each
     start = max(0, min(at - steps // 2, count - steps))

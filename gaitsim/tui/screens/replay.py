@@ -90,30 +90,32 @@ The best individual of any generation, as it moves.
         self, run: Path, generation: int | None = None, beside: Path | None = None
     ) -> None:
         super().__init__()
-        self._run, self._generation, self._beside = run, generation, beside
+        self._run, self._beside = run, beside
         self._playing = True
+        self._time = Scrubber("time      ", say=self._say, id="frame")
+        self._panes = [ReplayPane(run, generation)]
+        if beside is not None:
+            self._panes.append(ReplayPane(beside, classes="second"))
 
     def compose(self) -> ComposeResult:
         """Bodies side by side, time, keys."""
         yield Header()
         with Horizontal(id="panes"):
-            yield ReplayPane(self._run, self._generation)
-            if self._beside is not None:
-                yield ReplayPane(self._beside, classes="second")
-        yield Scrubber("time      ", say=self._say, id="frame")
+            yield from self._panes
+        yield self._time
         yield Footer()
 
     def on_mount(self) -> None:
         """Say how it plays."""
         self._state()
-        self.query_one(BodyCanvas).focus()
+        self._time.focus()
 
     # Bodies
 
     @property
     def panes(self) -> list[ReplayPane]:
         """One or two."""
-        return list(self.query(ReplayPane))
+        return list(self._panes)
 
     @property
     def pane(self) -> ReplayPane:
@@ -136,9 +138,8 @@ The best individual of any generation, as it moves.
             canvas.playing = self._playing and canvas is leader
             if canvas is not leader:
                 pane.show_frame_of(leader.seconds)
-        scrubber = self.query_one("#frame", Scrubber)
-        scrubber.set_range(0, max(leader.frames - 1, 0))
-        scrubber.value = leader.frame
+        self._time.set_range(0, max(leader.frames - 1, 0))
+        self._time.value = leader.frame
         self._state()
         self.refresh_bindings()
 
@@ -151,7 +152,7 @@ The best individual of any generation, as it moves.
         leader = self.leader
         for pane in self.panes:
             pane.show_frame_of(leader.seconds)
-        self.query_one("#frame", Scrubber).value = leader.frame
+        self._time.value = leader.frame
 
     @on(BodyCanvas.ViewChanged)
     def _turned(self, event: BodyCanvas.ViewChanged) -> None:
@@ -168,8 +169,6 @@ The best individual of any generation, as it moves.
 
     def _say(self, frame: int) -> str:
         """A frame as the slider says it."""
-        if not self.is_mounted or not self.panes:
-            return ""
         leader = self.leader
         if leader.skeleton is None:
             return "–"
@@ -237,16 +236,15 @@ The best individual of any generation, as it moves.
 
     async def action_split(self) -> None:
         """Add a second body, or take it away."""
-        panes = self.panes
-        if len(panes) > 1:
-            await panes[1].remove()
+        if len(self._panes) > 1:
+            await self._panes.pop().remove()
             self._changed()
             return
         run = self._beside or self._run
-        generation = None if self._beside else 1
-        pane = ReplayPane(run, generation, classes="second")
+        pane = ReplayPane(run, None if self._beside else 1, classes="second")
+        pane.canvas.view = self._panes[0].canvas.view
+        self._panes.append(pane)
         await self.query_one("#panes").mount(pane)
-        pane.canvas.view = panes[0].canvas.view
 
     def action_make(self) -> None:
         """Make something of the run."""
@@ -261,7 +259,7 @@ The best individual of any generation, as it moves.
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Whether an action can be done with the body that is shown."""
-        if not self.is_mounted or not self.panes:
+        if not self.is_mounted:
             return super().check_action(action, parameters)
         pane = self.pane
         match action:

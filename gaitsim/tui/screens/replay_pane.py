@@ -62,28 +62,30 @@ class ReplayPane(Vertical):
         self._loading: Worker[Shown] | None = None
         self._asked: int | None = None
         self._measures: bool | None = None
+        self.canvas = BodyCanvas(message="moving the body …")
+        self.feet = FootfallStrip()
+        self.slider = Scrubber("generation", 1, 1, 1)
+        self._heading = Static(classes="title")
+        self._side = Vertical(classes="side")
+        self._numbers = Static(classes="measures")
+        self._curve = Curves(legend=False)
 
     def compose(self) -> ComposeResult:
         """Title, body and measures, feet, generations."""
-        yield Static(classes="title")
+        yield self._heading
         with Horizontal():
-            yield BodyCanvas(message="moving the body …")
-            with Vertical(classes="side"):
-                yield Static(classes="measures")
-                yield Curves(legend=False)
-        yield FootfallStrip()
-        yield Scrubber("generation", 1, 1, 1)
+            yield self.canvas
+            with self._side:
+                yield self._numbers
+                yield self._curve
+        yield self.feet
+        yield self.slider
 
     def on_mount(self) -> None:
         """Begin to read."""
-        self.query_one(".side").display = False
+        self._side.display = False
         self._title()
         self.ask(self._wanted)
-
-    @property
-    def canvas(self) -> BodyCanvas:
-        """Where the body is drawn."""
-        return self.query_one(BodyCanvas)
 
     @property
     def generation(self) -> int | None:
@@ -101,7 +103,7 @@ class ReplayPane(Vertical):
             generation = min(max(generation, 1), self.shown.last)
         self._wanted = generation
         if generation is not None:
-            self.query_one(Scrubber).value = generation
+            self.slider.value = generation
         if self._loading is None:
             self._load()
         self._title()
@@ -129,23 +131,21 @@ class ReplayPane(Vertical):
 
     def _show(self, shown: Shown) -> None:
         self.shown, self.problem = shown, None
-        scrubber = self.query_one(Scrubber)
-        scrubber.set_range(1, shown.last)
+        self.slider.set_range(1, shown.last)
         if self._wanted == self._asked:
             self._wanted = self._asked = shown.generation
-            scrubber.value = shown.generation
+            self.slider.value = shown.generation
         self.canvas.set_skeleton(shown.skeleton)
-        feet = self.query_one(FootfallStrip)
-        feet.set_skeleton(shown.skeleton)
-        feet.frame = self.canvas.frame
+        self.feet.set_skeleton(shown.skeleton)
+        self.feet.frame = self.canvas.frame
         self._fill()
         self.post_message(self.Changed(self))
 
     def _fail(self, error: GaitsimError) -> None:
         self.shown, self.problem = None, error
         self.canvas.set_skeleton(None, visible_lines(str(error)))
-        self.query_one(FootfallStrip).set_skeleton(None)
-        self._side()
+        self.feet.set_skeleton(None)
+        self._make_room()
         self.post_message(self.Changed(self))
 
     def show_frame_of(self, seconds: float) -> None:
@@ -156,7 +156,7 @@ class ReplayPane(Vertical):
 
     def step_feet(self) -> None:
         """Let the feet keep step with the body."""
-        self.query_one(FootfallStrip).frame = self.canvas.frame
+        self.feet.frame = self.canvas.frame
 
     def _title(self) -> None:
         title = Text(no_wrap=True, overflow="ellipsis")
@@ -174,27 +174,27 @@ class ReplayPane(Vertical):
         if self._loading is not None:
             wanted = "the champion" if self._wanted is None else f"generation {self._wanted}"
             title.append(f"  reading {wanted} …", "dim")
-        self.query_one(".title", Static).update(title)
+        self._heading.update(title)
 
     def show_measures(self, wanted: bool) -> None:
         """Whether measures stand beside the body, whatever the room."""
         self._measures = wanted
-        self._side()
+        self._make_room()
 
     @property
     def measures_shown(self) -> bool:
         """Whether they do."""
-        return self.query_one(".side").display
+        return self._side.display
 
     def on_resize(self) -> None:
         """Measures stand beside the body where there is room."""
-        self._side()
+        self._make_room()
         self._title()
 
-    def _side(self) -> None:
+    def _make_room(self) -> None:
         roomy = self.size.width >= ROOMY
         wanted = roomy if self._measures is None else self._measures
-        self.query_one(".side").display = wanted and self.shown is not None
+        self._side.display = wanted and self.shown is not None
 
     def _fill(self) -> None:
         """Measures, terms, and where the generation is on the curve."""
@@ -211,11 +211,11 @@ class ReplayPane(Vertical):
             for name, value in lines:
                 room = 31 - len(value)
                 text.append(f"{clip(name, room - 1).ljust(room)}{visible(value)}\n")
-        self.query_one(".measures", Static).update(text)
+        self._numbers.update(text)
         history = shown.history
         best = Series("best", history["generation"], history["best"])
-        self.query_one(Curves).set_series([best], [shown.generation])
-        self._side()
+        self._curve.set_series([best], [shown.generation])
+        self._make_room()
 
     @on(Scrubber.Changed)
     def _scrubbed(self, event: Scrubber.Changed) -> None:

@@ -1,0 +1,519 @@
+"""The replay: any generation, frame by frame, two in step; its sliders and footfalls."""
+
+import asyncio
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from textual.app import App
+
+from gaitsim.evaluation import judge
+from gaitsim.evolution import evolve
+from gaitsim.experiment import parse_experiment
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.writer import RunWriter
+from gaitsim.terminal.body import LEFT, RIGHT
+from gaitsim.terminal.footfalls import CURSOR, FIRST, QUIET, strip
+from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.screens.replay import Replay
+from gaitsim.tui.widgets.footfalls import FootfallStrip
+from gaitsim.tui.widgets.scrubber import Scrubber
+from gaitsim.tui.words import visible
+
+WALKERS = '''
+import numpy as np
+from typing import ClassVar
+from gaitsim.contracts import Fitness, Measure, Motion, Organism, RealSpace, Skeleton, option
+
+
+class Walker(Organism):
+    """A bar on two legs of either side."""
+
+    frames: int = option(31, "of its motion", ge=1)
+    broken: str = option("", "what it fails at")
+    feet: bool = option(True, "whether it has any")
+    channels: ClassVar = {"distance": "(population,) m"}
+
+    def genome_space(self):
+        return RealSpace(np.full(2, 0.0), np.full(2, 1.0), ("speed", "lift"))
+
+    def move(self, genomes):
+        if self.broken == "move" and len(genomes) == 1:
+            raise RuntimeError("out of [bold]breath")
+        return Motion(10.0, {"distance": genomes[:, 0] * 3, "genomes": genomes})
+
+    def measures(self, motion):
+        if self.broken == "measures":
+            raise RuntimeError("no ruler")
+        return {"distance": Measure(motion["distance"], "m", "how far")}
+
+    def skeleton(self, motion, individual):
+        seconds = np.arange(self.frames) / 10
+        speed, lift = motion["genomes"][individual]
+        middle = np.stack([speed * seconds, 0 * seconds, 0 * seconds + 0.3], axis=1)
+        hips = np.array([[0.2, 0.1, 0], [-0.2, 0.1, 0], [0.2, -0.1, 0], [-0.2, -0.1, 0]])
+        sign = np.array([1, -1, -1, 1])
+        hip = middle[:, None] + hips
+        foot = hip + np.array([0, 0.1, 0]) * np.sign(hips[:, 1:2])
+        foot[..., 0] += 0.1 * sign * np.sin(2 * np.pi * seconds)[:, None]
+        up = np.maximum(sign * np.cos(2 * np.pi * seconds)[:, None], 0)
+        foot[..., 2] = 0.1 * lift * up
+        trunk = middle[:, None, None] + np.array([[[0.25, 0, 0], [-0.25, 0, 0]]])
+        segments = np.concatenate([trunk, np.stack([hip, foot], axis=2)], axis=1)
+        if self.broken == "skeleton":
+            segments = segments * np.nan
+        feet = {"contacts": foot, "touching": up == 0, "contact_names": ("L1", "L2", "R1", "R2")}
+        names = ("trunk", "L1", "L2", "R1", "R2")
+        return Skeleton(segments, names, 10.0, centre=middle, **(feet if self.feet else {}))
+
+
+class Far(Fitness):
+    """How far it goes."""
+
+    failing: bool = option(False, "whether all fail")
+    needs: ClassVar = ("distance",)
+
+    def terms(self, motion):
+        return {"distance": motion["distance"] * (np.nan if self.failing else 1.0)}
+'''
+EXPERIMENT = """
+name = "walk"
+seed = 3
+[evolution]
+population = 6
+generations = 5
+elites = 1
+[organism]
+plugin = "walker"
+[fitness]
+plugin = "far"
+[selection]
+plugin = "truncation"
+[crossover]
+plugin = "uniform"
+[mutation]
+plugin = "gaussian"
+"""
+
+
+@pytest.fixture
+def walk(install, tmp_path, monkeypatch):
+    """Makes a finished run of walkers."""
+    entries = {"organism": {"walker": "Walker"}, "fitness": {"far": "Far"}}
+    install("walkers", WALKERS, entries)
+    monkeypatch.chdir(tmp_path)
+
+    def make(name="walk", *overrides):
+        experiment = parse_experiment(EXPERIMENT, "walk.toml", overrides)
+        path = create_run(experiment, Path("runs") / name)
+        with RunWriter(path) as writer:
+            for generation in evolve(experiment, lambda genomes: judge(experiment, genomes)):
+                writer.record(generation)
+        return path
+
+    return make
+
+
+def replay(run, test, *, generation=None, beside=None, size=(80, 24), playing=False):
+    """Run a test on the screen once its bodies are there."""
+
+    async def go():
+        app = GaitsimApp(Path("runs"))
+        async with app.run_test(size=size) as pilot:
+            app.open_replay(run, generation, beside)
+            await pilot.pause()
+            if not playing:  # what moves keeps a pilot waiting
+                app.screen.action_play()
+            await settled(pilot)
+            await test(app.screen, pilot)
+
+    asyncio.run(go())
+
+
+async def settled(pilot):
+    """Wait until nothing is read any more."""
+    await pilot.pause()
+    screen = pilot.app.screen
+    for _ in range(100):
+        if not isinstance(screen, Replay) or not any(pane.loading_now for pane in screen.panes):
+            break
+        await pilot.app.workers.wait_for_complete()
+        await pilot.pause()
+    else:
+        raise AssertionError("it still reads")
+    await pilot.pause()
+
+
+async def press(pilot, *keys):
+    for key in keys:
+        await pilot.press(key)
+        await settled(pilot)
+
+
+def title(pane):
+    return str(pane.query_one(".title").render())
+
+
+def words(canvas):
+    return " ".join("".join(strip.text for strip in canvas._strips).split())
+
+
+class TestTime:
+    def test_it_plays_and_pauses(self, walk):
+        async def test(screen, pilot):
+            assert screen.leader.playing
+            await press(pilot, "space")
+            assert not screen.leader.playing
+            assert "‖" in screen.sub_title
+            await press(pilot, "space")
+            assert screen.leader.playing
+
+        replay(walk(), test, playing=True)
+
+    def test_frames_go_round_and_everything_keeps_step(self, walk):
+        async def test(screen, pilot):
+            pane = screen.pane
+            pane.canvas.show_frame(0)
+            await press(pilot, "comma")
+            assert pane.canvas.frame == 30
+            await press(pilot, "full_stop", "full_stop")
+            assert pane.canvas.frame == 1
+            assert pane.query_one(FootfallStrip).frame == 1
+            assert screen.query_one("#frame", Scrubber).value == 1
+
+        replay(walk(), test)
+
+    def test_the_slider_is_time(self, walk):
+        async def test(screen, pilot):
+            slider = screen.query_one("#frame", Scrubber)
+            slider.focus()
+            await press(pilot, "end")
+            assert screen.leader.frame == 30
+            assert not screen.leader.playing
+            await press(pilot, "left", "shift+left")
+            assert screen.leader.frame == 19
+            assert "1.90 s" in slider.render().plain
+            await pilot.click(slider, offset=(0, 0))
+            assert screen.leader.frame == 0
+
+        replay(walk(), test)
+
+    def test_speed_is_halved_and_doubled_within_limits(self, walk):
+        async def test(screen, pilot):
+            await press(pilot, "less_than_sign")
+            assert (screen.leader.speed, "×½" in screen.sub_title) == (0.5, True)
+            await press(pilot, *["greater_than_sign"] * 9)
+            assert screen.leader.speed == 8
+
+        replay(walk(), test)
+
+
+class TestGenerations:
+    def test_it_begins_with_the_champion(self, walk):
+        run = walk()
+
+        async def test(screen, pilot):
+            shown = screen.pane.shown
+            assert shown.generation == shown.champion
+            assert "★" in title(screen.pane)
+            assert f"{shown.score:.4f}" in title(screen.pane)
+
+        replay(run, test)
+
+    def test_keys_go_from_one_to_the_next_and_stop_at_the_ends(self, walk):
+        async def test(screen, pilot):
+            await press(pilot, "right_square_bracket")
+            assert screen.pane.shown.generation == 3
+            await press(pilot, "left_square_bracket", "left_square_bracket", "left_square_bracket")
+            assert screen.pane.shown.generation == 1
+            assert screen.pane.query_one(Scrubber).value == 1
+            await press(pilot, "b")
+            assert screen.pane.shown.generation == screen.pane.shown.champion
+
+        replay(walk(), test, generation=2)
+
+    def test_the_slider_reads_only_the_last_one_asked_for(self, walk, monkeypatch):
+        from gaitsim.tui.screens import replay_pane
+
+        read = []
+        load = replay_pane.load
+        monkeypatch.setattr(
+            replay_pane, "load", lambda *asked: read.append(asked[1]) or load(*asked)
+        )
+
+        async def test(screen, pilot):
+            slider = screen.pane.query_one(Scrubber)
+            for number in (2, 3, 4, 5):
+                slider.choose(number)
+                screen.pane.ask(number)
+            await settled(pilot)
+            assert screen.pane.shown.generation == 5
+            assert read == [1, 2, 5]
+
+        replay(walk(), test, generation=1)
+
+
+class TestCamera:
+    def test_keys_work_wherever_the_focus_is(self, walk):
+        async def test(screen, pilot):
+            screen.query_one("#frame", Scrubber).focus()
+            await press(pilot, "v", "plus", "f")
+            view = screen.pane.canvas.view
+            assert (view.name, view.follow) == ("side", False)
+            assert "the whole way" in screen.sub_title
+            await press(pilot, "minus", "0")
+            assert screen.pane.canvas.view.name == "iso"
+
+        replay(walk(), test)
+
+    def test_both_bodies_are_seen_from_the_same_side(self, walk):
+        async def test(screen, pilot):
+            screen.panes[1].canvas.focus()
+            await press(pilot, "left", "up")
+            one, other = (pane.canvas.view for pane in screen.panes)
+            assert one == other
+            assert one.name == ""
+
+        replay(walk(), test, beside=walk("other"))
+
+
+class TestTwo:
+    def test_they_keep_step_with_the_longer_one(self, walk):
+        async def test(screen, pilot):
+            short, long = (pane.canvas for pane in screen.panes)
+            assert screen.leader is long
+            screen.query_one("#frame", Scrubber).choose(25)
+            await pilot.pause()
+            assert (short.frame, long.frame) == (10, 25)
+            screen.query_one("#frame", Scrubber).choose(5)
+            await pilot.pause()
+            assert (short.frame, long.frame) == (5, 5)
+
+        replay(walk("short", "organism.frames=11"), test, beside=walk("long"))
+
+    def test_split_shows_the_first_generation_beside_it(self, walk):
+        async def test(screen, pilot):
+            await press(pilot, "s")
+            assert [pane.shown.generation for pane in screen.panes][1] == 1
+            screen.panes[1].canvas.focus()
+            await press(pilot, "right_square_bracket")
+            assert screen.panes[1].shown.generation == 2
+            assert screen.panes[0].shown.generation == 4
+            await press(pilot, "s")
+            assert len(screen.panes) == 1
+            assert screen.leader is screen.panes[0].canvas
+
+        replay(walk(), test, generation=4)
+
+
+class TestRoom:
+    def test_measures_stand_beside_the_body_where_there_is_room(self, walk):
+        async def test(screen, pilot):
+            assert screen.pane.measures_shown
+            said = str(screen.pane.query_one(".measures").render())
+            assert "distance" in said
+            assert " m" in said
+            await press(pilot, "m")
+            assert not screen.pane.measures_shown
+
+        replay(walk(), test, size=(160, 48))
+
+    def test_and_else_when_asked_for(self, walk):
+        async def test(screen, pilot):
+            assert not screen.pane.measures_shown
+            await press(pilot, "m")
+            assert screen.pane.measures_shown
+
+        replay(walk(), test)
+
+    def test_a_body_without_feet_has_no_footfalls(self, walk):
+        async def test(screen, pilot):
+            assert not screen.pane.query_one(FootfallStrip).display
+
+        replay(walk("fly", "organism.feet=false"), test)
+
+
+class TestTrouble:
+    @pytest.mark.parametrize(
+        ("override", "said"),
+        [
+            ("fitness.failing=true", "has no champion"),
+            ("organism.broken=skeleton", "not finite"),
+            ("organism.broken=move", "out of [bold]breath"),
+        ],
+    )
+    def test_it_says_why_there_is_no_body(self, walk, override, said):
+        async def test(screen, pilot):
+            assert said in words(screen.pane.canvas)
+            for key in ("space", "full_stop", "v", "f", "m", "comma", "greater_than_sign"):
+                await press(pilot, key)
+            await press(pilot, "s", "b")
+
+        replay(walk("walk", override), test)
+
+    def test_a_body_that_cannot_be_measured_is_shown(self, walk):
+        async def test(screen, pilot):
+            assert screen.leader.skeleton is not None
+
+        replay(walk("walk", "organism.broken=measures"), test)
+
+    def test_a_run_that_is_deleted_meanwhile(self, walk):
+        run = walk()
+
+        async def test(screen, pilot):
+            shutil.rmtree(run)
+            await press(pilot, "left_square_bracket")
+            assert "cannot read" in words(screen.pane.canvas)
+
+        replay(run, test)
+
+    def test_a_run_without_a_generation(self, walk):
+        run = walk()
+        for name in ("population.pickle", "population.previous.pickle"):
+            (run / name).unlink()
+
+        async def test(screen, pilot):
+            assert "no finished generation yet" in words(screen.pane.canvas)
+            assert "gaitsim resume" in words(screen.pane.canvas)
+
+        replay(run, test)
+
+    def test_a_name_with_markup_is_shown_as_it_is(self, walk):
+        async def test(screen, pilot):
+            assert visible("a[red]\x1b漢") in title(screen.pane)
+
+        replay(walk("a[red]\x1b漢"), test)
+
+
+def test_it_says_the_command_that_plays_the_same(walk):
+    async def test(screen, pilot):
+        assert screen.command_line() == "gaitsim play runs/walk --generation 2"
+
+    replay(walk(), test, generation=2)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (160, 48)])
+def test_looks(size, walk, snap_compare):
+    run = walk()
+
+    async def show(pilot):
+        pilot.app.open_replay(run)
+        await pilot.pause()
+        pilot.app.screen.action_play()
+        await settled(pilot)
+        pilot.app.screen.query_one("#frame", Scrubber).choose(13)
+        await settled(pilot)
+
+    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
+
+
+def test_looks_of_two(walk, snap_compare):
+    one, other = walk(), walk("other run", "seed=9")
+
+    async def show(pilot):
+        pilot.app.open_replay(one, 1, other)
+        await pilot.pause()
+        pilot.app.screen.action_play()
+        await settled(pilot)
+        pilot.app.screen.query_one("#frame", Scrubber).choose(13)
+        await settled(pilot)
+
+    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=(80, 24), run_before=show)
+
+
+class TestFootfalls:
+    def drawn(self, touching, frame, columns=30, rows=4, rate=10.0, names=("L1", "R1")):
+        touching = np.asarray(touching, dtype=bool)
+        sides = np.array([LEFT, RIGHT] * 9)[: touching.shape[1]]
+        codes, inks = strip(touching, names, sides, frame, rate, columns, rows)
+        return ["".join(map(chr, row)).rstrip() for row in codes], inks
+
+    def test_a_bar_is_a_foot_on_the_ground(self):
+        touching = np.zeros((16, 2))
+        touching[2:5, 0] = touching[5:8, 1] = 1
+        rows, inks = self.drawn(touching, 0, 11, rate=1.0)
+        assert rows[0] == "L1 │█▌·····"
+        assert rows[1] == "R1 │·▐█····"
+        assert inks[0, 4] == FIRST + LEFT
+        assert inks[1, 4] == QUIET
+        assert inks[0, 3] == inks[1, 3] == CURSOR
+
+    def test_the_moment_moves_and_then_the_diagram(self):
+        touching = np.ones((400, 1))
+        columns = [
+            int(np.argwhere(self.drawn(touching, frame, names=("L1",))[1] == CURSOR)[0, 1])
+            for frame in (0, 10, 200, 210, 399)
+        ]
+        assert columns[0] < columns[1] < columns[2] == columns[3] < columns[4]
+
+    def test_feet_share_rows_where_there_are_few(self):
+        touching = np.zeros((8, 4))
+        touching[:, 0] = touching[4:, 1] = 1
+        rows, _ = self.drawn(touching, 7, 14, rows=2, rate=1.0, names=("L1", "R1", "L2", "R2"))
+        assert rows[0] == "L1 R1 ▀▀▀▀████"
+        assert rows[1].startswith("L2 R2")
+
+    def test_a_short_motion_is_stretched_over_the_room(self):
+        touching = np.zeros((10, 1))
+        touching[5:] = 1
+        rows, inks = self.drawn(touching, 9, 43, names=("L1",))
+        assert rows[0] == "L1 " + "·" * 15 + "█" * 15
+        assert inks[0, 30] == CURSOR
+
+    def test_fast_frames_are_drawn_together(self):
+        touching = np.zeros((4000, 1))
+        touching[2000:] = 1
+        rows, _ = self.drawn(touching, 2000, rate=1000.0, names=("L1",))
+        assert "·" in rows[0]
+        assert "█" in rows[0]
+
+    @pytest.mark.parametrize("shape", [(0, 0), (3, 0), (0, 3), (1, 1), (5, 60)])
+    @pytest.mark.parametrize("size", [(0, 0), (5, 1), (40, 3)])
+    def test_any_size_can_be_drawn(self, shape, size):
+        columns, rows = size
+        _, inks = self.drawn(np.ones(shape), 0, columns, rows, names=())
+        assert inks.shape == (rows, columns)
+
+
+class Slider(App):
+    def compose(self):
+        yield Scrubber("time", 0, 100, 50)
+
+
+class TestScrubber:
+    def test_it_is_dragged(self):
+        async def go():
+            app = Slider()
+            async with app.run_test(size=(60, 3)) as pilot:
+                slider = app.query_one(Scrubber)
+                start, width = slider._bar()
+                await pilot.mouse_down(slider, (start, 0))
+                assert slider.value == 0
+                await pilot.hover(slider, (start + width - 1, 0))
+                assert slider.value == 100
+                await pilot.mouse_up(slider, (start + width - 1, 0))
+                await pilot.hover(slider, (start, 0))
+                assert slider.value == 100
+
+        asyncio.run(go())
+
+    def test_the_value_stays_between_the_ends(self):
+        slider = Scrubber("time", 1, 5, 9)
+        assert slider.value == 5
+        slider.set_range(1, 3)
+        assert slider.value == 3
+        slider.choose(-4)
+        assert slider.value == 1
+
+    def test_a_slider_without_a_range_can_be_drawn(self):
+        async def go():
+            app = Slider()
+            async with app.run_test(size=(12, 2)) as pilot:
+                slider = app.query_one(Scrubber)
+                slider.set_range(7, 7)
+                slider.focus()
+                await pilot.press("left", "right", "home", "end", "pageup")
+                assert slider.render().plain.startswith("time ●")
+
+        asyncio.run(go())
