@@ -48,7 +48,7 @@ COLUMNS = {
     "best": Column(
         "best", 8, lambda run: float("-inf") if run.best is None else run.best, right=True
     ),
-    "curve": Column("curve", 8, lambda run: run.seconds),
+    "curve": Column("curve", 7, lambda run: run.seconds),
     "state": Column("state", 10, lambda run: _ORDER.index(run.state)),
     "changed": Column("changed", 8, lambda run: run.changed, right=True),
 }
@@ -61,7 +61,7 @@ def columns(width: int) -> list[tuple[Column, int]]:
     """The columns for a table of that width, and how wide each is."""
     names = [*COLUMNS] if width >= WIDE else [*NARROW]
     shown = [COLUMNS[name] for name in names]
-    left = max(0, width - 2 - sum(column.width + 2 for column in shown))
+    left = max(0, width - 1 - sum(column.width + 2 for column in shown))
     # The name gets what is left, up to a point; the curve the rest.
     for_name = min(left, 28)
     more = {"run": for_name, "curve": min(left - for_name, 40)}

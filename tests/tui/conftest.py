@@ -1,0 +1,113 @@
+"""How the app's own screens are driven: in a folder of their own, with runs of puppets."""
+
+import asyncio
+import os
+from pathlib import Path
+
+import pytest
+
+from gaitsim.evaluation import judge
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.writer import RunWriter
+from gaitsim.tui.app import GaitsimApp
+
+PUPPETS = Path(__file__).parents[1] / "puppets"
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch, puppets):
+    """The test's folder, current; puppets are installed for processes that the app starts, too."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    return tmp_path
+
+
+@pytest.fixture
+def walk(here, puppet):
+    """Makes a run of puppets that stands at a generation."""
+
+    def walk(name="walk", generation=3, *overrides, generations=5):
+        experiment = puppet(f"evolution.generations={generations}", *overrides)
+        path = create_run(experiment, Path("runs") / name)
+        if generation:
+            with RunWriter(path) as writer:
+                for made in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+                    if made.number == generation:
+                        break
+        return path
+
+    return walk
+
+
+class Driver:
+    """An app and who presses its keys."""
+
+    def __init__(self, app, pilot):
+        self.app = app
+        self.pilot = pilot
+
+    @property
+    def screen(self):
+        return self.app.screen
+
+    async def press(self, *keys):
+        await self.pilot.press(*keys)
+        await self.pilot.pause()
+
+    async def type(self, text):
+        for char in text:
+            await self.pilot.press(char if char.isalnum() else _NAMES[char])
+        await self.pilot.pause()
+
+    async def until(self, holds, seconds=60):
+        """Wait until something holds."""
+        async with asyncio.timeout(seconds):
+            while not holds():
+                await self.pilot.pause(0.01)
+        await self.pilot.pause()
+
+    async def at(self, kind):
+        """Wait for a screen of that class, and return it."""
+        await self.until(lambda: type(self.app.screen).__name__ == kind)
+        return self.app.screen
+
+    def offered(self):
+        """The ids of what keys do now."""
+        return {
+            active.binding.id
+            for active in self.screen.active_bindings.values()
+            if active.enabled and active.binding.id
+        }
+
+    def told(self):
+        """What notifications say."""
+        return "\n".join(f"{one.title} {one.message}" for one in self.app._notifications)
+
+    def text(self, selector):
+        """What a widget shows, as text."""
+        return str(self.screen.query_one(selector).render())
+
+
+_NAMES = {" ": "space", "[": "left_square_bracket", "]": "right_square_bracket", ".": "full_stop"}
+_NAMES |= {"-": "minus", "/": "slash", "_": "underscore"}
+
+
+@pytest.fixture
+def drive():
+    """Runs a coroutine on an app of its own, at home once the runs are read."""
+
+    def drive(test, *, size=(80, 24), folder=Path("runs"), ready=True, **options):
+        async def go():
+            app = GaitsimApp(folder, **options)
+            async with app.run_test(size=size) as pilot:
+                driver = Driver(app, pilot)
+                home = app.screen
+                if ready:
+                    await driver.until(lambda: home.runs is not None)
+                    await driver.until(lambda: not home.runs or (home._table and home._table.shown))
+                await test(driver)
+
+        asyncio.run(go())
+
+    return drive

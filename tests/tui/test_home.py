@@ -1,0 +1,323 @@
+"""Home: the runs as they are, found again, sorted, filtered, deleted."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gaitsim.runs.lock import RunLock, is_locked
+from gaitsim.tui.screens.home import Home
+from gaitsim.tui.widgets.run_table import COLUMNS, NARROW, columns
+
+SIZES = [(80, 24), (160, 48)]
+
+
+def rows(driver):
+    """The table as text, a list a row."""
+    table = driver.screen.query_one("#runs")
+    return [[cell.plain for cell in table.get_row_at(row)] for row in range(table.row_count)]
+
+
+def names(driver):
+    return [row[0] for row in rows(driver)]
+
+
+async def look(driver):
+    await driver.screen.look().wait()
+    await driver.pilot.pause()
+
+
+class TestTable:
+    @pytest.mark.parametrize("size", SIZES)
+    def test_a_row_tells_name_body_generation_best_and_state(self, walk, drive, size):
+        path = walk()
+        (path / ".lock").touch()
+
+        async def test(driver):
+            row = rows(driver)[0]
+            assert row[0] == "walk"
+            assert {"puppet", "3/5", "■ stopped"} <= set(row)
+            table = driver.screen.query_one("#runs")
+            assert table.virtual_size.width <= table.size.width
+            assert ("puppet-reach" in row) == (size[0] > 100)
+
+        drive(test, size=size)
+
+    def test_the_cells_fit_their_columns_at_any_width(self):
+        for width in range(80, 300):
+            found = columns(width)
+            assert sum(cells + 2 for _, cells in found) <= width - 1
+            assert [column.name for column, _ in found] in ([*NARROW], [*COLUMNS])
+
+    def test_no_runs_says_how_to_begin(self, here, drive):
+        async def test(driver):
+            text = driver.text("#empty")
+            assert "No runs in runs yet" in text
+            assert "gaitsim run spider" in text
+            assert not driver.offered() & {"home.delete", "home.make", "home.replay", "home.filter"}
+            assert {"home.new", "home.plugins", "app.help", "app.quit"} <= driver.offered()
+
+        drive(test)
+
+    def test_a_folder_that_is_none_says_so(self, here, drive):
+        Path("runs").write_text("")
+
+        async def test(driver):
+            assert "cannot list runs" in driver.text("#empty")
+
+        drive(test)
+
+    def test_a_damaged_run_says_what_is_wrong_and_is_not_opened(self, walk, drive):
+        path = walk()
+        (path / "experiment.toml").write_text("[[[")
+
+        async def test(driver):
+            assert "✗ damaged" in rows(driver)[0]
+            assert "not valid TOML" in driver.text("#details")
+            assert not driver.offered() & {"home.make", "home.replay"}
+            assert "home.delete" in driver.offered()
+            await driver.press("enter")
+            assert isinstance(driver.screen, Home)
+            assert "not valid TOML" in driver.told()
+
+        drive(test)
+
+    def test_names_are_shown_as_they_are(self, walk, drive):
+        walk("ugly [bold]x[b] $y {z}")
+
+        async def test(driver):
+            assert names(driver)[0].startswith("ugly [bold]x")
+            assert "ugly [bold]x[b] $y {z}" in driver.text("#details")
+
+        drive(test, size=(160, 48))
+
+    def test_control_characters_do_not_reach_the_terminal(self, walk, drive):
+        path = walk()
+        path.rename(path.with_name("a\x1b[2Jb"))
+
+        async def test(driver):
+            assert names(driver) == [r"a\x1b[2Jb"]
+            assert "\x1b" not in driver.text("#details")
+
+        drive(test, size=(160, 48))
+
+
+class TestFollowing:
+    def test_a_run_that_another_process_writes_is_followed(self, walk, drive):
+        path = walk("walk", 1, "organism.pause=0.02", generations=40)
+        command = [sys.executable, "-m", "gaitsim", "resume", str(path), "--json"]
+
+        async def test(driver):
+            with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+                seen = set()
+
+                def ran():
+                    row = rows(driver)[0]
+                    if "● running" in row:
+                        seen.add(next(cell for cell in row if cell.endswith("/40")))
+                        assert "home.delete" not in driver.offered()
+                    return "✓ finished" in row
+
+                await driver.until(ran)
+                assert process.wait() == 0
+            assert len(seen) >= 1
+            assert "40/40" in rows(driver)[0]
+
+        drive(test)
+
+    def test_a_lock_is_seen_and_its_end_too(self, walk, drive):
+        path = walk()
+
+        async def test(driver):
+            lock = RunLock(path)
+            await look(driver)
+            assert "● running" in rows(driver)[0]
+            assert "1 running" in driver.screen.sub_title
+            lock.release()
+            await look(driver)
+            assert "■ stopped" in rows(driver)[0]
+
+        drive(test)
+
+    def test_the_run_under_the_cursor_stays_there_when_others_come(self, walk, drive):
+        walk("b")
+
+        async def test(driver):
+            await driver.press("s")  # by the name, after the last column
+            while driver.screen.query_one("#runs").order != "run":
+                await driver.press("s")
+            for name in ("a", "c"):
+                walk(name)
+            await look(driver)
+            assert names(driver) == ["a", "b", "c"]
+            assert driver.screen.query_one("#runs").run.name == "b"
+            shutil.rmtree("runs/b")
+            await look(driver)
+            assert names(driver) == ["a", "c"]
+            assert driver.screen.query_one("#runs").run.name == "c"
+
+        drive(test)
+
+    def test_only_cells_that_changed_are_drawn(self, walk, drive, monkeypatch):
+        path = walk()
+        walk("other")
+        drawn = []
+
+        async def test(driver):
+            table = driver.screen.query_one("#runs")
+            update = table.update_cell
+            monkeypatch.setattr(
+                table, "update_cell", lambda *cell, **more: (drawn.append(cell), update(*cell))
+            )
+            await look(driver)
+            drawn.clear()
+            lock = RunLock(path)
+            await look(driver)
+            lock.release()
+            assert {(row, column) for row, column, _ in drawn} == {(str(path), "state")}
+
+        now = 2e9
+        drive(test, clock=lambda: now)
+
+
+class TestSortingAndFiltering:
+    @pytest.fixture
+    def three(self, walk):
+        walk("one", 3)
+        walk("two", 1)
+        walk("three", 5)
+
+    def test_the_latest_first_then_by_any_column_both_ways(self, three, drive):
+        async def test(driver):
+            assert names(driver) == ["three", "two", "one"]
+            table = driver.screen.query_one("#runs")
+            for name in ("generation", "run", "changed"):
+                table.sort_by(name)
+                shown = [COLUMNS[name].sort(run) for run in table.shown]
+                assert shown == sorted(shown, reverse=name != "run")
+                before = names(driver)
+                await driver.press("S")
+                assert names(driver) == before[::-1]
+
+        drive(test)
+
+    def test_a_click_on_a_title_sorts(self, three, drive):
+        async def test(driver):
+            await driver.pilot.click("#runs", offset=(2, 0))
+            await driver.pilot.pause()
+            assert names(driver) == ["one", "three", "two"]
+
+        drive(test)
+
+    def test_words_are_looked_for_in_name_plugins_and_state(self, three, drive):
+        async def test(driver):
+            await driver.press("slash")
+            await driver.type("tw puppet stop")
+            assert names(driver) == ["two"]
+            await driver.press("enter")
+            assert driver.app.focused is driver.screen.query_one("#runs")
+            await driver.press("escape")
+            assert len(names(driver)) == 3
+
+        drive(test)
+
+    def test_words_that_none_has_say_so_and_can_be_taken_back(self, three, drive):
+        async def test(driver):
+            await driver.press("slash")
+            await driver.type("zebra[b]")
+            assert "None of 3 runs has the words “zebra[b]”" in driver.text("#empty")
+            await driver.press("escape")
+            assert len(names(driver)) == 3
+            assert driver.app.focused is driver.screen.query_one("#runs")
+
+        drive(test)
+
+
+class TestDeleting:
+    def test_a_run_is_deleted_when_that_is_confirmed(self, walk, drive):
+        path = walk()
+
+        async def test(driver):
+            await driver.press("d")
+            await driver.at("Confirm")
+            await driver.press("enter")  # the button that does no harm has the focus
+            await driver.at("Home")
+            assert path.exists()
+            await driver.press("d")
+            await driver.at("Confirm")
+            await driver.press("y")
+            await driver.until(lambda: not path.exists())
+            await driver.until(lambda: driver.screen.query_one("#empty").display)
+
+        drive(test)
+
+    def test_one_that_began_to_be_written_meanwhile_stays(self, walk, drive):
+        path = walk()
+
+        async def test(driver):
+            await driver.press("d")
+            await driver.at("Confirm")
+            lock = RunLock(path)
+            await driver.press("y")
+            await driver.until(lambda: "being written" in driver.told())
+            lock.release()
+            assert path.exists()
+
+        drive(test)
+
+    def test_one_that_is_written_is_not_offered(self, walk, drive):
+        path = walk()
+        lock = RunLock(path)
+
+        async def test(driver):
+            assert is_locked(path)
+            assert "home.delete" not in driver.offered()
+            await driver.press("d")
+            assert isinstance(driver.screen, Home)
+
+        drive(test)
+        lock.release()
+
+
+class TestGoing:
+    def test_to_each_screen_and_back(self, walk, drive):
+        walk("a")
+        walk("b")
+
+        async def test(driver):
+            for key, kind in (("enter", "Live"), ("r", "Replay"), ("p", "Plugins"), ("n", "New")):
+                await driver.press(key)
+                await driver.at(kind)
+                await driver.press("escape")
+                await driver.at("Home")
+
+        drive(test)
+
+    def test_marked_runs_are_compared_or_replayed_side_by_side(self, walk, drive):
+        walk("a")
+        walk("b")
+
+        async def test(driver):
+            assert "home.compare" not in driver.offered()
+            await driver.press("space", "space")
+            assert [name[:2] for name in names(driver)] == ["◆ ", "◆ "]
+            assert "home.compare" in driver.offered()
+            await driver.press("c")
+            await driver.at("Compare")
+            await driver.press("escape")
+            await driver.at("Home")
+            await driver.press("r")
+            assert (await driver.at("Replay"))._beside is not None
+
+        drive(test)
+
+    def test_the_command_that_shows_the_run_is_copied(self, walk, drive):
+        walk("two words")
+
+        async def test(driver):
+            await driver.press("y")
+            assert driver.app.clipboard == "gaitsim show 'runs/two words'"
+
+        drive(test)
