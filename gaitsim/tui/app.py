@@ -10,7 +10,6 @@ from textual import work
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
-from textual.dom import DOMNode
 from textual.screen import Screen
 from textual.types import CSSPathType
 
@@ -233,25 +232,6 @@ class GaitsimApp(App[None]):
         if action == "tasks":
             return bool(self.tasks.all) and not self.screen.query("#tasks")
         return super().check_action(action, parameters)
-
-    def handle_bindings_clash(self, clashed_bindings: set[Binding], node: DOMNode) -> None:
-        """Say once that one key was given two things to do."""
-        for binding in clashed_bindings:
-            chosen = self._config.keys.get(binding.id or "", "") if self._config else ""
-            # Of a binding with several keys, each becomes the one that is chosen.
-            if binding.id and binding.id not in self._clashes and binding.key not in chosen:
-                self._clashes.add(binding.id)
-                self.notify(
-                    f"Your settings give its key, {binding.key}, to something else; "
-                    "give it another one in [keys], too",
-                    title=binding.id,
-                    severity="warning",
-                    markup=False,
-                )
-
-    @property
-    def _clashes(self) -> set[str]:
-        return self.__dict__.setdefault("_clashes_told", set())  # type: ignore[no-any-return]
 
     @work(group="leaving", exclusive=True)
     async def _end(self) -> None:

@@ -1,14 +1,15 @@
 """All ids that a user can give keys to, over all screens, and what is wrong with what is given."""
 
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib import import_module
 from pkgutil import walk_packages
 from string import punctuation
+from typing import Any
 
 from textual.binding import Binding
 from textual.dom import DOMNode
-from textual.keys import Keys
+from textual.keys import Keys, _normalize_key_list
 
 import gaitsim.tui
 from gaitsim.errors import GaitsimError
@@ -25,19 +26,43 @@ KEYS = (
 
 def problems(config: Config) -> list[GaitsimError]:
     """What is wrong with the keys of the settings. Imports every screen: not before the paint."""
-    return check_keys(config, ids(), KEYS)
-
-
-def ids() -> set[str]:
-    """The ids of all bindings of the app, its screens and widgets."""
-    found = set()
     for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
         import_module(module.name)
-    for node in _all(DOMNode):
-        for binding in node.__dict__.get("BINDINGS", ()):
-            if isinstance(binding, Binding) and binding.id:
-                found.add(binding.id)
-    return found
+    nodes = list(_all(DOMNode))
+    ids = {binding.id for node in nodes for binding in _bindings(node)}
+    return [*check_keys(config, ids, KEYS), *_clashes(config, nodes)]
+
+
+def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:
+    """Keys of the settings that do something else on the same screen, which it does no longer."""
+    found: dict[tuple[str, str], GaitsimError] = {}
+    for node in nodes:
+        # What the app and every screen has counts on each.
+        known = {b.id: b for kind in reversed(node.__mro__) for b in _bindings(kind)}
+        keys = {name: _keys(config.keys.get(name, known[name].key)) for name in known}
+        for name in known.keys() & config.keys.keys():
+            for other in known.keys() - {name}:
+                both = keys[name] & keys[other]
+                pair = (min(name, other), max(name, other))
+                if both and pair not in found:
+                    found[pair] = GaitsimError(
+                        f"the key {min(both)} is given to {pair[0]} and to {pair[1]}",
+                        where=f"{config.path}, section keys",
+                        remedy="give one of them another key",
+                    )
+    return list(found.values())
+
+
+def _keys(text: str) -> set[str]:
+    """The keys of a binding, a character by its name."""
+    return set(_normalize_key_list(text).split(","))
+
+
+def _bindings(node: type) -> Iterator[Any]:
+    """The bindings with ids that a class declares."""
+    for binding in node.__dict__.get("BINDINGS", ()):
+        if isinstance(binding, Binding) and binding.id:
+            yield binding
 
 
 def _all(kind: type[DOMNode]) -> Iterator[type[DOMNode]]:

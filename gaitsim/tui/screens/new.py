@@ -47,8 +47,7 @@ Begin with a ready experiment and change what you like. Each tab is a part of it
 that its plugin declares; what is wrong is said below the option as you type, and a ✗ marks the
 tab. Only plugins that work with the body are offered; another body brings parts that work with it.
 
-What you change is shown as the **command** that does the same, and as the **experiment file**,
-on the last tab or beside the form.
+What you change is shown as the **command** that does the same, and as the experiment **file**.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+r", "run", "Run", id="new.run", tooltip="Begin the run"),
@@ -57,7 +56,9 @@ on the last tab or beside the form.
         Binding("ctrl+z", "reset", "Reset", id="new.reset", tooltip="Take all changes back"),
         Binding("ctrl+right", "tab(1)", "Next", show=False, id="new.next", tooltip="Next tab"),
         Binding("ctrl+left", "tab(-1)", "Back", show=False, id="new.before", tooltip="Tab before"),
-        Binding("ctrl+y", "app.copy_command", "Copy command", show=False, id="new.copy"),
+        Binding(
+            "ctrl+y", "app.copy_command", "Copy", show=False, id="new.copy", tooltip="The command"
+        ),
     ]
 
     def __init__(self, experiment: str | None = None) -> None:

@@ -1,0 +1,301 @@
+"""What is the same on every screen: help, palette, jump mode, themes, keys, quitting."""
+
+import os
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pkgutil import walk_packages
+
+import pytest
+from textual.binding import Binding
+from textual.widgets import Input
+
+import gaitsim.tui
+from gaitsim.tui.commands import Commands, unmarked
+from gaitsim.tui.config import read_config
+from gaitsim.tui.jump import targets
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.home import Home
+from gaitsim.tui.themes import THEMES
+
+
+@pytest.fixture
+def config(here):
+    def config(text):
+        path = here / "config.toml"
+        path.write_text(text)
+        return read_config(path)
+
+    return config
+
+
+def everything(kind):
+    for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
+        import_module(module.name)
+    found, waiting = [], [kind]
+    while waiting:
+        known = waiting.pop().__subclasses__()
+        waiting += known
+        found += [one for one in known if one.__module__.startswith("gaitsim.tui")]
+    return [one for one in found if not one.__subclasses__()]
+
+
+class TestEveryScreen:
+    @pytest.mark.parametrize("screen", everything(GaitScreen), ids=lambda kind: kind.__name__)
+    def test_it_has_a_help_and_keys_with_ids_and_tooltips(self, screen):
+        assert len(screen.HELP_TEXT.strip()) > 80
+        for binding in screen.BINDINGS:
+            assert isinstance(binding, Binding)
+            if binding.description:
+                assert binding.id, binding
+                assert binding.tooltip, binding
+
+    def test_no_id_stands_for_two_things(self):
+        ids = {}
+        for kind in everything(import_module("textual.dom").DOMNode):
+            for binding in kind.__dict__.get("BINDINGS", ()):
+                if isinstance(binding, Binding) and binding.id:
+                    assert ids.setdefault(binding.id, kind) is kind, binding.id
+
+    def test_nothing_is_on_function_keys_alone(self):
+        for kind in everything(import_module("textual.dom").DOMNode):
+            for binding in kind.__dict__.get("BINDINGS", ()):
+                if isinstance(binding, Binding):
+                    keys = binding.key.split(",")
+                    assert not all(key[:1] == "f" and key[1:].isdigit() for key in keys), binding
+
+
+class TestHelp:
+    def test_it_tells_the_keys_that_work_now_and_their_ids(self, walk, drive):
+        walk()
+
+        async def test(driver):
+            await driver.press("question_mark")
+            await driver.at("Help")
+            keys = driver.screen._keys
+            cells = [[str(cell) for cell in column.cells] for column in keys.columns]
+            assert "home.new" in cells[2]
+            assert "home.compare" not in cells[2]
+            row = cells[2].index("home.delete")
+            assert cells[0][row] == "d del"
+            await driver.press("escape")
+            await driver.at("Home")
+
+        drive(test)
+
+
+class TestPalette:
+    def titles(self, driver):
+        return [command.title for command in Commands(driver.screen)._commands()]
+
+    def test_only_what_can_be_done_now(self, walk, drive, here):
+        async def empty(driver):
+            found = self.titles(driver)
+            assert {"New", "Plugins", "Help", "Quit", "New run: spider"} <= set(found)
+            assert not {"Open", "Delete", "Compare", "Make", "Tasks"} & set(found)
+            assert len(found) == len(set(found))
+
+        drive(empty)
+        walk()
+
+        async def one(driver):
+            assert {"Open", "Delete", "Make"} <= set(self.titles(driver))
+
+        drive(one)
+
+    def test_a_command_is_found_and_done(self, here, drive):
+        async def test(driver):
+            await driver.press("ctrl+p")
+            await driver.at("CommandPalette")
+            await driver.type("plugins")
+            await driver.pilot.pause(0.3)
+            await driver.press("down", "enter")
+            await driver.at("Plugins")
+
+        drive(test)
+
+    @pytest.mark.parametrize("text", ["[b]x", "a[/b]", "[$error]z", "\\[x]", "[[", "]"])
+    def test_titles_are_shown_as_they_are(self, text):
+        from textual.content import Content
+
+        assert Content.from_markup(unmarked(text)).plain == text
+
+
+class TestJump:
+    def test_a_letter_goes_to_what_takes_the_focus(self, walk, drive):
+        walk()
+
+        async def test(driver):
+            await driver.press("slash")
+            box = driver.screen.query_one("#filter")
+            assert list(targets(driver.screen).values()) == [box, driver.screen.query_one("#runs")]
+            await driver.press("ctrl+o")
+            await driver.at("Jump")
+            await driver.press("s")
+            await driver.at("Home")
+            assert driver.app.focused is driver.screen.query_one("#runs")
+            await driver.press("ctrl+o", "a")
+            await driver.at("Home")
+            assert driver.app.focused is box
+            await driver.press("ctrl+o")
+            await driver.at("Jump")
+            await driver.press("escape")
+            await driver.at("Home")
+            assert driver.app.focused is box
+
+        drive(test)
+
+
+class TestThemes:
+    @pytest.mark.parametrize("theme", [theme.name for theme in THEMES])
+    def test_the_theme_that_is_asked_for(self, walk, drive, theme):
+        walk()
+
+        async def test(driver):
+            assert driver.app.theme == theme
+            await driver.press("question_mark")
+            await driver.at("Help")
+
+        drive(test, theme=theme)
+
+    def test_one_that_is_chosen_is_remembered(self, here, drive, config):
+        settings = config("")
+
+        async def test(driver):
+            driver.app.choose_theme("gaitsim-okabe-ito")
+            await driver.pilot.pause()
+
+        drive(test, config=settings)
+        assert read_config(settings.path).theme == "gaitsim-okabe-ito"
+
+    def test_without_colours_all_is_grey(self, walk, drive, monkeypatch):
+        monkeypatch.setenv("NO_COLOR", "1")
+        walk()
+
+        async def test(driver):
+            svg = driver.app.export_screenshot()
+            drawn = set(re.findall(r"-r\d+ \{ fill: #([0-9a-f]{6})", svg))
+            coloured = {one for one in drawn if not one[:2] == one[2:4] == one[4:]}
+            assert len(drawn) > 3
+            assert coloured <= {"c5c8c6"}  # what an SVG begins with
+            assert "■" in svg
+
+        drive(test)
+
+
+class TestKeys:
+    def test_a_key_of_the_settings_does_it_and_the_old_one_no_longer(self, walk, drive, config):
+        walk()
+
+        async def test(driver):
+            await driver.press("d")
+            assert isinstance(driver.screen, Home)
+            await driver.press("ctrl+d")
+            await driver.at("Confirm")
+
+        drive(test, config=config('[keys]\nhome.delete = "ctrl+d"'))
+
+    def test_what_is_wrong_is_told_and_the_app_starts(self, here, drive, config):
+        async def test(driver):
+            await driver.until(lambda: "home.delte" in driver.told())
+            told = driver.told()
+            assert "unknown theme" in told
+            assert "did you mean 'gaitsim-light'?" in told
+            assert "did you mean 'home.delete'?" in told
+            assert 'there is no key "ctl+d"' in told
+            assert "unknown section" in told
+            assert driver.app.theme == "gaitsim-dark"
+
+        text = (
+            '[tui]\ntheme = "gaitsim-lite"\n[keys]\nhome.delte = "x"\nhome.new = "ctl+d"\n[kyes]\n'
+        )
+        drive(test, config=config(text))
+
+    def test_a_key_that_is_given_twice_is_told(self, walk, drive, config):
+        walk()
+
+        async def test(driver):
+            await driver.until(lambda: "given to" in driver.told())
+            assert "the key r is given to home.new and to home.replay" in driver.told()
+            assert "home.plugins" not in driver.told()
+            await driver.press("r")
+            await driver.at("New")
+
+        drive(test, config=config('[keys]\nhome.new = "r"\nhome.sort = "p"\nhome.plugins = "s"'))
+
+
+class TestEnding:
+    def test_q_ends_it(self, here, drive):
+        async def test(driver):
+            await driver.press("q")
+            await driver.until(lambda: not driver.app.is_running)
+
+        drive(test)
+
+    def test_a_screen_may_refuse(self, here, drive, monkeypatch):
+        async def stay(screen):
+            return False
+
+        async def test(driver):
+            await driver.press("p")
+            screen = await driver.at("Plugins")
+            monkeypatch.setattr(type(screen), "may_leave", stay)
+            for key in ("escape", "q", "ctrl+q"):
+                await driver.press(key)
+                await driver.pilot.pause(0.05)
+                assert driver.screen is screen
+            monkeypatch.undo()
+            await driver.press("escape")
+            await driver.at("Home")
+
+        drive(test)
+
+    def test_letters_in_a_field_are_text(self, walk, drive):
+        walk()
+
+        async def test(driver):
+            await driver.press("slash")
+            await driver.type("qdpn")
+            assert driver.screen.query_one("#filter", Input).value == "qdpn"
+            assert driver.app.is_running
+
+        drive(test)
+
+
+class TestImports:
+    def test_home_needs_neither_compilers_nor_plotting(self, walk):
+        walk()
+        script = """
+import asyncio, sys
+from gaitsim.tui.app import GaitsimApp
+assert "numpy" not in sys.modules, "before the first paint"
+async def main():
+    app = GaitsimApp()
+    async with app.run_test() as pilot:
+        while app.screen.runs is None:
+            await pilot.pause(0.01)
+        await pilot.pause()
+        assert app.screen.query_one("#runs").row_count == 1
+    print([name for name in ("numba", "matplotlib", "scipy", "typer", "av", "PIL", "aiohttp",
+                             "gaitsim_puppets", "gaitsim_spider") if name in sys.modules])
+asyncio.run(main())
+"""
+        done = subprocess.run(
+            [sys.executable, "-c", script],
+            capture_output=True,
+            text=True,
+            env=os.environ,
+            check=False,
+        )
+        assert (done.stdout, done.stderr) == ("[]\n", "")
+
+    def test_the_command_line_does_without_the_ui(self):
+        script = (
+            "import sys; import gaitsim.cli.app; "
+            "print([name for name in ('textual', 'aiohttp', 'numpy') if name in sys.modules])"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, check=True
+        )
+        assert done.stdout == "[]\n"
