@@ -76,7 +76,8 @@ followed as they go.
         self.set_interval(EVERY, self._look_again)
 
     def _look_again(self) -> None:
-        if self.is_current and not self._is_looking():
+        # Not `is_current`, which also holds for a screen that lies right below another.
+        if self.is_active and not self._is_looking():
             self.look()
 
     def _is_looking(self) -> bool:
