@@ -1,9 +1,10 @@
 """Compare: the curves of several runs over each other, and the options in which they differ."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import ClassVar
 
+from rich.cells import cell_len
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
@@ -130,20 +131,27 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         shown = self.query_one(DataTable)
         at, scrolled = shown.cursor_column, shown.scroll_offset
         shown.clear(columns=True)
+        rows = [[clip(cell, VALUE) for cell in (row.key, *row.values)] for row in
+                table(self._courses)]  # fmt: skip
+        for number, heading in enumerate([Text(), *self._headings()]):
+            # Widths that the table finds for itself come a moment after it is first drawn.
+            width = max(heading.cell_len, *(cell_len(row[number]) for row in rows))
+            shown.add_column(heading, key=str(number), width=width)
+        for row in rows:
+            shown.add_row(*map(Text, row))
+        shown.move_cursor(column=min(max(at, 1), len(self._courses)), animate=False)
+        shown.scroll_to(scrolled.x, scrolled.y, animate=False)
+
+    def _headings(self) -> Iterator[Text]:
+        """Names of the runs, with a sample of the curve of those that have one."""
         curves = self.query_one(Curves)
-        shown.add_column("", key="key")
         line = 0
-        for number, one in enumerate(self._courses):
+        for one in self._courses:
             heading = Text(no_wrap=True)
             if one.history:
                 heading.append_text(curves.sample(line)).append(" ")
                 line += 1
-            shown.add_column(heading.append(clip(one.label, NAME)), key=str(number))
-        for row in table(self._courses):
-            cells = (Text(clip(value, VALUE)) for value in row.values)
-            shown.add_row(Text(clip(row.key, VALUE)), *cells)
-        shown.move_cursor(column=min(max(at, 1), len(self._courses)), animate=False)
-        shown.scroll_to(scrolled.x, scrolled.y, animate=False)
+            yield heading.append(clip(one.label, NAME))
 
     def _say(self) -> None:
         what = self.quantity if self.quantity == "diversity" else f"{self.quantity} score"

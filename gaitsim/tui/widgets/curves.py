@@ -75,6 +75,11 @@ class Curves(Widget):
         """What is shown."""
         return self._plot.series
 
+    @property
+    def marks(self) -> tuple[float, ...]:
+        """Where something begins."""
+        return self._plot.marks
+
     def sample(self, index: int) -> Text:
         """A piece of a curve as a legend shows it."""
         return self._plot.sample(index)
@@ -122,7 +127,7 @@ class _Plot(Cells):
     def __init__(self, x_label: str, message: str) -> None:
         super().__init__()
         self.series: tuple[Series, ...] = ()
-        self._marks: tuple[float, ...] = ()
+        self.marks: tuple[float, ...] = ()
         self._x_label, self._message = x_label, message
 
     def change(
@@ -135,7 +140,7 @@ class _Plot(Cells):
         """Show other curves."""
         if len(series) != len(self.series):
             self.forget_styles()
-        self.series, self._marks = tuple(series), tuple(marks)
+        self.series, self.marks = tuple(series), tuple(marks)
         self._x_label = self._x_label if x_label is None else x_label
         self._message = self._message if message is None else message
         self.redraw()
@@ -146,7 +151,7 @@ class _Plot(Cells):
 
     def picture(self, columns: int, rows: int) -> Picture:
         """Axes and curves."""
-        return curves.plot(self.series, columns, rows, self._x_label, self._marks)
+        return curves.plot(self.series, columns, rows, self._x_label, self.marks)
 
     def ink_styles(self) -> list[Style]:
         """Of no ink, of the axes, and of the curves, the last one first."""

@@ -1,0 +1,310 @@
+"""Runs over each other: what differs, the screen, and the command line's twin."""
+
+import asyncio
+import json
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitsim.analysis.beside import read, table
+from gaitsim.analysis.differences import ABSENT, differences
+from gaitsim.evaluation import judge
+from gaitsim.evolution import evolve
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.reader import Run
+from gaitsim.runs.writer import RunWriter
+from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.screens.compare import Compare
+from gaitsim.tui.widgets.curves import Curves
+
+
+def toml(seed=1, **tables):
+    lines = [f"seed = {seed}", 'name = "any"', 'description = "never told"']
+    for name, options in tables.items():
+        lines += [f"[{name}]", *(f"{key} = {value!r}" for key, value in options.items())]
+    return "\n".join(lines)
+
+
+class TestDifferences:
+    def test_options_that_are_the_same_are_left_out(self):
+        one = toml(mutation={"plugin": "gaussian", "rate": 0.1})
+        other = toml(mutation={"plugin": "gaussian", "rate": 0.2})
+        (found,) = differences([[(1, one)], [(1, other)]])
+        assert (found.key, found.values) == ("mutation.rate", ("0.1", "0.2"))
+
+    def test_names_are_no_difference(self):
+        assert not differences([[(1, toml())], [(1, toml().replace("any", "another"))]])
+
+    def test_an_option_that_only_one_has(self):
+        one, other = toml(mutation={"plugin": "a", "rate": 1}), toml(mutation={"plugin": "b"})
+        found = {row.key: row.values for row in differences([[(1, one)], [(1, other)]])}
+        assert found == {"mutation.plugin": ("a", "b"), "mutation.rate": ("1", ABSENT)}
+
+    def test_a_change_on_the_way_is_told_with_its_generation(self):
+        one, other = toml(mutation={"rate": 0.1}), toml(mutation={"rate": 0.2})
+        stages = [(1, one), (11, other), (21, other), (31, one)]
+        (found,) = differences([stages, [(1, one)]])
+        assert found.values == ("0.1, from 11: 0.2, from 31: 0.1", "0.1")
+
+    def test_a_change_is_told_though_both_made_it(self):
+        stages = [(1, toml(1)), (5, toml(2))]
+        (found,) = differences([stages, stages])
+        assert found.values == ("1, from 5: 2",) * 2
+
+    def test_a_run_that_cannot_be_read_differs_in_nothing(self):
+        assert not differences([[(1, toml())], [], [(1, "no TOML =")]])
+
+    def test_they_are_in_the_order_of_the_files(self):
+        one, other = (
+            toml(1, b={"z": 1, "a": 1}, a={"k": 1}),
+            toml(2, b={"z": 2, "a": 2}, a={"k": 2}),
+        )
+        found = [row.key for row in differences([[(1, one)], [(1, other)]])]
+        assert found == ["seed", "b.z", "b.a", "a.k"]
+
+
+@pytest.fixture
+def made(puppet, tmp_path, monkeypatch):
+    """Makes a finished run of puppets."""
+    monkeypatch.chdir(tmp_path)
+
+    def make(name, *overrides):
+        experiment = puppet(*overrides)
+        path = create_run(experiment, Path("runs") / name)
+        with RunWriter(path) as writer:
+            for generation in evolve(experiment, lambda genomes: judge(experiment, genomes)):
+                writer.record(generation)
+        fix_seconds(path)
+        return path
+
+    return make
+
+
+def fix_seconds(path):
+    """A clock is no function of the experiment: let every generation have taken half a second."""
+    lines = (path / "history.csv").read_text().splitlines()
+    at = lines[0].split(",").index("seconds")
+    rows = [line.split(",") for line in lines]
+    for row in rows[1:]:
+        row[at] = "0.5"
+    (path / "history.csv").write_text("\n".join(map(",".join, rows)) + "\n")
+
+
+@pytest.fixture
+def two(made):
+    return [made("one"), made("two", "seed=2", "mutation.plugin=puppet-jitter")]
+
+
+class TestCourses:
+    def test_they_say_what_became_of_each(self, two):
+        courses = read(two)
+        run = Run(two[0])
+        number, score, _ = run.champion()
+        rows = {row.key: row.values for row in table(courses)}
+        assert rows["generations"] == ("5", "5")
+        assert rows["found in generation"][0] == str(number)
+        assert rows["best score"][0] == f"{score:.4f}".replace("-", "−")
+        assert rows["seed"] == ("1", "2")
+        assert "mutation.plugin" not in rows
+
+    def test_seconds_add_up(self, two):
+        assert read(two)[0].axis("seconds").tolist() == [0.5, 1.0, 1.5, 2.0, 2.5]
+
+    def test_runs_of_one_name_are_told_apart_by_their_folders(self, two):
+        shutil.copytree(two[0], "elsewhere/one")
+        labels = [one.label for one in read([two[0], Path("elsewhere/one")])]
+        assert labels == ["runs/one", "elsewhere/one"]
+
+    def test_one_that_cannot_be_read_has_its_problem(self, two):
+        (two[1] / "history.csv").write_text("nonsense\n")
+        one, damaged, missing = read([*two, Path("runs/missing")])
+        assert one.problem is None
+        assert "history.csv is damaged" in str(damaged.problem)
+        assert "cannot read" in str(missing.problem)
+        assert [row.values[1:] for row in table([one, damaged, missing])] == [("–", "–")] * 5
+
+
+def compare(runs, test, size=(80, 24)):
+    async def go():
+        app = GaitsimApp(Path("runs"))
+        async with app.run_test(size=size) as pilot:
+            app.open_compare(list(runs))
+            await settled(pilot)
+            await test(app.screen, pilot)
+
+    asyncio.run(go())
+
+
+async def settled(pilot):
+    await pilot.pause()
+    await pilot.app.workers.wait_for_complete()
+    await pilot.pause()
+
+
+def shown(screen):
+    return screen.query_one(Curves).series
+
+
+def cells(screen):
+    grid = screen.query_one("#table")
+    return {
+        str(row[0]): [str(cell) for cell in row[1:]]
+        for row in (grid.get_row_at(at) for at in range(grid.row_count))
+    }
+
+
+class TestScreen:
+    def test_curves_and_table_are_of_the_runs(self, two):
+        async def test(screen, pilot):
+            assert [one.name for one in shown(screen)] == ["one", "two"]
+            assert np.array_equal(shown(screen)[0].y, Run(two[0]).history["best"])
+            assert cells(screen)["seed"] == ["1", "2"]
+            assert screen.sub_title == "best score by generation"
+
+        compare(two, test)
+
+    def test_quantities_and_axes_come_round(self, two):
+        async def test(screen, pilot):
+            history = Run(two[0]).history
+            for quantity in ("mean", "median", "diversity", "best"):
+                await pilot.press("o")
+                assert np.array_equal(shown(screen)[0].y, history[quantity])
+                assert quantity in screen.sub_title
+            await pilot.press("x")
+            assert np.array_equal(shown(screen)[0].x, history["evaluations"])
+            await pilot.press("x", "x")
+            assert np.array_equal(shown(screen)[0].x, history["generation"])
+
+        compare(two, test)
+
+    def test_stages_are_told_and_marked(self, two, gaitsim):
+        gaitsim("resume", "one", "--generations", "8", "--set", "fitness.price=0.3")
+
+        async def test(screen, pilot):
+            assert cells(screen)["fitness.price"] == ["0.1, from 6: 0.3", "0.1"]
+            assert screen.query_one(Curves).marks == (6.0,)
+
+        compare(two, test)
+
+    def test_a_run_is_chosen_and_replayed_beside_the_other(self, two):
+        async def test(screen, pilot):
+            asked = []
+            pilot.app.open_replay = lambda run, generation=None, beside=None: asked.append(
+                (run, beside)
+            )
+            pilot.app.open_run = asked.append
+            await pilot.press("right", "r", "enter")
+            assert asked == [(two[1], two[0]), two[1]]
+
+        compare(two, test)
+
+    def test_a_run_that_grows_is_read_again(self, two):
+        async def test(screen, pilot):
+            before = shown(screen)
+            screen._look_again()
+            await settled(pilot)
+            assert shown(screen) is before or shown(screen) == before
+            shutil.copytree(two[1], two[0], dirs_exist_ok=True)
+            os.utime(two[0] / "population.pickle", ns=(1, 1))
+            screen._look_again()
+            await settled(pilot)
+            assert np.array_equal(shown(screen)[0].y, shown(screen)[1].y)
+
+        compare(two, test)
+
+    def test_it_says_which_runs_cannot_be_read_and_shows_the_others(self, two):
+        (two[1] / "history.csv").write_text("nonsense\n")
+
+        async def test(screen, pilot):
+            said = str(screen.query_one("#problems").render())
+            assert "two: history.csv is damaged" in said
+            assert "missing: cannot read" in said
+            assert [one.name for one in shown(screen)] == ["one"]
+            await pilot.press("right", "enter", "r", "o", "x")
+
+        compare([*two, Path("runs/missing")], test)
+
+    def test_runs_without_a_generation_have_no_curves(self, puppet, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        run = create_run(puppet(), Path("runs/new"))
+
+        async def test(screen, pilot):
+            assert shown(screen) == ()
+            assert cells(screen)["generations"] == ["–"]
+            assert not screen.check_action("quantity", ())
+            assert not screen.check_action("replay", ())
+
+        compare([run], test)
+
+    def test_names_are_shown_as_they_are(self, made):
+        async def test(screen, pilot):
+            assert shown(screen)[0].name == "a[red] 漢\\x1b"
+            headings = [str(column.label) for column in screen.query_one("#table").ordered_columns]
+            assert headings[1].endswith("a[red] 漢\\x1b")
+
+        compare([made("a[red] 漢\x1b")], test)
+
+    def test_it_says_the_command_that_shows_the_same(self, two):
+        async def test(screen, pilot):
+            assert screen.command_line() == "gaitsim differences runs/one runs/two"
+
+        compare(two, test)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (160, 48)])
+def test_looks(size, two, snap_compare):
+    async def show(pilot):
+        pilot.app.open_compare(two)
+        await settled(pilot)
+        assert isinstance(pilot.app.screen, Compare)
+
+    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
+
+
+class TestCommand:
+    def test_it_prints_curves_and_differences(self, gaitsim, two):
+        said = gaitsim("differences", "one", "two").stdout
+        assert "best by generation" in said
+        assert "┤" in said
+        assert [line.split() for line in said.splitlines() if line.startswith("seed")] == [
+            ["seed", "1", "2"]
+        ]
+
+    def test_json_has_numbers(self, gaitsim, two):
+        told = json.loads(gaitsim("differences", *two, "--json").stdout)
+        number, score, _ = Run(two[0]).champion()
+        assert told["runs"][0] | {"score": score, "generation": number} == told["runs"][0]
+        assert told["options"] == {"seed": ["1", "2"]}
+
+    @pytest.mark.parametrize("name", ["curves.png", "curves.svg"])
+    def test_it_draws_a_figure(self, gaitsim, two, name):
+        gaitsim("differences", *two, "--quantity", "mean", "--by", "seconds", "--plot", name)
+        assert Path(name).stat().st_size > 1000
+
+    def test_bad_input_is_told(self, gaitsim, two):
+        assert "no run 'three'" in gaitsim("differences", "one", "three", code=2).stderr
+        assert ".txt" in gaitsim("differences", "one", "--plot", "a.txt", code=2).stderr
+        (two[1] / "history.csv").write_text("nonsense\n")
+        assert "is damaged" in gaitsim("differences", "one", "two", code=2).stderr
+
+
+class TestPlay:
+    def test_a_still_is_printed(self, gaitsim, two):
+        said = gaitsim("play", "one", "--at", "1", "--generation", "2").stdout
+        assert said.startswith("one  generation 2")
+        assert len(said.splitlines()) == 23
+
+    @pytest.mark.parametrize(
+        ("options", "said"),
+        [
+            ((), "no terminal to play in"),
+            (("--at", "99"), "no second 99"),
+            (("--speed", "0"), "cannot be shown"),
+            (("--generation", "9"), "no generation 9"),
+        ],
+    )
+    def test_bad_input_is_told(self, gaitsim, two, options, said):
+        assert said in gaitsim("play", "one", *options, code=2).stderr
