@@ -105,7 +105,10 @@ def cells(dots: Dots, behind: int = 0) -> tuple[NDArray[np.uint32], Inks]:
 
 
 def runs(codes: NDArray[np.uint32], inks: Inks) -> list[tuple[str, int]]:
-    """A row of cells as pieces of text of one ink each."""
+    """A row of cells as pieces of text of one ink each; spaces go with what is before them."""
+    # A third as many pieces, each of which takes a terminal 20 bytes and us as many µs.
+    last = np.maximum.accumulate(np.where(codes != SPACE, np.arange(len(codes)), 0))
+    inks = inks[last]
     text = codes.astype("<u4").tobytes().decode("utf-32-le")
     borders = [0, *(np.flatnonzero(np.diff(inks)) + 1).tolist(), len(text)]
     return [(text[first:end], int(inks[first])) for first, end in pairwise(borders) if end > first]

@@ -127,10 +127,11 @@ class TestDots:
         assert (text(codes), inks.tolist()) == (["⠁"], [[5]])
         assert text(cells(dots)[0]) == ["⠉"]
 
-    def test_runs_put_a_row_together_again(self):
-        codes = np.array([ord(sign) for sign in "ab⠁●x"], dtype=np.uint32)
-        inks = np.array([0, 0, 1, 1, 0], dtype=np.uint8)
-        assert runs(codes, inks) == [("ab", 0), ("⠁●", 1), ("x", 0)]
+    def test_runs_put_a_row_together_again_spaces_with_what_is_before_them(self):
+        codes = np.array([ord(sign) for sign in " ab⠁ ● x "], dtype=np.uint32)
+        inks = np.array([0, 0, 0, 1, 0, 1, 0, 2, 0], dtype=np.uint8)
+        assert runs(codes, inks) == [(" ab", 0), ("⠁ ● ", 1), ("x ", 2)]
+        assert runs(codes[:0], inks[:0]) == []
 
 
 class TestView:

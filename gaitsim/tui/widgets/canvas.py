@@ -29,12 +29,12 @@ class BodyCanvas(Cells, can_focus=True):
     """A skeleton in motion, seen by a camera that can be turned around it.
 
     Drag to turn, roll to zoom; keys when it has the focus. It runs in real time times
-    `speed`, over and over, at most `FPS` pictures a second, and stands still while another
-    screen is shown.
+    `speed`, over and over, and stands still while another screen is shown.
 
     Args:
         skeleton: to begin with; None shows `message`.
         message: shown where there is no body.
+        fps: pictures a second, at most.
         clock: seconds that pass, for tests.
     """
 
@@ -116,13 +116,14 @@ class BodyCanvas(Cells, can_focus=True):
         skeleton: Skeleton | None = None,
         *,
         message: str = "no body yet",
+        fps: float = FPS,
         clock: Callable[[], float] = time.monotonic,
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
         self._figure: body.Figure | None = None
         self._message = message
-        self._clock = clock
+        self._clock, self._fps = clock, fps
         self._then = 0.0
         self._held: Offset | None = None
         if skeleton is not None:
@@ -175,7 +176,7 @@ class BodyCanvas(Cells, can_focus=True):
 
     def on_mount(self) -> None:
         """Set the clock, which runs while the body does."""
-        self._timer = self.set_interval(1 / FPS, self._tick, pause=not self.playing)
+        self._timer = self.set_interval(1 / self._fps, self._tick, pause=not self.playing)
         self._then = self._clock()
 
     def _tick(self) -> None:
