@@ -150,8 +150,8 @@ class TestAtRest:
             np.testing.assert_array_equal(best.y, history["best"])
             np.testing.assert_array_equal(mean.y, history["mean"])
             await pilot.press("l")
-            await until(pilot, lambda: "best" in text(screen, "#live-log"))
-            assert "kept as a champion" in text(screen, "#live-log")
+            await until(pilot, lambda: "best" in text(screen, "#live-events"))
+            assert "kept as a champion" in text(screen, "#live-events")
             assert screen.command_line() == "gaitsim resume runs/walk"
 
         live(run, test)
@@ -533,7 +533,7 @@ class TestWords:
         assert line.cell_len <= width
         event = Event(3, "stage", "wide 宽宽宽宽\x1b[31m" * 9)
         assert words.event_line(event, max(width, 12), STYLES).cell_len <= max(width, 12)
-        lines = words.table(self.SNAPSHOT, course, 1, width, STYLES)
+        lines = words.table(self.SNAPSHOT, course, width, STYLES)
         if width >= 30:
             assert {line.cell_len for line in lines} <= set(range(width + 1))
 
@@ -545,7 +545,7 @@ class TestWords:
         assert line.endswith("stage 12")
 
     def test_the_table_says_what_is_no_number(self):
-        lines = words.table(self.SNAPSHOT, Course(), 1, 120, STYLES)
+        lines = words.table(self.SNAPSHOT, Course(), 120, STYLES)
         plain = [line.plain for line in lines]
         assert plain[1].split() == ["score", "–", *["1.500"] * 5]
         assert plain[2].split() == ["[red]reach", "–", *["2.000"] * 5]

@@ -43,6 +43,9 @@ class Live(Asking):
         run: its folder.
         go: whether to go on with it at once.
         clock: seconds that pass, for the body that moves.
+
+    Attributes:
+        board: what is shown.
     """
 
     CSS_PATH = "live.tcss"
@@ -67,7 +70,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
         Binding("c", "change", "Change", id="live.change", tooltip="Change options from here on"),
         Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run under other options"),
         Binding("r", "replay", "Replay", id="live.replay", tooltip="See any generation move"),
-        Binding("g", "goal", "Further", id="live.goal", tooltip="How many generations it has"),
+        Binding("g", "goal", "Goal", id="live.goal", tooltip="How many generations it has"),
         Binding("e", "make", "Make", id="live.make", tooltip="Gait files, plots, videos, …"),
         Binding("l", "log", "Events", id="live.log", tooltip="What happened, or the terms"),
     ]
@@ -77,7 +80,8 @@ the app in any way, and the run can be gone on with exactly where it stood.
         self, run: Path, *, go: bool = False, clock: Callable[[], float] = time.monotonic
     ) -> None:
         super().__init__()
-        self.run, self._clock = run, clock
+        self.run = run
+        self.board = Board(run, clock)
         self._go = go
         self._engine: Engine | None = None
         self._stopping = False
@@ -87,17 +91,12 @@ the app in any way, and the run can be gone on with exactly where it stood.
     def compose(self) -> ComposeResult:
         """The board between header and footer."""
         yield Header()
-        yield Board(self.run, self._clock)
+        yield self.board
         yield Footer()
 
     def problem(self, error: GaitsimError | None) -> None:
         """Show what went wrong."""
         self.board.problem(error)
-
-    @property
-    def board(self) -> Board:
-        """What is shown."""
-        return self.query_one(Board)
 
     @property
     def snapshot(self) -> Snapshot:

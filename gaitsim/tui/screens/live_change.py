@@ -23,6 +23,7 @@ from gaitsim.registry import KINDS
 from gaitsim.runs.folder import command
 from gaitsim.runs.opening import plan
 from gaitsim.runs.reader import Run
+from gaitsim.tui.screens.live_words import shown
 from gaitsim.tui.words import visible
 
 CALM = 0.15  # seconds without a key before what is typed is checked
@@ -189,7 +190,7 @@ class Change(ModalScreen[Wanted | None]):
         """List the options that have what the last word begins with."""
         typing = "" if self._text.endswith(" ") else (self._text.split(" ") or [""])[-1]
         wanted, listed = typing.partition("=")[0], self.query_one(OptionList)
-        shown = [one for one in self._known if wanted in one.key]
+        fitting = [one for one in self._known if wanted in one.key]
         width = max(len(one.key) for one in self._known)
         listed.clear_options()
         listed.add_options(
@@ -203,7 +204,7 @@ class Change(ModalScreen[Wanted | None]):
                 ),
                 one.key,
             )
-            for one in shown
+            for one in fitting
         )
 
     @work(thread=True, group="check", exclusive=True)
@@ -240,7 +241,7 @@ class Change(ModalScreen[Wanted | None]):
             return
         said = self.query_one("#change-said", Static)
         said.set_class(wrong, "problem")
-        said.update(Text(visible_lines(text)))
+        said.update(Text(shown(text)))
 
     def _command(self, assignments: tuple[str, ...]) -> str:
         out = self._out()
@@ -282,8 +283,3 @@ class Change(ModalScreen[Wanted | None]):
             self.dismiss(Wanted(assignments, self._out()))
         else:
             self.dismiss(None)
-
-
-def visible_lines(text: str) -> str:
-    """A text of several lines whose control characters are written out."""
-    return "\n".join(map(visible, text.splitlines()))

@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
+from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
 from gaitsim.runs.folder import EXPERIMENT
 from gaitsim.runs.reader import Run
@@ -68,6 +69,7 @@ class Stage:
     def __init__(self, run: Path, number: int) -> None:
         self.number = number
         self._run = Run(run)
+        self._experiment: Experiment | None = None
 
     def move(self, champion: Best) -> Skeleton:
         """A champion's body over time.
@@ -75,7 +77,9 @@ class Stage:
         Raises:
             GaitsimError: its body's plugin is missing, or cannot move or draw it.
         """
-        experiment = self._run.experiment_at(champion.generation)
+        if self._experiment is None:  # of the same body as long as scores can be compared
+            self._experiment = self._run.experiment_at(champion.generation)
+        experiment = self._experiment
         if not champion.genome:
             raise RunError("the champion cannot be read", remedy="see what 'gaitsim show' says")
         genome = np.array([champion.genome], dtype=experiment.space().dtype)

@@ -12,7 +12,7 @@ from gaitsim.runs.history import MEAN
 from gaitsim.steering.course import Course
 from gaitsim.steering.protocol import Event, Snapshot
 from gaitsim.tui.widgets.spark import BLOCKS
-from gaitsim.tui.words import clip, duration, number
+from gaitsim.tui.words import clip, duration, number, visible
 
 Styles = dict[str, Style]  # by the name of a state, event or part, from the theme
 
@@ -36,9 +36,9 @@ WIDEST_SPARK = 60
 
 def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
     """State, generations, a bar of them, speed and time left, on one line."""
-    shown = Text(no_wrap=True, end="")
-    shown.append(f"{MARKS[state]} {WORDS.get(state, state)}", styles[state])
-    shown.append(f"  {snapshot.generation:,}/{snapshot.generations:,}")
+    line = Text(no_wrap=True, end="")
+    line.append(f"{MARKS[state]} {WORDS.get(state, state)}", styles[state])
+    line.append(f"  {snapshot.generation:,}/{snapshot.generations:,}")
     rest = Text()
     if snapshot.evaluations_per_second > 0:
         rest.append(f"  {snapshot.evaluations_per_second:,.0f} evaluations/s")
@@ -47,34 +47,37 @@ def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
         rest.append(f"  {duration(left)} left")
     if snapshot.stage > 1:
         rest.append(f"  stage {snapshot.stage}", styles["stage"])
-    room = width - shown.cell_len - rest.cell_len - 2
+    room = width - line.cell_len - rest.cell_len - 2
     if room >= 10 and snapshot.generations:
         full = round(min(snapshot.generation / snapshot.generations, 1.0) * room)
-        shown.append("  ").append("━" * full, styles[state]).append(
+        line.append("  ").append("━" * full, styles[state]).append(
             "─" * (room - full), styles["dim"]
         )
-    shown.append_text(rest)
-    shown.truncate(width, overflow="ellipsis")
-    return shown
+    line.append_text(rest)
+    line.truncate(width, overflow="ellipsis")
+    return line
 
 
 def event_line(event: Event, width: int, styles: Styles) -> Text:
     """Something that happened, on one line."""
-    shown = Text(no_wrap=True, end="")
-    shown.append(f"{event.generation:>6,} ", styles["dim"])
-    shown.append(f"{EVENT_MARKS[event.kind]} ", styles[event.kind])
+    line = Text(no_wrap=True, end="")
+    line.append(f"{event.generation:>6,} ", styles["dim"])
+    line.append(f"{EVENT_MARKS[event.kind]} ", styles[event.kind])
     text = event.text
     if event.kind == "best":
         text = f"best {text.replace('-', '−')}"
     elif event.kind == "kept":
         text = "kept as a champion"
-    shown.append(clip(text, max(width - shown.cell_len, 1)))
-    return shown
+    line.append(clip(text, max(width - line.cell_len, 1)))
+    return line
 
 
-def table(
-    snapshot: Snapshot, course: Course, scored_from: int, width: int, styles: Styles
-) -> list[Text]:
+def shown(text: str) -> str:
+    """A text of several lines whose control characters are written out."""
+    return "\n".join(map(visible, text.splitlines()))
+
+
+def table(snapshot: Snapshot, course: Course, width: int, styles: Styles) -> list[Text]:
     """Score, terms and diversity: the best of each generation as a curve, then in numbers the
     mean and the best individuals of the last one, as many as there is room for.
     """
@@ -92,7 +95,7 @@ def table(
         (term, term, MEAN + term, [one.terms.get(term, math.nan) for one in top]) for term in terms
     ]
     rows += [("diversity", "diversity", "diversity", [])]
-    lines = [head]
+    lines, scored_from = [head], snapshot.scored_from
     for label, column, mean, values in rows:
         first = scored_from - 1 if len(course) >= scored_from else 0
         curve = spark(course[column][first:], room) if column in course else ""

@@ -1,6 +1,7 @@
 """Lines of text of which only those that changed are drawn again."""
 
 from collections.abc import Sequence
+from itertools import zip_longest
 from typing import Any
 
 from rich.style import Style
@@ -11,7 +12,7 @@ from textual.widget import Widget
 
 
 class Lines(Widget):
-    """Shows lines, each cut at the right edge; as high as there are lines."""
+    """Shows lines, each cut at the right edge; as high as there are lines, or as its styles say."""
 
     DEFAULT_CSS = "Lines { width: 1fr; height: auto; }"
 
@@ -22,13 +23,14 @@ class Lines(Widget):
     def show(self, lines: Sequence[Text]) -> None:
         """Show other lines."""
         before, self._lines = self._lines, list(lines)
-        if len(before) != len(lines):
+        height = self.styles.height
+        if len(before) != len(lines) and (height is None or height.is_auto):
             self.refresh(layout=True)
             return
         changed = [
             Region(0, row, self.size.width, 1)
-            for row, (old, new) in enumerate(zip(before, lines, strict=True))
-            if old != new or old.spans != new.spans
+            for row, (old, new) in enumerate(zip_longest(before, lines))
+            if old is None or new is None or old != new or old.spans != new.spans
         ]
         if changed:
             self.refresh(*changed)
