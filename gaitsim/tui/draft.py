@@ -28,7 +28,7 @@ _KEY = re.compile(r"\bkey ([\w.-]+)")
 _SECTION = re.compile(r"\bsection (\w+)")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ready:
     """A ready experiment: a preset or a file.
 

@@ -1,0 +1,354 @@
+"""The forms of a new run: made from the options, checked as they are typed, equal to a command."""
+
+import errno
+from pathlib import Path
+
+import pytest
+from textual.widgets import Input, Select, TabbedContent
+
+from gaitsim import options
+from gaitsim.experiment import load_experiment
+from gaitsim.registry import KINDS
+from gaitsim.runs.reader import Run
+from gaitsim.tui.screens.new import TITLES
+from gaitsim.tui.widgets.form import Field
+
+SIZES = [(80, 24), (160, 48)]
+
+
+@pytest.fixture
+def fill(here, drive, puppet_file):
+    """Runs a test on the forms of the puppets' experiment file, or of what is asked for."""
+
+    def fill(test, *, begin=str(puppet_file), **options):
+        async def go(driver):
+            driver.app.open_new(begin)
+            screen = await driver.at("New")
+            await driver.until(lambda: screen._reading or "✗" in said(screen) or wrong(screen))
+            await test(driver, screen)
+
+        drive(go, **options)
+
+    return fill
+
+
+def said(screen):
+    return str(screen.query_one("#status").render())
+
+
+def wrong(screen):
+    return screen.query_one("#status").has_class("problem")
+
+
+def fields(screen):
+    return {field.option.key: field for field in screen.query(Field)}
+
+
+async def part(driver, screen, section):
+    """Turn to a part, and wait for its form."""
+    screen.query_one("#parts", TabbedContent).active = f"part-{section}"
+    form = screen._reading.forms[section]
+    keys = {option.key for option in form.options}
+    await driver.until(lambda: keys <= fields(screen).keys())
+    return {key: field for key, field in fields(screen).items() if key in keys}
+
+
+async def enter(driver, screen, field, text):
+    """Type into an option, and wait until it is checked."""
+    before = screen._reading
+    field.query_one(Input).value = text
+    await driver.until(lambda: screen._reading is not before)
+
+
+class TestForms:
+    @pytest.mark.parametrize("size", SIZES)
+    def test_every_option_of_every_part_has_a_field(self, fill, size):
+        async def test(driver, screen):
+            experiment = load_experiment(screen._draft.ready.reference)
+            for section in ("evolution", *KINDS):
+                found = await part(driver, screen, section)
+                model = (
+                    experiment.evolution if section == "evolution" else getattr(experiment, section)
+                )
+                assert {key.split(".")[1] for key in found} == set(type(model).model_fields)
+                for field in found.values():
+                    about = str(field.query_one(".field-about").render())
+                    assert options.meaning(field.option.field) in about
+                    assert field.region.right <= size[0]
+
+        fill(test, size=size)
+
+    def test_units_and_bounds_are_told(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "organism"))["organism.pause"]
+            assert "a number ≥ 0" in str(field.query_one(".field-about").render())
+            assert str(field.query_one(".field-unit").render()) == "s"
+
+        fill(test)
+
+    def test_an_option_that_chooses_among_words_offers_them(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "organism"))["organism.encoding"]
+            found = [value for _, value in field.query_one(Select)._options]
+            assert found == ["sine", "cpg", "recurrence"]
+            field.query_one(Select).value = "cpg"
+            await driver.until(lambda: "organism.encoding=cpg" in screen.command_line())
+
+        fill(test, begin="spider")
+
+    def test_an_option_that_is_not_set_says_so(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "evolution"))["evolution.target_score"]
+            box = field.query_one(Input)
+            assert (box.value, box.placeholder) == ("", "none")
+            await enter(driver, screen, field, "3")
+            assert screen._reading.experiment.evolution.target_score == 3
+            await enter(driver, screen, field, "")
+            assert screen._reading.experiment.evolution.target_score is None
+            assert not screen._draft.changes
+
+        fill(test)
+
+
+class TestChecking:
+    def test_what_is_wrong_is_told_below_it_on_the_tab_and_at_the_foot(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "fitness"))["fitness.price"]
+            await enter(driver, screen, field, "-1")
+            assert "✗ a number ≥ 0" in str(field.query_one(".field-about").render())
+            tab = screen.query_one("#parts", TabbedContent).get_tab("part-fitness")
+            assert str(tab.label) == f"✗ {TITLES['fitness']}"
+            assert "✗ fitness.price: -1 is not allowed" in said(screen)
+            await enter(driver, screen, field, "0.5")
+            assert not field.has_class("-wrong")
+            assert str(tab.label) == TITLES["fitness"]
+            assert "It can run" in said(screen)
+
+        fill(test)
+
+    def test_what_is_typed_fast_is_checked_once_it_rests(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "fitness"))["fitness.price"]
+            field.query_one(Input).focus()
+            await driver.press("end", "backspace", "5", "7")
+            await driver.until(lambda: "fitness.price=0.57" in screen.command_line())
+            assert screen._reading.experiment.fitness.price == 0.57
+
+        fill(test)
+
+    def test_parts_that_do_not_fit_each_other(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "evolution"))["evolution.elites"]
+            await enter(driver, screen, field, "1000000")
+            assert field.has_class("-wrong")
+
+        fill(test)
+
+    @pytest.mark.parametrize(("key", "text"), [("name", "a/b"), ("seed", "x"), ("seed", "-1")])
+    def test_name_and_seed(self, fill, key, text):
+        async def test(driver, screen):
+            before = screen._reading
+            screen.query_one(f"#{key}", Input).value = text
+            await driver.until(lambda: screen._reading is not before)
+            assert key in screen._reading.problems
+            assert screen.query_one(f"#{key}").has_class("-wrong")
+
+        fill(test)
+
+
+class TestPlugins:
+    def test_only_what_works_is_offered_and_another_body_brings_its_parts(self, fill):
+        async def test(driver, screen):
+            await part(driver, screen, "mutation")
+            select = screen.query_one("#part-mutation .plugin", Select)
+            assert "bit-flip" not in [value for _, value in select._options]
+            await part(driver, screen, "organism")
+            screen.query_one("#part-organism .plugin", Select).value = "bit-puppet"
+            await driver.until(lambda: screen._reading.chosen("organism") == "bit-puppet")
+            assert screen._reading.experiment is not None, screen._reading.problems
+            await part(driver, screen, "mutation")
+            select = screen.query_one("#part-mutation .plugin", Select)
+            await driver.until(lambda: "bit-flip" in [value for _, value in select._options])
+
+        fill(test)
+
+    def test_a_body_that_is_broken_is_told(self, fill, install):
+        install("broken", "raise RuntimeError('no [b]luck')", {"organism": {"bad": "Bad"}})
+
+        async def test(driver, screen):
+            select_values = screen._reading.offered["organism"]
+            assert "bad" not in select_values
+
+        fill(test)
+
+
+class TestBeginning:
+    @pytest.mark.parametrize(
+        ("begin", "what"),
+        [
+            ("nothing", "unknown experiment 'nothing'"),
+            ("./nothing.toml", "cannot read"),
+            ("./bad [b].toml", "not valid TOML"),
+        ],
+    )
+    def test_what_cannot_be_begun_with_is_told_and_another_can(self, fill, begin, what):
+        Path("bad [b].toml").write_text("[[[")
+
+        async def test(driver, screen):
+            assert what in said(screen)
+            assert begin in [value for _, value in screen.query_one("#preset", Select)._options]
+            screen.query_one("#preset", Select).value = "millipede"
+            await driver.until(lambda: screen._reading is not None)
+            assert screen._reading.chosen("organism") == "millipede"
+
+        fill(test, begin=begin)
+
+    def test_another_preset_asks_before_changes_are_dropped(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            await enter(driver, screen, field, "12")
+            preset = screen.query_one("#preset", Select)
+            before = preset.value
+            preset.value = "fly"
+            await driver.at("Confirm")
+            await driver.press("n")
+            await driver.until(lambda: preset.value == before)
+            assert screen._draft.changes
+            preset.value = "fly"
+            await driver.at("Confirm")
+            await driver.press("y")
+            await driver.until(lambda: screen._reading.chosen("organism") == "fly")
+            assert not screen._draft.changes
+
+        fill(test)
+
+    def test_reset_takes_all_back(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            ready = field.option.ready
+            await enter(driver, screen, field, "12")
+            await driver.press("ctrl+z")
+            await driver.at("Confirm")
+            await driver.press("y")
+            await driver.until(lambda: not screen._draft.changes and len(fields(screen)) > 3)
+            await driver.until(
+                lambda: fields(screen)["evolution.population"].query_one(Input).value == ready
+            )
+
+        fill(test)
+
+    def test_a_file_can_be_begun_with(self, fill):
+        async def test(driver, screen):
+            Path("mine.toml").write_text(load_experiment("millipede", ["seed=77"]).to_toml())
+            await driver.press("ctrl+l")
+            ask = await driver.at("Ask")
+            ask.query_one(Input).value = "mine.toml"
+            await driver.press("enter")
+            await driver.until(lambda: screen.query_one("#seed", Input).value == "77")
+            assert screen.command_line() == "gaitsim run ./mine.toml"
+
+        fill(test)
+
+
+class TestLeaving:
+    def test_run_makes_the_run_that_the_command_would(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "evolution"))["evolution.generations"]
+            await enter(driver, screen, field, "2")
+            overrides = screen._draft.overrides
+            reference = screen._draft.ready.reference
+            await driver.press("ctrl+r")
+            live = await driver.at("Live")
+            path = Path("runs/puppet")
+            assert Run(path).experiment_text == load_experiment(reference, overrides).to_toml()
+            await driver.until(lambda: live._engine is None or live.state == "finished")
+            await driver.until(lambda: Run(path).generation == 2)
+            await driver.press("escape")
+            await driver.at("Home")
+
+        fill(test)
+
+    def test_run_in_another_folder(self, fill):
+        async def test(driver, screen):
+            assert screen.command_line().endswith("--out elsewhere/puppet")
+            await driver.press("ctrl+r")
+            live = await driver.at("Live")
+            assert live.run == Path("elsewhere/puppet")
+            await driver.until(lambda: Run(live.run).generation > 0)
+
+        fill(test, folder=Path("elsewhere"))
+
+    def test_what_is_wrong_is_gone_to_instead(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "fitness"))["fitness.price"]
+            await enter(driver, screen, field, "x")
+            await part(driver, screen, "evolution")
+            await driver.press("ctrl+r")
+            await driver.until(lambda: driver.app.focused is field.query_one(Input))
+            assert not Path("runs").exists()
+
+        fill(test)
+
+    def test_a_full_disk_is_told(self, fill, monkeypatch):
+        async def test(driver, screen):
+            def full(*_, **__):
+                raise OSError(errno.ENOSPC, "No space left on device")
+
+            monkeypatch.setattr(Path, "mkdir", full)
+            await driver.press("ctrl+r")
+            await driver.until(lambda: "No space left" in driver.told())
+            monkeypatch.undo()
+            assert driver.screen is screen
+
+        fill(test)
+
+    def test_save_writes_the_file_that_is_shown(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            await enter(driver, screen, field, "12")
+            shown = screen._reading.toml
+            assert "population = 12" in str(screen.query_one("#toml-beside").render())
+            await driver.press("ctrl+s")
+            ask = await driver.at("Ask")
+            ask.query_one(Input).value = "mine"
+            await driver.press("enter")
+            await driver.until(lambda: Path("mine.toml").exists())
+            assert Path("mine.toml").read_text() == shown
+            assert load_experiment("mine.toml") == screen._reading.experiment
+            await driver.until(lambda: "gaitsim run mine.toml" in driver.told())
+
+        fill(test, size=(160, 48))
+
+    def test_a_file_is_replaced_only_when_that_is_confirmed(self, fill):
+        async def test(driver, screen):
+            Path("puppet.toml").write_text("mine")
+            for answer, kept in (("n", True), ("y", False)):
+                await driver.press("ctrl+s")
+                await driver.at("Ask")
+                await driver.press("enter")
+                await driver.at("Confirm")
+                await driver.press(answer)
+                await driver.at("New")
+                assert not kept or Path("puppet.toml").read_text() == "mine"
+            await driver.until(lambda: Path("puppet.toml").read_text() == screen._reading.toml)
+
+        fill(test)
+
+    def test_a_place_that_cannot_be_written_is_told(self, fill):
+        async def test(driver, screen):
+            await driver.press("ctrl+s")
+            ask = await driver.at("Ask")
+            ask.query_one(Input).value = "nowhere/mine.toml"
+            await driver.press("enter")
+            await driver.until(lambda: "cannot be written" in driver.told())
+
+        fill(test)
+
+    def test_the_command_is_copied(self, fill):
+        async def test(driver, screen):
+            screen.query_one("#seed", Input).value = "5"
+            await driver.until(lambda: "seed=5" in screen.command_line())
+            await driver.press("ctrl+y")
+            assert driver.app.clipboard == screen.command_line()
+
+        fill(test)
