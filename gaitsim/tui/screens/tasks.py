@@ -57,6 +57,8 @@ files that it wrote, or why it could not.
 
     def task_changed(self, task: Task) -> None:
         """Bring a task's row up to date; called by the app."""
+        if not self.is_mounted:  # once it is, it shows all as they are
+            return
         table = self.query_one(DataTable)
         if str(id(task)) not in table.rows:
             self._fill()

@@ -1,0 +1,125 @@
+"""What is installed, as the UI tells it."""
+
+import pytest
+from rich.console import Console
+
+from gaitsim import options
+from gaitsim.registry import EXPERIMENTS, KINDS, entries
+
+
+def shown(driver):
+    """What stands on the right, as text."""
+    console = Console(width=400, color_system=None)
+    with console.capture() as capture:
+        console.print(driver.screen.query_one("#about-plugin").content)
+    return capture.get()
+
+
+def keys(driver):
+    menu = driver.screen.query_one("#installed")
+    return [option.id for option in menu.options if option.id]
+
+
+async def go(driver, key):
+    menu = driver.screen.query_one("#installed")
+    menu.highlighted = menu.get_option_index(key)
+    await driver.pilot.pause()
+
+
+@pytest.fixture
+def look(here, drive):
+    def look(test, **options):
+        async def run(driver):
+            driver.app.open_plugins()
+            screen = await driver.at("Plugins")
+            await driver.until(lambda: screen._catalogue is not None)
+            await test(driver)
+
+        drive(run, **options)
+
+    return look
+
+
+@pytest.mark.parametrize("size", [(80, 24), (160, 48)])
+def test_all_that_is_installed_is_listed_with_where_it_comes_from(look, size):
+    async def test(driver):
+        assert keys(driver) == [f"{k} {n}" for k in (*KINDS, EXPERIMENTS) for n in entries(k)]
+        for key in keys(driver):
+            kind, _, name = key.partition(" ")
+            await go(driver, key)
+            text = shown(driver)
+            for claim in entries(kind)[name]:
+                assert claim.source in text
+                assert claim.target in text
+
+    look(test, size=size)
+
+
+def test_options_are_told_in_full(look):
+    async def test(driver):
+        await go(driver, "fitness puppet-reach")
+        text, field = shown(driver), driver.screen._catalogue.classes["fitness"]["puppet-reach"]
+        price = field.model_fields["price"]
+        for part in ("price", options.default(price), options.allowed(price), price.description):
+            assert part in text
+        assert "works with  bit-puppet, puppet" in text
+        assert "joint_angles, reach" in text
+
+    look(test)
+
+
+def test_what_is_broken_is_marked_and_says_why(look, install):
+    install("broken", "raise RuntimeError('no [b]luck')", {"fitness": {"ba[d]": "Bad"}})
+    install("one", "", {"mutation": {"twice": "A"}})
+    install("two", "", {"mutation": {"twice": "B"}})
+
+    async def test(driver):
+        menu = driver.screen.query_one("#installed")
+        assert "✗ ba[d]" in str(menu.get_option("fitness ba[d]").prompt)
+        await go(driver, "fitness ba[d]")
+        assert "no [b]luck" in shown(driver)
+        await go(driver, "mutation twice")
+        text = shown(driver)
+        assert "claimed more than once" in text
+        assert "one 1.0" in text
+        assert "two 1.0" in text
+
+    look(test)
+
+
+def test_an_installation_that_cannot_be_read_is_told(look, monkeypatch):
+    monkeypatch.setattr("gaitsim.tui.screens.plugins.unreadable", lambda: ["/lib/odd[b].dist-info"])
+
+    async def test(driver):
+        assert "/lib/odd[b].dist-info" in driver.told()
+
+    look(test)
+
+
+def test_a_body_or_a_ready_experiment_begins_a_new_run(look):
+    async def test(driver):
+        for key, name in (("organism fly", "fly"), (f"{EXPERIMENTS} millipede", "millipede")):
+            await go(driver, key)
+            assert "plugins.new" in driver.offered()
+            await driver.press("enter")
+            screen = await driver.at("New")
+            await driver.until(lambda screen=screen: screen._reading is not None)
+            assert screen._reading.chosen("organism") == name
+            await driver.press("escape")
+            await driver.at("Plugins")
+        await go(driver, "mutation gaussian")
+        assert "plugins.new" not in driver.offered()
+
+    look(test)
+
+
+def test_the_command_that_shows_it_is_copied(look):
+    async def test(driver):
+        await go(driver, "mutation gaussian")
+        await driver.press("y")
+        assert driver.app.clipboard == "gaitsim plugins show gaussian"
+        await go(driver, f"{EXPERIMENTS} fly")
+        await driver.press("y")
+        assert driver.app.clipboard == "gaitsim experiments show fly"
+
+    look(test)
