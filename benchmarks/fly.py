@@ -1,4 +1,4 @@
-"""One generation of the preset fly with one trial: 100 flies × 3 s at 1 ms steps, a command every 10 ms.
+"""One generation of the preset fly, one trial: 100 flies × 3 s, 1 ms steps, a command each 10 ms.
 
 Beside it: one worker, one fly at a time, and real time.
 """
