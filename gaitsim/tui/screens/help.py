@@ -54,6 +54,7 @@ def _keys(screen: Screen[Any]) -> Table:
     table.add_column("key", style="bold", no_wrap=True)
     table.add_column("what it does", ratio=1)
     table.add_column("id for config.toml", style="dim", no_wrap=True)
-    for keys, about, name in rows.values():
+    # First what this app does, then how one moves in a list, which has no ids.
+    for keys, about, name in sorted(rows.values(), key=lambda row: not row[2]):
         table.add_row(Text(" ".join(keys)), Text(about), Text(name))
     return table

@@ -34,6 +34,7 @@ PRODUCTS = (
     Product("Gait for MATLAB and Octave (.mat)", "export", ("--format", "mat")),
     Product("Gait as a table (.csv)", "export", ("--format", "csv")),
     Product("Gait for NumPy (.npz)", "export", ("--format", "npz")),
+    Product("Gait for servos, in degrees and milliseconds", "export", ("--format", "servo")),
     Product("Plot of the fitness curve", "plot", ("--kind", "fitness")),
     Product("Plot of the terms", "plot", ("--kind", "terms")),
     Product("Plots of every kind", "plot", ("--kind", "all")),

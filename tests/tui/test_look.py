@@ -1,0 +1,210 @@
+"""How the app's own screens look, small and large, with a fixed clock and fixed runs."""
+
+import asyncio
+import math
+from pathlib import Path
+
+import pytest
+
+from gaitsim import registry
+from gaitsim.errors import RunError
+from gaitsim.registry import KINDS
+from gaitsim.runs.overview import Overview, Watch
+from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.screens.help import Help
+from gaitsim.tui.screens.making import Making
+from gaitsim.tui.screens.new import New
+from gaitsim.tui.screens.plugins import Plugins
+from gaitsim.tui.screens.tasks import TaskList
+from gaitsim.tui.tasks import Task
+
+NOW = 2e9
+SIZES = [(80, 24), (160, 48)]
+NAMES = ("spider", "spider-walk", "tournament", "uniform", "gaussian")
+SPIDER = dict(zip(KINDS, NAMES, strict=True))
+RUNS = [
+    Overview(
+        Path("runs/spider"),
+        "running",
+        SPIDER,
+        description="a spider that walks straight and fast",
+        generation=412,
+        generations=1000,
+        best=2.4979,
+        stage=2,
+        seconds=95.0,
+        changed=NOW - 1,
+        curve=tuple(3 - 3 * math.exp(-at / 80) for at in range(412)),
+    ),
+    Overview(
+        Path("runs/a [bold]name 長い名前 and more than there is room for"),
+        "stopped",
+        SPIDER,
+        generation=7,
+        generations=100_000,
+        best=-12.5,
+        changed=NOW - 7200,
+        curve=(math.nan, -20.0, -19.0, -15.0, -12.5),
+    ),
+    Overview(
+        Path("runs/millipede"),
+        "finished",
+        {**SPIDER, "organism": "millipede", "fitness": "millipede-travel"},
+        generation=80,
+        generations=80,
+        best=10.0,
+        changed=NOW - 86400 * 3,
+        curve=(10.0,) * 80,
+    ),
+    Overview(
+        Path("runs/broken"),
+        "damaged",
+        {},
+        changed=NOW - 30,
+        problem=RunError("experiment.toml is [red]not valid TOML", where="runs/broken"),
+    ),
+]
+
+
+@pytest.fixture
+def look(here, monkeypatch, snap_compare):
+    """Compares a screen with how it looked."""
+
+    def look(size, before, runs=RUNS, theme=None):
+        monkeypatch.setattr(Watch, "look", lambda watch: runs)
+        app = GaitsimApp(Path("runs"), clock=lambda: NOW, theme=theme)
+
+        async def show(pilot):
+            await until(pilot, lambda: app.screen.runs is not None)
+            await until(pilot, lambda: not runs or app.screen.query("#runs"))
+            await before(pilot)
+            await pilot.pause()
+
+        return snap_compare(app, terminal_size=size, run_before=show)
+
+    return look
+
+
+@pytest.fixture
+def only_puppets(monkeypatch):
+    """Nothing but puppets is installed, so that pictures stay as they are."""
+    entries = registry.entries
+
+    def ours(kind):
+        found = entries(kind)
+        return {
+            name: [one for one in claims if "puppets" in one.package]
+            for name, claims in found.items()
+            if any("puppets" in one.package for one in claims)
+        }
+
+    monkeypatch.setattr(registry, "entries", ours)
+    monkeypatch.setattr("gaitsim.tui.screens.plugins.entries", ours)
+
+
+async def until(pilot, holds):
+    async with asyncio.timeout(30):
+        while not holds():
+            await pilot.pause(0.01)
+    await pilot.pause()
+
+
+async def nothing(pilot):
+    pass
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_home(look, size):
+    assert look(size, nothing)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_home_with_a_damaged_run(look, size):
+    async def go(pilot):
+        await pilot.press("down", "space", "down", "space", "up", "up")
+
+    assert look(size, go)
+
+
+def test_home_without_runs(look):
+    assert look((80, 24), nothing, runs=[])
+
+
+@pytest.mark.parametrize("theme", ["gaitsim-light", "gaitsim-okabe-ito"])
+def test_themes(look, theme):
+    assert look((80, 24), nothing, theme=theme)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_new(look, size, only_puppets, puppet_file):
+    async def go(pilot):
+        screen = New("./puppet.toml")
+        await pilot.app.push_screen(screen)
+        await until(pilot, lambda: screen._reading is not None)
+        screen.query_one("#parts").active = "part-fitness"
+        await until(pilot, lambda: screen.query("#part-fitness Field"))
+        box = screen.query_one("#part-fitness Input")
+        before = screen._reading
+        box.value = "-1"
+        await until(pilot, lambda: screen._reading is not before)
+
+    assert look(size, go)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_plugins(look, size, only_puppets):
+    async def go(pilot):
+        screen = Plugins()
+        await pilot.app.push_screen(screen)
+        await until(pilot, lambda: screen._catalogue is not None)
+        await pilot.press("down", "down")
+
+    assert look(size, go)
+
+
+def test_making(look):
+    async def go(pilot):
+        await pilot.app.push_screen(Making(RUNS[0].path))
+        await pilot.press("down")
+
+    assert look((80, 24), go)
+
+
+def test_help(look):
+    async def go(pilot):
+        await pilot.app.push_screen(Help(pilot.app.screen))
+
+    assert look((80, 24), go)
+
+
+def test_confirm(look):
+    async def go(pilot):
+        await pilot.press("down", "down", "d")
+
+    assert look((80, 24), go)
+
+
+def test_jump(look):
+    async def go(pilot):
+        await pilot.press("slash", "ctrl+o")
+
+    assert look((80, 24), go)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_tasks(look, size):
+    async def go(pilot):
+        pilot.app.tasks.all = [
+            Task(("export", "runs/spider"), 0.0, "done", output=["a.mat: 300 frames"], ended=2.0),
+            Task(("video", "runs/spider"), 0.0, "stopped", "9/300", 0.03, ended=71.0),
+            Task(
+                ("imitate", "no [b]where"),
+                0.0,
+                "failed",
+                errors=["Error: there is no run"],
+                ended=1.0,
+            ),
+        ]
+        await pilot.app.push_screen(TaskList())
+
+    assert look(size, go)
