@@ -3,10 +3,12 @@
 import unicodedata
 from collections.abc import Iterable, Iterator
 from importlib import import_module
+from itertools import combinations
 from pkgutil import walk_packages
 from string import punctuation
 from typing import Any
 
+from textual.app import App
 from textual.binding import Binding
 from textual.dom import DOMNode
 from textual.keys import Keys, _normalize_key_list
@@ -36,26 +38,28 @@ def problems(config: Config) -> list[GaitsimError]:
 def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:
     """Keys of the settings that do something else on the same screen, which it does no longer."""
     found: dict[tuple[str, str], GaitsimError] = {}
+    nodes = list(nodes)
+    apps = [binding for node in nodes if issubclass(node, App) for binding in _bindings(node)]
     for node in nodes:
-        # What the app and every screen has counts on each.
-        known = {b.id: b for kind in reversed(node.__mro__) for b in _bindings(kind)}
-        keys = {name: _keys(config.keys.get(name, known[name].key)) for name in known}
-        for name in known.keys() & config.keys.keys():
-            for other in known.keys() - {name}:
-                both = keys[name] & keys[other]
-                pair = (min(name, other), max(name, other))
-                if both and pair not in found:
-                    found[pair] = GaitsimError(
-                        f"the key {min(both)} is given to {pair[0]} and to {pair[1]}",
-                        where=f"{config.path}, section keys",
-                        remedy="give one of them another key",
-                    )
+        # What every screen has, and the app has on every screen, counts on each.
+        own = [binding for kind in reversed(node.__mro__) for binding in _bindings(kind)]
+        known = {binding.id: _keys(binding.key) for binding in [*apps, *own]}
+        for one, other in combinations(sorted(known), 2):
+            chosen = [_keys(config.keys.get(name, "")) or known[name] for name in (one, other)]
+            both = chosen[0] & chosen[1]
+            # Those that share a key by default work in turn, as a pause and going on.
+            if both and not known[one] & known[other]:
+                found[one, other] = GaitsimError(
+                    f"the key {min(both)} is given to {one} and to {other}",
+                    where=f"{config.path}, section keys",
+                    remedy="give one of them another key",
+                )
     return list(found.values())
 
 
 def _keys(text: str) -> set[str]:
     """The keys of a binding, a character by its name."""
-    return set(_normalize_key_list(text).split(","))
+    return set(_normalize_key_list(text).split(",")) - {""}
 
 
 def _bindings(node: type) -> Iterator[Any]:

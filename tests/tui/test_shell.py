@@ -218,11 +218,12 @@ class TestKeys:
         async def test(driver):
             await driver.until(lambda: "given to" in driver.told())
             assert "the key r is given to home.new and to home.replay" in driver.told()
-            assert "home.plugins" not in driver.told()
+            assert "the key question_mark is given to app.help and to home.make" in driver.told()
+            assert "live" not in driver.told()
             await driver.press("r")
             await driver.at("New")
 
-        drive(test, config=config('[keys]\nhome.new = "r"\nhome.sort = "p"\nhome.plugins = "s"'))
+        drive(test, config=config('[keys]\nhome.new = "r"\nhome.make = "?"\nlive.go = "x"'))
 
 
 class TestEnding:

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -58,6 +57,8 @@ followed as they go.
         self._watch: Watch | None = None
         self._table: RunTable | None = None
         self._problem: GaitsimError | None = None
+        self._height = 0
+        self._offers: list[bool | None] = []
 
     def compose(self) -> ComposeResult:
         """Header, filter, what stands for a table until there is one, details, footer."""
@@ -93,8 +94,7 @@ followed as they go.
         """Read what has changed, in a thread."""
         from gaitsim.runs.overview import Watch
 
-        if self._watch is None:
-            self._watch = Watch(self.gaitsim.folder)
+        self._watch = self._watch or Watch(self.gaitsim.folder)
         try:
             found, problem = self._watch.look(), None
         except GaitsimError as error:
@@ -122,7 +122,10 @@ followed as they go.
         empty.display = not self._table.shown
         self._table.display = bool(self._table.shown)
         if empty.display:
-            empty.update(self._why_empty())
+            from gaitsim.tui.widgets.details import no_runs
+
+            folder, colours = self.gaitsim.folder, self.app.theme_variables
+            empty.update(no_runs(folder, len(self.runs), self.filter, self._problem, colours))
         elif self.focused is None:
             self._table.focus()
         running = sum(run.state == "running" for run in self.runs)
@@ -131,29 +134,14 @@ followed as they go.
             [str(self.gaitsim.folder), count, *([f"{running} running"] if running else [])]
         )
         self._details()
-        self.refresh_bindings()
-
-    def _why_empty(self) -> Text:
-        if self._problem is not None:
-            return Text(str(self._problem), style=self.app.theme_variables["error"])
-        if self.runs:
-            return Text(f"None of {len(self.runs)} runs has the words “{self.filter}”.")
-        return Text.assemble(
-            (f"No runs in {self.gaitsim.folder} yet.\n\n", "bold"),
-            "Press ",
-            ("n", "bold"),
-            " to assemble one, or in a terminal:\n\ngaitsim run spider",
-            justify="center",
-        )
 
     @on(DataTable.RowHighlighted)
     def _moved(self) -> None:
         self._details()
-        self.refresh_bindings()
 
     def on_run_table_marked(self) -> None:
         """Offer to compare, or no more."""
-        self.refresh_bindings()
+        self._details()
 
     def _details(self) -> None:
         """What the run under the cursor is; what is wrong with it."""
@@ -163,7 +151,20 @@ followed as they go.
         panel = self.query_one("#details", Static)
         panel.display = run is not None
         if run is not None:
-            panel.update(details(run, self.app.theme_variables))
+            text = details(run, self.app.theme_variables)
+            height = len(text.wrap(self.app.console, max(1, self.size.width - 2)))
+            # Laying the screen out anew at each move of the cursor would make it lag.
+            panel.update(text, layout=height != self._height)
+            self._height = height
+        self._offer()
+
+    def _offer(self) -> None:
+        """Bring the footer up to date where other keys work now."""
+        actions = ("delete", "replay", "compare", "make", "filter", "back")
+        offers = [self.check_action(name, ()) for name in actions]
+        if offers != self._offers:
+            self._offers = offers
+            self.refresh_bindings()
 
     def _run(self) -> "Overview | None":
         return self._table.run if self._table is not None and self._table.display else None

@@ -1,9 +1,11 @@
-"""What a run is, in a few lines."""
+"""What a run is, in a few lines; why there is none."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from rich.text import Text
 
+from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
 from gaitsim.runs.overview import Overview
 from gaitsim.tui.words import duration, visible
@@ -25,3 +27,28 @@ def details(run: Overview, colours: Mapping[str, str]) -> Text:
         facts.append(f"stage {run.stage}")
     lines = (head, (visible(plugins), colours["secondary"]), ("  ·  ".join(facts), "dim"))
     return Text("\n").join(line if isinstance(line, Text) else Text(*line) for line in lines)
+
+
+def no_runs(
+    folder: Path, count: int, words: str, problem: GaitsimError | None, colours: Mapping[str, str]
+) -> Text:
+    """Why no run is shown.
+
+    Args:
+        folder: where they would be.
+        count: how many there are.
+        words: that they should have.
+        problem: why the folder cannot be read.
+        colours: by the name of the theme's variable.
+    """
+    if problem is not None:
+        return Text(str(problem), style=colours["error"])
+    if count:
+        return Text(f"None of {count} runs has the words “{words}”.")
+    return Text.assemble(
+        (f"No runs in {folder} yet.\n\n", "bold"),
+        "Press ",
+        ("n", "bold"),
+        " to assemble one, or in a terminal:\n\ngaitsim run spider",
+        justify="center",
+    )
