@@ -19,21 +19,25 @@ class Lines(Widget):
     def __init__(self, lines: Sequence[Text] = (), **settings: Any) -> None:
         super().__init__(**settings)
         self._lines = list(lines)
+        self._strips: dict[int, Strip] = {}
 
     def show(self, lines: Sequence[Text]) -> None:
         """Show other lines."""
         before, self._lines = self._lines, list(lines)
         height = self.styles.height
         if len(before) != len(lines) and (height is None or height.is_auto):
+            self._strips.clear()
             self.refresh(layout=True)
             return
         changed = [
-            Region(0, row, self.size.width, 1)
+            row
             for row, (old, new) in enumerate(zip_longest(before, lines))
             if old is None or new is None or old != new or old.spans != new.spans
         ]
+        for row in changed:
+            self._strips.pop(row, None)
         if changed:
-            self.refresh(*changed)
+            self.refresh(*(Region(0, row, self.size.width, 1) for row in changed))
 
     @property
     def text(self) -> str:
@@ -44,11 +48,23 @@ class Lines(Widget):
         """As many as there are."""
         return len(self._lines)
 
+    def on_resize(self) -> None:
+        """Cut them at another edge."""
+        self._strips.clear()
+
+    def notify_style_update(self) -> None:
+        """Take the colours of another theme."""
+        super().notify_style_update()
+        self._strips.clear()
+
     def render_line(self, y: int) -> Strip:
         """One line."""
-        width, style = self.size.width, self.rich_style
-        if y >= len(self._lines):
-            return Strip.blank(width, style)
-        segments = self._lines[y].render(self.app.console, end="")
-        ground = Style(bgcolor=style.bgcolor, color=style.color)
-        return Strip(segments).apply_style(ground).adjust_cell_length(width, ground)
+        if y not in self._strips:
+            width, style = self.size.width, self.rich_style
+            ground = Style(bgcolor=style.bgcolor, color=style.color)
+            segments = (
+                self._lines[y].render(self.app.console, end="") if y < len(self._lines) else ()
+            )
+            strip = Strip(segments).apply_style(ground)
+            self._strips[y] = strip.adjust_cell_length(width, ground)
+        return self._strips[y]
