@@ -1,11 +1,14 @@
 """`gaitsim runs`."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gaitsim.cli.run import Json
+
+if TYPE_CHECKING:
+    from gaitsim.runs.overview import Overview
 
 
 def runs(
@@ -28,12 +31,12 @@ def runs(
     gaitsim runs --delete spider-2 --delete spider-3
     """
     from gaitsim.cli.console import output, print_json, table
-    from gaitsim.runs.folder import list_runs
+    from gaitsim.runs.overview import Watch
 
     if delete:
         _delete(root, delete, yes=yes, json=json)
         return
-    found = [_row(path) for path in list_runs(root)]
+    found = [_row(run) for run in Watch(root).look()]
     if json:
         for row in found:
             print_json(row)
@@ -85,39 +88,14 @@ def _cells(row: dict[str, Any]) -> list[str]:
     return [done, best, row["state"]]
 
 
-def _row(path: Path) -> dict[str, Any]:
+def _row(run: "Overview") -> dict[str, Any]:
     """A run's line; read without loading its plugins, so that a missing one does no harm."""
-    from gaitsim.errors import GaitsimError
-    from gaitsim.experiment import Evolution
-    from gaitsim.runs.lock import is_locked
-    from gaitsim.runs.opening import is_finished
-    from gaitsim.runs.reader import Run
-    from gaitsim.toml import parse
-
-    row: dict[str, Any] = {
-        "run": path.name,
-        "organism": "",
-        "fitness": "",
-        "generation": 0,
-        "generations": 0,
-        "best": None,
-        "state": "damaged",
+    return {
+        "run": run.name,
+        "organism": run.plugins.get("organism", ""),
+        "fitness": run.plugins.get("fitness", ""),
+        "generation": run.generation,
+        "generations": run.generations,
+        "best": run.best,
+        "state": run.state,
     }
-    run = Run(path)
-    try:
-        text = parse(run.experiment_text, str(path))
-        for kind in ("organism", "fitness"):
-            row[kind] = str(text[kind]["plugin"])
-        evolution = Evolution.model_validate(text["evolution"])
-        row["generations"] = evolution.generations
-        found = run.checkpoint()
-    # Pydantic's errors are ValueErrors.
-    except (GaitsimError, KeyError, TypeError, ValueError):
-        return row
-    finished = False
-    if found is not None:
-        row["generation"] = found[0].generation
-        row["best"] = found[0].best_score
-        finished = is_finished(evolution, found[0], run.experiment_text)
-    row["state"] = "running" if is_locked(path) else "finished" if finished else "stopped"
-    return row

@@ -200,8 +200,7 @@ followed as they go.
     def action_back(self) -> None:
         """Show all runs again."""
         box = self.query_one("#filter", Input)
-        box.value = ""
-        box.display = False
+        box.value, box.display = "", False
         if self._table is not None:
             self._table.focus()
 
