@@ -19,6 +19,9 @@ Points = NDArray[np.float64]
 WIDE, HIGH = 2, 4  # dots of a cell
 SPACE = ord(" ")
 _EMPTY = 0x2800
+# Decimals of a dot that count: a place that computers work out differently in its last bit is
+# drawn the same by all of them.
+_DECIMALS = 3
 # Which bit of a character a dot is (Unicode, Braille Patterns).
 _BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint32)
 
@@ -31,7 +34,7 @@ def empty(columns: int, rows: int) -> Dots:
 def draw_points(dots: Dots, points: Points, inks: int | NDArray[Any]) -> None:
     """Put points (n, 2), dots from the upper left corner, in their ink; those outside are left."""
     height, width = dots.shape
-    at = np.rint(points).astype(np.intp)
+    at = np.rint(np.round(points, _DECIMALS)).astype(np.intp)
     inside = (at >= 0).all(axis=1) & (at[:, 0] < width) & (at[:, 1] < height)
     at = at[inside]
     each = np.broadcast_to(np.asarray(inks, dtype=np.uint8), len(points))
@@ -52,7 +55,7 @@ def draw_lines(
         dash: how many dots are drawn, and how many left out, from line to line.
     """
     finite = np.isfinite(ends).all(axis=(1, 2))
-    ends, inks = ends[finite], inks[finite]
+    ends, inks = np.round(ends[finite], _DECIMALS), inks[finite]
     lengths = np.abs(ends[:, 1] - ends[:, 0]).max(axis=1)
     before = np.cumsum(lengths) - lengths
     ends, kept = _cut(ends, *dots.shape)
