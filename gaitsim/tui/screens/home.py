@@ -266,10 +266,12 @@ followed as they go.
 
     def command_line(self) -> str:
         """What shows the run under the cursor."""
-        from gaitsim.runs.folder import command
-
         run = self._run()
-        return command("show", run.path) if run is not None else ""
+        if run is None:
+            return ""
+        from gaitsim.runs.folder import command  # a quarter of a second: not before the first paint
+
+        return command("show", run.path)
 
     def palette(self) -> Iterable[PaletteCommand]:
         """A new run from each preset."""
