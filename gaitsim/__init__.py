@@ -1,1 +1,50 @@
-"""Evolve gaits in your terminal."""
+"""Evolve gaits in your terminal; in Python, `import gaitsim as gs`."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gaitsim.errors import GaitsimError as GaitsimError
+    from gaitsim.evolution import Generation as Generation
+    from gaitsim.experiment import Experiment as Experiment
+    from gaitsim.experiment import load_experiment as load_experiment
+    from gaitsim.notebook import Individual as Individual
+    from gaitsim.notebook import Run as Run
+    from gaitsim.notebook import Search as Search
+    from gaitsim.notebook import evolve as evolve
+    from gaitsim.notebook import load as load
+
+# Looked up when first asked for: `gaitsim --help` needs none of it, nor NumPy.
+_PLACES = {
+    "Experiment": "gaitsim.experiment",
+    "GaitsimError": "gaitsim.errors",
+    "Generation": "gaitsim.evolution",
+    "Individual": "gaitsim.notebook",
+    "Run": "gaitsim.notebook",
+    "Search": "gaitsim.notebook",
+    "evolve": "gaitsim.notebook",
+    "load": "gaitsim.notebook",
+    "load_experiment": "gaitsim.experiment",
+}
+__all__ = [
+    "Experiment",
+    "GaitsimError",
+    "Generation",
+    "Individual",
+    "Run",
+    "Search",
+    "evolve",
+    "load",
+    "load_experiment",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(_PLACES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_PLACES})

@@ -1,5 +1,6 @@
 """What the loop yields: one finished generation, frozen."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
+from gaitsim.facts import Fact, Facts
 
 
 @dataclass(frozen=True)
@@ -28,8 +30,8 @@ class Progress:
     stage: int = 1
 
 
-@dataclass(frozen=True, eq=False)
-class Generation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Generation(Facts):
     """One evaluated generation; its arrays are frozen as well.
 
     Attributes:
@@ -65,3 +67,18 @@ class Generation:
     def best(self) -> int:
         """Index of the best individual; the first of equals."""
         return int(np.argmax(self.scores))
+
+    def _facts(self) -> Mapping[str, Fact]:
+        best, finite = self.best, self.scores[np.isfinite(self.scores)]
+        failed = len(self.scores) - len(finite)
+        return {
+            "number": self.number,
+            "best": float(self.scores[best]),
+            "mean": float(finite.mean()) if len(finite) else "",
+            "diversity": self.diversity,
+            "failed": failed or "",
+            "terms of the best": {
+                name: float(values[best]) for name, values in self.evaluation.terms.items()
+            },
+            "stop": self.stop,
+        }

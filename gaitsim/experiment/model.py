@@ -19,6 +19,7 @@ from gaitsim.contracts import (
 )
 from gaitsim.declarations import PLUGIN
 from gaitsim.errors import PluginError
+from gaitsim.facts import Fact, Facts
 from gaitsim.registry import KINDS, Entry, containing
 
 SCHEMA = 1
@@ -47,8 +48,8 @@ class Evolution(BaseModel):
     )
 
 
-@dataclass(frozen=True)
-class Experiment:
+@dataclass(frozen=True, repr=False)
+class Experiment(Facts):
     """A body, a fitness, a genetic scheme and a seed.
 
     Attributes:
@@ -102,6 +103,18 @@ class Experiment:
             with containing(entry, "writing its options"):
                 document[kind] = _table(self.plugin(kind), {PLUGIN: entry.name})
         return tomlkit.dumps(document)
+
+    def _facts(self) -> Mapping[str, Fact]:
+        return {
+            "name": self.name,
+            "seed": self.seed,
+            "population": self.evolution.population,
+            "generations": self.evolution.generations,
+            **{kind: self.entries[kind].name for kind in KINDS},
+        }
+
+    def _details(self) -> Mapping[str, Fact]:
+        return {**self._facts(), "description": self.description}
 
 
 def space_of(entry: Entry, organism: Organism) -> GenomeSpace:

@@ -1,0 +1,216 @@
+"""A run on disk, as Python and notebooks look at it."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Motion
+from gaitsim.errors import GaitsimError, nearest
+from gaitsim.experiment import Experiment
+from gaitsim.facts import Fact, Facts
+from gaitsim.notebook.individual import Individual
+from gaitsim.notebook.search import Search, overrides, resumed
+from gaitsim.runs import reader
+from gaitsim.runs.folder import find_run
+from gaitsim.runs.replay import Replay, replay
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SCREEN = 150  # dots an inch of a figure in a notebook
+
+
+def load(run: str | Path) -> "Run":
+    """Open a run for reading, by its folder or its name under `runs/`.
+
+    Opening a run never executes anything in it.
+
+    Raises:
+        RunError: there is none.
+    """
+    return Run(find_run(str(run)))
+
+
+class Run(Facts):
+    """A run on disk. What it says is read anew each time: it may be growing.
+
+    Attributes:
+        path: its folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._run = reader.Run(path)
+
+    @property
+    def experiment(self) -> Experiment:
+        """As it stands in the run's `experiment.toml`.
+
+        Raises:
+            ExperimentError: it has problems, such as a plugin that is no longer installed.
+        """
+        return self._run.experiment
+
+    @property
+    def history(self) -> dict[str, NDArray[np.float64]]:
+        """The columns of `history.csv` by name, (generations,) each; {} before the first one.
+
+        Raises:
+            RunError: it is damaged.
+        """
+        return self._run.history
+
+    @property
+    def generation(self) -> int:
+        """The last one that is finished; 0 before the first."""
+        return self._run.generation
+
+    @property
+    def champion(self) -> Individual:
+        """The best individual of all generations whose scores can be compared.
+
+        Raises:
+            RunError: no generation is finished yet, or all individuals failed.
+        """
+        return self.replay()
+
+    @property
+    def motion(self) -> Motion:
+        """The champion's motion, a population of one."""
+        return self.champion.motion
+
+    def replay(self, generation: int | None = None) -> Individual:
+        """The best individual of one generation; of all where none is given.
+
+        Raises:
+            RunError: there is no such generation, or all its individuals failed.
+        """
+        found = replay(self._run, generation)
+        return Individual(found.experiment, found.generation, found.score, found.genome)
+
+    def fingerprint(self) -> str:
+        """SHA-256 of population, scores and history, times left out.
+
+        Raises:
+            RunError: no generation is finished yet.
+        """
+        return self._run.fingerprint()
+
+    def resume(
+        self,
+        generations: int | None = None,
+        *,
+        set: Mapping[str, Any] | None = None,
+        workers: int | None = None,
+    ) -> Search:
+        """Go on with the run, exactly as if it had never stopped; a search to loop over.
+
+        Args:
+            generations: how far it is to go, counted from the first one; None as planned.
+            set: options from here on, by key; those that matter begin a stage.
+            workers: how many work at a time; None for what suits the body.
+
+        Raises:
+            ExperimentError: the options have problems. What else is wrong with going on is
+                raised when the loop begins.
+        """
+        given = overrides({"evolution.generations": generations}, set)
+        return resumed(self.path, self._run.experiment_with(given), workers, given)
+
+    def plot(
+        self,
+        kind: str = "fitness",
+        *,
+        generations: Sequence[int] = (),
+        channel: str | None = None,
+        components: Sequence[str] = (),
+        window: tuple[float, float] | None = None,
+        dark: bool = False,
+    ) -> "Figure":
+        """A plot, as `gaitsim plot` makes it.
+
+        Args:
+            kind: 'fitness', 'terms', 'path', 'channel', 'footfall', 'joints', 'stability'.
+            generations: whose best to draw; () for the champion.
+            channel: of the motion, for the kind 'channel'.
+            components: names of what to draw of the channel; () draws all.
+            window: first and last second of the motion.
+            dark: light lines on a dark ground.
+
+        Returns:
+            The figure; a notebook shows it, `savefig` writes it.
+
+        Raises:
+            GaitsimError: there is no such kind, or the body has nothing of it.
+        """
+        from gaitsim.export.plots import DARK, LIGHT, picture
+        from gaitsim.export.plots.kinds import KINDS, draw
+        from gaitsim.export.plots.request import Request
+
+        if kind not in KINDS:
+            raise GaitsimError(
+                f"there is no kind of plot {kind!r}",
+                allowed=", ".join(KINDS),
+                remedy=nearest(kind, list(KINDS)),
+            )
+        theme = DARK if dark else LIGHT
+        replays: tuple[Replay, ...] = ()
+        if KINDS[kind].moves:
+            replays = tuple(replay(self._run, number) for number in generations or (None,))
+        figure = draw(kind, Request(self._run, replays, channel, tuple(components), window, theme))
+        # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
+        figure._repr_png_ = lambda: picture(figure, "png", theme, SCREEN)  # type: ignore[attr-defined]
+        return figure
+
+    def video(
+        self,
+        path: str | Path,
+        *,
+        generations: Sequence[int] = (),
+        view: str = "iso",
+        size: tuple[int, int] | None = None,
+        fps: float | None = None,
+        speed: float = 1.0,
+        dark: bool = False,
+        intro: bool = True,
+    ) -> Path:
+        """Write a video, as `gaitsim video` does; MP4 or GIF, as the file's name ends.
+
+        Args:
+            path: the file.
+            generations: whose best to show side by side; () for the champion.
+            view: 'iso', 'side', 'top' or 'orbit'.
+            size: width and height, pixels.
+            fps: pictures a second.
+            speed: of the motion; 0.1 is slow motion.
+            dark: on a dark ground.
+            intro: whether it begins with the fitness curve.
+
+        Returns:
+            The file.
+
+        Raises:
+            GaitsimError: it cannot be made so, or not be written.
+        """
+        from gaitsim.export.video import Look, Video
+
+        path = Path(path)
+        theme = "dark" if dark else "light"
+        look = Look(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
+        Video(self._run, generations, look).write(path)
+        return path
+
+    def _facts(self) -> Mapping[str, Fact]:
+        found = self._run.checkpoint()
+        best = found[0].best_score if found else -np.inf
+        return {
+            "path": str(self.path),
+            "generation": found[0].generation if found else 0,
+            "best": best if np.isfinite(best) else "",
+        }
+
+    def _details(self) -> Mapping[str, Fact]:
+        return {**self._facts(), **self.experiment._facts()}

@@ -1,0 +1,194 @@
+"""A search as a loop over its generations, recorded on disk or not."""
+
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from gaitsim import evolution, toml
+from gaitsim.errors import RunError
+from gaitsim.evaluation import Evaluator
+from gaitsim.evolution import Generation
+from gaitsim.experiment import Experiment, load_experiment, with_overrides
+from gaitsim.facts import Fact, Facts
+from gaitsim.notebook.individual import Individual
+from gaitsim.runs.folder import create_run, resumable
+from gaitsim.runs.writer import RunWriter
+
+if TYPE_CHECKING:
+    from gaitsim.notebook.run import Run
+
+
+def evolve(
+    experiment: str | Path | Experiment,
+    *,
+    generations: int | None = None,
+    population: int | None = None,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    workers: int | None = None,
+    out: str | Path | None = None,
+) -> "Search":
+    """Evolve: a search to loop over, which yields each finished generation.
+
+    The same experiment, options and seed give the same generations to the last bit,
+    in Python as on the command line, with any number of workers.
+
+    Args:
+        experiment: a preset's name, the path of a TOML file, or an experiment.
+        generations: how many; None as the experiment says.
+        population: individuals in each; None as the experiment says.
+        seed: of all randomness; None as the experiment says.
+        set: options by key, such as `{"mutation.rate": 0.1}`.
+        workers: how many work at a time; None for what suits the body.
+        out: folder of a run to record, as `gaitsim run` does; one that is taken gets a
+            number. None records nothing.
+
+    Returns:
+        The search, an iterator of `Generation`. Nothing is evolved before it is looped over.
+
+    Raises:
+        ExperimentError: the experiment has problems, all of them in one message.
+        GaitsimError: there is no such preset or file, or the folder cannot be made.
+    """
+    given = overrides(
+        {
+            "evolution.generations": generations,
+            "evolution.population": population,
+            "seed": seed,
+        },
+        set,
+    )
+    if not isinstance(experiment, Experiment):
+        experiment = load_experiment(str(experiment), given)
+    elif given:
+        experiment = with_overrides(experiment, given)
+    if out is None:
+        return Search(experiment, None, _unrecorded(experiment, workers))
+    path = create_run(experiment, Path(out))
+    return Search(experiment, path, _recorded(path, workers))
+
+
+def overrides(short: Mapping[str, Any], set: Mapping[str, Any] | None) -> list[str]:
+    """Options given in Python as 'KEY=VALUE' texts; those of `short` that are None left out."""
+    given = {key: value for key, value in short.items() if value is not None} | dict(set or {})
+    return [f"{key}={toml.text(_plain(value))}" for key, value in given.items()]
+
+
+def _plain(value: Any) -> Any:
+    """A value without NumPy's types and paths, which TOML does not know."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    return str(value) if isinstance(value, Path) else value
+
+
+# The generations are functions' and not methods': a search that is left in the middle of its
+# loop is then freed at once, and with it the workers and the run's lock.
+def _unrecorded(experiment: Experiment, workers: int | None) -> Iterator[Generation]:
+    with Evaluator(experiment, workers) as evaluator:
+        evaluator.prepare()
+        yield from evolution.evolve(experiment, evaluator.evaluate)
+
+
+def _recorded(
+    path: Path,
+    workers: int | None,
+    overrides: Sequence[str] = (),
+    generations: int | None = None,
+) -> Iterator[Generation]:
+    with RunWriter(path, overrides=overrides, generations=generations) as writer:
+        if writer.warning:
+            warnings.warn(writer.warning, stacklevel=3)
+        if writer.done:
+            return
+        with resumable(path), Evaluator(writer.experiment, workers) as evaluator:
+            evaluator.prepare()
+            yield from writer.evolve(evaluator.evaluate)
+
+
+def resumed(
+    path: Path, experiment: Experiment, workers: int | None, overrides: Sequence[str]
+) -> "Search":
+    """A search that goes on with a recorded run under changed options."""
+    return Search(experiment, path, _recorded(path, workers, overrides))
+
+
+class Search(Facts, Iterator[Generation]):
+    """A search, to loop over once; made by `evolve`.
+
+    A loop that is left early can be gone on with: `next(search)`, or another loop. `close()`,
+    or the end of a `with` block, gives the workers and the lock of the run back; so does
+    letting go of the search. What was yielded of a recorded search is on the disk.
+
+    Attributes:
+        experiment: what is evolved, and how.
+        path: folder of the run; None where nothing is recorded.
+        last: the last generation that was yielded; None before the first.
+        champion: the best individual that was yielded; None before the first that did not
+            fail.
+    """
+
+    def __init__(
+        self, experiment: Experiment, path: Path | None, generations: Iterator[Generation]
+    ) -> None:
+        self.experiment = experiment
+        self.path = path
+        self.last: Generation | None = None
+        self.champion: Individual | None = None
+        self._generations = generations
+
+    def __iter__(self) -> Self:
+        return self
+
+    def __next__(self) -> Generation:
+        self.last = generation = next(self._generations)
+        score = float(generation.scores[generation.best])
+        if np.isfinite(score) and (self.champion is None or score > self.champion.score):
+            self.champion = Individual(
+                self.experiment, generation.number, score, generation.genomes[generation.best]
+            )
+        return generation
+
+    @property
+    def run(self) -> "Run":
+        """The run on disk, opened for reading.
+
+        Raises:
+            RunError: nothing is recorded.
+        """
+        from gaitsim.notebook.run import Run
+
+        if self.path is None:
+            raise RunError(
+                "this search is not recorded", remedy="give evolve() a folder, as out='runs/mine'"
+            )
+        return Run(self.path)
+
+    def close(self) -> None:
+        """End it: workers and lock are given back; it yields nothing any more."""
+        close = getattr(self._generations, "close", None)
+        if close is not None:
+            close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _facts(self) -> Mapping[str, Fact]:
+        return {
+            "experiment": self.experiment.name,
+            "generation": self.last.number if self.last else 0,
+            "of": self.experiment.evolution.generations,
+            "best": self.champion.score if self.champion else "",
+            "path": str(self.path or ""),
+        }

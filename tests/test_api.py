@@ -1,0 +1,250 @@
+"""`import gaitsim as gs`: searches as loops, runs opened, reprs."""
+
+import html
+import subprocess
+import sys
+import threading
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+from rich.console import Console
+
+import gaitsim as gs
+from gaitsim.experiment import load_experiment
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.writer import RunWriter
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> gs.Search:
+    """A recorded search of a spider, at its end."""
+    out = tmp_path_factory.mktemp("runs") / "walked"
+    search = gs.evolve("spider", generations=4, population=24, seed=2, out=out)
+    assert [generation.number for generation in search] == [1, 2, 3, 4]
+    return search
+
+
+def test_importing_it_imports_nothing_else() -> None:
+    script = (
+        "import sys; import gaitsim; before = set(sys.modules); dir(gaitsim); "
+        "print({'numpy', 'pydantic', 'numba', 'matplotlib', 'typer'} & before)"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert found.stdout.strip() == "set()"
+
+
+def test_every_public_name_is_there() -> None:
+    assert set(gs.__all__) <= set(dir(gs))
+    assert all(getattr(gs, name).__name__ == name for name in gs.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'evovle'"):
+        gs.evovle  # noqa: B018
+
+
+def test_a_loop_records_the_run_that_the_command_records(
+    tmp_path: Path, walked: gs.Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments = "run spider --generations 4 --population 24 --seed 2 --out commanded"
+    subprocess.run(
+        [sys.executable, "-m", "gaitsim", *arguments.split()],
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
+    assert gs.load("commanded").fingerprint() == walked.run.fingerprint()
+    # What is not recorded is evolved in the same way.
+    unrecorded = list(gs.evolve("spider", generations=4, population=24, seed=2, workers=1))
+    assert walked.last is not None
+    assert np.array_equal(unrecorded[-1].genomes, walked.last.genomes)
+    assert np.array_equal(unrecorded[-1].scores, walked.last.scores)
+
+
+def test_an_experiment_is_a_name_a_path_or_an_object(tmp_path: Path) -> None:
+    spider = load_experiment("spider", ["evolution.population=8"])
+    file = tmp_path / "mine.toml"
+    file.write_text(spider.to_toml())
+    found = [
+        next(gs.evolve(given, seed=5, set={"evolution.population": np.int64(8)})).scores
+        for given in ("spider", file, str(file), spider)
+    ]
+    assert all(np.array_equal(found[0], other) for other in found)
+
+
+def test_options_are_set_by_values_of_python() -> None:
+    search = gs.evolve(
+        "spider",
+        set={
+            "crossover.plugin": "single-point",
+            "crossover.point": "half",
+            "selection.plugin": "tournament",
+            "selection.size": np.int64(3),
+            "organism.symmetry": "none",
+            "evolution.target_score": None,
+            "mutation.rate": 0.25,
+        },
+    )
+    experiment = search.experiment
+    assert experiment.crossover.model_dump()["point"] == "half"
+    assert experiment.selection.model_dump() == {"size": 3}
+    assert experiment.evolution.target_score is None
+    assert experiment.mutation.model_dump()["rate"] == 0.25
+
+
+def test_mistakes_are_told_before_the_loop() -> None:
+    with pytest.raises(gs.GaitsimError, match="did you mean 'spider'"):
+        gs.evolve("spidr")
+    with pytest.raises(gs.GaitsimError, match="2 problems"):
+        gs.evolve("spider", population=1, set={"mutation.rate": 7})
+    with pytest.raises(gs.GaitsimError, match="there is no run 'nowhere'"):
+        gs.load("nowhere")
+    with pytest.raises(gs.GaitsimError, match="not recorded"):
+        gs.evolve("spider").run  # noqa: B018
+
+
+def test_leaving_a_loop_frees_the_workers_and_the_run(tmp_path: Path) -> None:
+    out = tmp_path / "left"
+    for generation in gs.evolve("spider", population=40, seed=1, workers=3, out=out):
+        if generation.number == 3:
+            break
+    assert not [thread for thread in threading.enumerate() if "gaitsim" in thread.name]
+    with RunWriter(out) as writer:  # its lock is free
+        assert writer.last is not None
+        assert writer.last.number == 3
+
+
+def test_an_error_in_a_loop_leaves_a_run_that_goes_on(tmp_path: Path) -> None:
+    out = tmp_path / "left"
+    search = gs.evolve("spider", generations=4, population=24, seed=2, out=out)
+
+    def fails() -> None:
+        with search:
+            for _ in search:
+                raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fails()
+    assert gs.load(out).generation == 1
+    assert list(search) == []
+
+
+def test_a_search_that_is_kept_goes_on() -> None:
+    search = gs.evolve("spider", generations=4, population=8)
+    for generation in search:
+        if generation.number == 2:
+            break
+    assert search.last is generation
+    assert [later.number for later in search] == [3, 4]
+    search.close()
+
+
+def test_a_run_goes_on_from_python_to_the_bit(tmp_path: Path, walked: gs.Search) -> None:
+    out = tmp_path / "halves"
+    for _ in gs.evolve("spider", generations=2, population=24, seed=2, out=out):
+        pass
+    numbers = [generation.number for generation in gs.load(out).resume(4)]
+    assert numbers == [3, 4]
+    again, whole = gs.load(out), walked.run
+    for name, values in whole.history.items():
+        assert name == "seconds" or np.array_equal(values, again.history[name]), name
+    assert again.fingerprint() == whole.fingerprint()
+    assert list(again.resume()) == []
+    # Another option begins a stage.
+    (fifth,) = again.resume(5, set={"mutation.rate": 0.5})
+    assert fifth.progress.stage == 2
+
+
+def test_the_champion_is_the_best_of_all(walked: gs.Search) -> None:
+    run, kept = walked.run, walked.champion
+    assert kept is not None
+    champion = run.champion
+    assert champion.score == kept.score == run.history["best"].max()
+    assert champion.generation == kept.generation
+    assert np.array_equal(champion.genome, kept.genome)
+    assert run.motion["joint_angles"].shape == (1, 300, 24)
+    assert np.isclose(run.motion["pose"][0, -1, 0], champion.measures["forward"])
+    assert champion.skeleton.segments.shape[0] == 300
+    first = run.replay(1)
+    assert (first.generation, first.score) == (1, run.history["best"][0])
+    with pytest.raises(gs.GaitsimError, match="no generation 99"):
+        run.replay(99)
+
+
+def test_pictures(walked: gs.Search, tmp_path: Path) -> None:
+    run = walked.run
+    picture = run.champion.picture(1.0, size=(160, 90))
+    assert isinstance(picture, Image.Image)
+    assert picture.size == (160, 90)
+    assert len(picture.getcolors(160 * 90) or ()) > 5
+    with pytest.raises(gs.GaitsimError, match="did you mean 'side'"):
+        run.champion.picture(view="sid")
+    film = run.video(tmp_path / "walk.gif", size=(128, 96), speed=20, fps=5, intro=False)
+    with Image.open(film) as opened:
+        assert (opened.format, opened.size) == ("GIF", (128, 96))
+    with pytest.raises(gs.GaitsimError, match="no format 'mp5'"):
+        run.video("walk.mp5")
+
+
+def test_plots_are_figures_that_notebooks_show(walked: gs.Search) -> None:
+    figure = walked.run.plot()
+    assert isinstance(figure, Figure)
+    assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+    several = walked.run.plot("channel", channel="pose", generations=[1, 4], components=["x"])
+    drawn = [len(line.get_xdata()) for line in several.axes[0].lines]  # type: ignore[arg-type]
+    assert drawn.count(300) == 2
+    with pytest.raises(gs.GaitsimError, match="did you mean 'footfall'"):
+        walked.run.plot("footfal")
+
+
+def test_reprs_are_short_lines(walked: gs.Search) -> None:
+    assert walked.last is not None
+    best = walked.last.scores.max()
+    assert repr(walked.last).startswith(f"Generation(number=4, best={best:.4g}, mean=")
+    assert repr(walked.experiment).startswith("Experiment(name='spider', seed=2, population=24, ")
+    assert "generation=4" in repr(walked.run)
+    assert repr(walked.champion).startswith("Individual(experiment='spider', generation=")
+    for thing in (walked, walked.last, walked.experiment, walked.run, walked.champion):
+        assert len(repr(thing)) < 300
+    console = Console(width=80, file=StringIO())
+    console.print(walked.last)
+    assert "'forward': " in console.file.getvalue()  # type: ignore[attr-defined]
+
+
+def test_tables_of_notebooks_are_escaped(walked: gs.Search, tmp_path: Path) -> None:
+    evil = "<script>alert('x')</script>"
+    text = walked.experiment.to_toml().replace('description = "', f'description = "{evil}')
+    file = tmp_path / "evil.toml"
+    file.write_text(text)
+    experiment = load_experiment(str(file))
+    search = gs.evolve(experiment, out=tmp_path / "<b>")
+    shown = [experiment, search, search.run, gs.Run(create_run(experiment, tmp_path / "<i>"))]
+    for thing in shown:
+        table = thing._repr_html_()
+        assert table.startswith("<table>")
+        assert not any(tag in table for tag in ("<script", "<b>", "<i>"))
+    assert html.escape(evil) in experiment._repr_html_()
+
+
+def test_tables_hold_terms_and_measures(walked: gs.Search) -> None:
+    assert walked.last is not None
+    assert walked.champion is not None
+    assert "slip " in walked.last._repr_html_()
+    assert f"forward, m {walked.champion.measures['forward']:.4g}" in (
+        walked.champion._repr_html_()
+    )
+
+
+def test_a_generation_in_which_some_failed(walked: gs.Search) -> None:
+    from dataclasses import replace
+
+    assert walked.last is not None
+    evaluation = walked.last.evaluation
+    scores = np.full(24, -np.inf)
+    failed = replace(walked.last, evaluation=replace(evaluation, scores=scores))
+    assert "failed=24" in repr(failed)
+    assert "mean" not in repr(failed)
