@@ -1,6 +1,7 @@
 """Populations in, scores out: in this thread, in threads, or in worker processes."""
 
 from gaitsim.evaluation.evaluator import Evaluator
+from gaitsim.evaluation.executors import Executor
 from gaitsim.evaluation.judge import Evaluation, judge
 
-__all__ = ["Evaluation", "Evaluator", "judge"]
+__all__ = ["Evaluation", "Evaluator", "Executor", "judge"]

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.evaluator import begin_worker, cores
+from gaitsim.evaluation.executors import cores
+from gaitsim.evaluation.portable import begin_worker
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
 from gaitsim.runs.atomic import write_bytes, writing

@@ -1,8 +1,5 @@
 import os
-import signal
 import sys
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -10,6 +7,7 @@ import pytest
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, judge
 from gaitsim.evaluation import evaluator as module
+from gaitsim.evaluation.executors import cores
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import containing
@@ -62,7 +60,7 @@ def test_bodies_in_plain_python_get_one_worker_unless_more_are_asked_for(puppet)
     with Evaluator(puppet()) as evaluator:
         assert evaluator.workers == 1
     with Evaluator(load_experiment("spider-recurrence")) as evaluator:
-        assert evaluator.workers == module.cores()
+        assert evaluator.workers == cores()
 
 
 def test_processes_give_the_same_bits_as_none(puppet, installed):
@@ -91,21 +89,27 @@ def test_a_worker_that_cannot_begin_says_why(puppet, capfd, monkeypatch):
     assert "Traceback" not in capfd.readouterr().err
 
 
-def kill_workers(executor):
-    while len(executor._processes) < 2:
-        time.sleep(0.01)
-    for pid in list(executor._processes):
-        os.kill(pid, signal.SIGKILL)
+FATAL = """
+import os, signal
+from gaitsim_puppets import Puppet
+class Fatal(Puppet):
+    def move(self, genomes):
+        if len(genomes) > 1:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().move(genomes)
+"""
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_a_worker_that_dies_is_told_of(puppet, installed):
-    with Evaluator(puppet("organism.pause=60"), 2) as evaluator:
-        killer = threading.Thread(target=kill_workers, args=[evaluator._executor])
-        killer.start()
-        with pytest.raises(GaitsimError, match="a worker process died while moving organism"):
+def test_a_body_that_kills_its_workers_is_named(puppet, installed, install, monkeypatch):
+    folder = install("fatal", FATAL, {"organism": {"fatal": "Fatal"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+    told = []
+    with Evaluator(puppet("organism.plugin=fatal"), 2, told.append) as evaluator:
+        with pytest.raises(GaitsimError, match="organism 'fatal' of package fatal") as error:
             evaluator.evaluate(np.zeros((4, 3)))
-        killer.join()
+        assert "died 3 times" in str(error.value)
+        assert told
 
 
 def test_what_fails_at_preparing_is_named(puppet, puppets, monkeypatch):

@@ -1,0 +1,92 @@
+"""Tasks in worker processes of this machine."""
+
+import multiprocessing
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import cast
+
+from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError
+from gaitsim.evaluation.portable import begin_worker
+
+Tell = Callable[[str], None]
+
+
+class Processes(Executor):
+    """In worker processes, which end with this one, however it ends.
+
+    Each is a pool of its own: one that dies takes its own task with it and no other, and
+    it is known which.
+
+    Args:
+        workers: how many; each begins with its first task.
+        tell: is told of workers that died.
+    """
+
+    def __init__(self, workers: int, tell: Tell = lambda text: None) -> None:
+        self.workers = workers
+        self._tell = tell
+        self._idle = [_pool() for _ in range(workers)]
+        self._busy: dict[Future[object], ProcessPoolExecutor] = {}
+
+    def each(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Iterator[tuple[int, Result]]:
+        """Give each worker a task, and the next one when it is done with that."""
+        waiting = deque(range(len(tasks)))
+        places: dict[Future[object], int] = {}
+        deaths: Counter[int] = Counter()
+        try:
+            while waiting or places:
+                while waiting and self._idle:
+                    pool = self._idle.pop()
+                    future: Future[object] = pool.submit(function, tasks[waiting[0]])
+                    self._busy[future] = pool
+                    places[future] = waiting.popleft()
+                for future in self._done():
+                    if future not in places:  # of work that was dropped before
+                        continue
+                    place = places.pop(future)
+                    if _died(future):
+                        deaths[place] += 1
+                        self._bear(deaths[place])
+                        waiting.appendleft(place)
+                    else:
+                        yield place, cast(Result, future.result())
+        finally:
+            for future in places:
+                future.cancel()
+
+    def _done(self) -> list[Future[object]]:
+        """Wait for some; their workers are idle again, or there are new ones for them."""
+        done = list(wait(self._busy, return_when=FIRST_COMPLETED).done)
+        for future in done:
+            pool = self._busy.pop(future)
+            if _died(future):
+                pool.shutdown()
+                pool = _pool()
+            self._idle.append(pool)
+        return done
+
+    def _bear(self, deaths: int) -> None:
+        if deaths == DEATHS:
+            raise WorkerLostError(f"a worker process died {deaths} times over the same work")
+        self._tell("a worker process died; what it did is done again by another")
+
+    def close(self) -> None:
+        """End the workers; one that is still doing something is killed."""
+        for future, pool in self._busy.items():
+            if not future.done():
+                for process in list(pool._processes.values()):
+                    process.kill()
+        for pool in (*self._idle, *self._busy.values()):
+            pool.shutdown(cancel_futures=True)
+
+
+def _died(future: Future[object]) -> bool:
+    return not future.cancelled() and isinstance(future.exception(), BrokenProcessPool)
+
+
+def _pool() -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), begin_worker)

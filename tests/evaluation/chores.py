@@ -1,0 +1,40 @@
+"""What tests have workers do: a module that worker processes can import, too."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+
+def square(number):
+    return number * number
+
+
+def whose(_task):
+    time.sleep(0.05)  # so that every worker gets one
+    return os.getpid()
+
+
+def fail_at(limit, number):
+    if number >= limit:
+        raise ValueError(f"{number} is too much")
+    return number
+
+
+def die(task):
+    """Kill this process, as often as there are marks left; then give the number back."""
+    number, folder = task
+    marks = sorted(Path(folder).glob(f"{number}-*"))
+    if marks:
+        marks[0].unlink()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def sleep_for(seconds):
+    time.sleep(seconds)
+    return seconds
+
+
+def seeded(experiment, seed):
+    return experiment.name, experiment.seed, seed

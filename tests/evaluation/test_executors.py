@@ -1,0 +1,103 @@
+import os
+import pickle
+import time
+from functools import partial
+
+import chores
+import pytest
+
+from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.executors import DEATHS, Here, Threads, WorkerLostError
+from gaitsim.evaluation.portable import Portable
+from gaitsim.evaluation.processes import Processes
+
+posix = pytest.mark.skipif(os.name == "nt", reason="needs signals")
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with Processes(2) as executor:
+        yield executor
+
+
+@pytest.fixture(params=["here", "threads", "processes"])
+def executor(request, processes):
+    if request.param == "processes":
+        yield processes
+        return
+    with Here() if request.param == "here" else Threads(2) as made:
+        yield made
+
+
+def test_results_come_in_the_tasks_order(executor):
+    assert executor.map(chores.square, range(20)) == [number**2 for number in range(20)]
+    assert executor.map(chores.square, []) == []
+    assert dict(executor.each(chores.square, [3, 4])) == {0: 9, 1: 16}
+
+
+def test_what_a_task_raises_is_raised_and_the_rest_goes_on(executor):
+    with pytest.raises(ValueError, match="is too much"):
+        executor.map(partial(chores.fail_at, 3), range(8))
+    assert executor.map(partial(chores.fail_at, 3), range(3)) == [0, 1, 2]
+
+
+def test_whoever_stops_iterating_drops_the_rest(executor):
+    some = executor.each(chores.square, range(100))
+    next(some)
+    some.close()
+    assert executor.map(chores.square, [5]) == [25]
+
+
+def test_all_workers_work(processes):
+    assert len(set(processes.map(chores.whose, range(6)))) == 2
+    assert os.getpid() not in processes.map(chores.whose, range(2))
+
+
+def marks(folder, number, count):
+    for mark in range(count):
+        (folder / f"{number}-{mark}").touch()
+
+
+@posix
+def test_the_task_of_a_killed_worker_is_done_again(tmp_path):
+    marks(tmp_path, 1, DEATHS - 1)
+    marks(tmp_path, 3, 1)
+    told = []
+    with Processes(2, told.append) as executor:
+        assert executor.map(chores.die, [(n, str(tmp_path)) for n in range(6)]) == [*range(6)]
+        assert len(told) == DEATHS
+        assert "a worker process died" in told[0]
+        assert executor.map(chores.square, range(4)) == [0, 1, 4, 9]
+
+
+@posix
+def test_a_task_that_kills_every_worker_is_given_up(tmp_path):
+    marks(tmp_path, 1, DEATHS)
+    with Processes(2) as executor:
+        with pytest.raises(WorkerLostError, match="died 3 times over the same work"):
+            executor.map(chores.die, [(n, str(tmp_path)) for n in range(3)])
+        assert executor.map(chores.square, [6]) == [36]
+
+
+def test_closing_does_not_wait_for_what_was_dropped():
+    with Processes(2) as executor:
+        some = executor.each(chores.sleep_for, [0.0, 1000.0])
+        assert next(some) == (0, 0.0)
+        start = time.monotonic()
+    assert time.monotonic() - start < 500  # it would be a thousand
+
+
+def test_an_experiment_travels_as_its_text(puppet):
+    experiment = puppet("seed=7")
+    portable = Portable(experiment)
+    assert portable.experiment is experiment
+    there = pickle.loads(pickle.dumps(portable))
+    assert there.experiment.to_toml() == experiment.to_toml()
+    assert there.experiment is not experiment
+    assert there.experiment is pickle.loads(pickle.dumps(portable)).experiment  # made once
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_evaluator_does_other_work_with_its_experiment(puppet, workers):
+    with Evaluator(puppet("seed=7"), workers) as evaluator:
+        assert evaluator.map(chores.seeded, [1, 2, 3]) == [("puppet", 7, n) for n in (1, 2, 3)]
