@@ -1,19 +1,17 @@
-"""`gaitsim plugins`."""
+"""`gaitsim plugins list` and `gaitsim plugins show`."""
 
 from typing import Annotated
 
 import typer
 
-from gaitsim.cli.help import Command, Group
 
-app = typer.Typer(
-    name="plugins", cls=Group, help="Installed bodies and operators.", no_args_is_help=True
-)
-
-
-@app.command("list", cls=Command)
 def list_() -> None:
-    """List all plugins by kind, with the package of each. Imports none of them."""
+    """List all plugins by kind, with the package of each. Imports none of them.
+
+    [bold]Example[/bold]
+
+    gaitsim plugins list
+    """
     from gaitsim.cli.console import notice, output, table
     from gaitsim.registry import KINDS, entries, unreadable
 
@@ -28,7 +26,6 @@ def list_() -> None:
         notice(f"Warning: the entry points of {folder} cannot be read; reinstall its package.")
 
 
-@app.command(cls=Command)
 def show(
     name: Annotated[str, typer.Argument(help="Name of a plugin, such as spider-walk.")],
 ) -> None:

@@ -1,0 +1,120 @@
+"""`gaitsim plugins check`."""
+
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitsim.cli.run import Json
+
+if TYPE_CHECKING:
+    from gaitsim.testing import Report
+
+BROKEN = 1  # exit code where something is found
+
+
+def check(
+    reference: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME|FOLDER]",
+            help="A plugin, a package, or a package's folder, which need not be installed. "
+            "Default: all that is installed.",
+            show_default=False,
+        ),
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=0.1, help="Time limit for each plugin.")] = 120.0,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Let advice, too, end with exit code 1.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Check whether plugins keep their contract, and say what to mend.
+
+    Ends with exit code 1 where one does not.
+
+    [bold]Examples[/bold]
+
+    gaitsim plugins check
+
+    gaitsim plugins check spider-walk
+
+    gaitsim plugins check ./gaitsim-hopper --strict
+
+    gaitsim plugins check --json > findings.jsonl
+    """
+    from gaitsim.cli.console import print_json
+    from gaitsim.cli.interrupts import interruptible
+    from gaitsim.testing import check_chosen
+    from gaitsim.testing.packages import chosen
+
+    good = True
+    with interruptible(), chosen(reference) as found, _progress(len(found.entries)) as step:
+        for number, report in enumerate(check_chosen(found, seconds=seconds), 1):
+            if json:
+                print_json(report.to_json())
+            else:
+                _print(report)
+            good &= report.ok and not (strict and report.findings)
+            step(number)
+    if not good:
+        sys.exit(BROKEN)
+
+
+def _progress(count: int) -> "_Progress":
+    return _Progress(count)
+
+
+class _Progress:
+    """How far it is, on a terminal's standard error."""
+
+    def __init__(self, count: int) -> None:
+        from gaitsim.cli.console import errors
+
+        self._count, self._console = count, errors()
+        self._status = self._console.status(self._text(0)) if self._console.is_terminal else None
+
+    def __enter__(self) -> "_Progress":
+        if self._status:
+            self._status.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._status:
+            self._status.stop()
+
+    def __call__(self, done: int) -> None:
+        """Say that so many are done."""
+        if self._status:
+            self._status.update(self._text(done))
+
+    def _text(self, done: int) -> str:
+        return f"Checking {min(done + 1, self._count)} of {self._count} …"
+
+
+def _print(report: "Report") -> None:
+    from rich.text import Text
+
+    from gaitsim.cli.console import output, visible
+
+    console = output()
+    head = Text("✓ " if report.ok else "✗ ", "green" if report.ok else "red")
+    head.append(visible(f"{report.entry.kind} {report.entry.name}"), "bold")
+    head.append(visible(f"  {report.entry.source}{_figures(report)}"))
+    console.print(head)
+    for finding in report.findings:
+        style = "red" if finding.level == "error" else "yellow"
+        first, *rest = visible(str(finding)).splitlines()
+        console.print(Text(f"  {first}", style))
+        for line in rest:
+            console.print(Text(f"  {line}"))
+
+
+def _figures(report: "Report") -> str:
+    figures = report.figures
+    parts = []
+    if "import_seconds" in figures:
+        parts.append(f"imported in {figures['import_seconds']:.2f} s")
+    if "individuals_per_second" in figures:
+        parts.append(f"{figures['individuals_per_second']:,.0f} individuals a second")
+    return "  " + ", ".join(parts) if parts else ""

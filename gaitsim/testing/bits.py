@@ -1,0 +1,58 @@
+"""What a plugin computed, boiled down to a digest that is equal only for the same bits."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from gaitsim.contracts import Motion, Skeleton
+
+
+def digest(thing: object) -> str:
+    """SHA-256 of arrays, motions, skeletons, texts and numbers, or of dicts and lists of them."""
+    found = hashlib.sha256()
+    _add(found, thing)
+    return found.hexdigest()
+
+
+def _add(found: Any, thing: object) -> None:
+    if isinstance(thing, np.ndarray):
+        found.update(f"{thing.dtype} {thing.shape}".encode())
+        found.update(np.ascontiguousarray(thing).tobytes())
+    elif isinstance(thing, Motion):
+        _add(found, {"rate": thing.frame_rate, "failures": sorted(thing.failures.items())})
+        _add(found, {name: thing[name] for name in sorted(thing)})
+    elif isinstance(thing, Skeleton):
+        _add(found, [thing.segments, thing.contacts, thing.touching, thing.path])
+    elif isinstance(thing, Mapping):
+        for key, value in thing.items():
+            _add(found, str(key))
+            _add(found, value)
+    elif isinstance(thing, Sequence) and not isinstance(thing, str):
+        for item in thing:
+            _add(found, item)
+    else:
+        found.update(repr(thing).encode())
+
+
+def same(one: object, other: object) -> bool:
+    """Whether both are the same to the bit; NaN is NaN."""
+    return digest(one) == digest(other)
+
+
+def rows(motion: Motion, chosen: Sequence[int]) -> dict[str, Any]:
+    """The channels of some individuals, and their failures, as a body's chunk would have them."""
+    chosen = list(chosen)
+    return {
+        "failures": {i: motion.failures[k] for i, k in enumerate(chosen) if k in motion.failures},
+        **{name: np.asarray(motion[name])[chosen] for name in motion},
+    }
+
+
+def differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """The first name under which two dicts of arrays differ, or ''."""
+    for name in dict.fromkeys([*one, *other]):
+        if name not in one or name not in other or not same(one[name], other[name]):
+            return name
+    return ""

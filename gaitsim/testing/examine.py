@@ -1,0 +1,195 @@
+"""One plugin, or one ready experiment, examined in this process."""
+
+import random
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Selection
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment, parse_experiment
+from gaitsim.registry import EXPERIMENTS, Entry, containing, load_entry
+from gaitsim.testing.bits import digest
+from gaitsim.testing.bodies import body_rules, moved_by, some_genomes
+from gaitsim.testing.declared import declared, rebuilt, round_trip
+from gaitsim.testing.fitnesses import fitness_rules
+from gaitsim.testing.operators import (
+    crossover_rules,
+    mutation_rules,
+    selection_rules,
+    spaces,
+)
+from gaitsim.testing.partners import partner
+from gaitsim.testing.presets import preset_rules, two_generations
+from gaitsim.testing.report import Finding, Report, advice, error
+
+SLOW_IMPORT = 3.0  # seconds, the libraries that gaitsim itself needs left out
+
+Say = Callable[[str], None]
+
+
+def examine(entry: Entry, options: Mapping[str, Any], say: Say = lambda text: None) -> Report:
+    """Hold a plugin to every rule of its kind.
+
+    Args:
+        entry: which one.
+        options: its options where they are not the defaults.
+        say: is told what is done next, for whoever stops what does not end.
+    """
+    findings: list[Finding] = []
+    figures: dict[str, float] = {}
+    found = ""
+    try:
+        for finding in _rules(entry, options, figures, say):
+            findings.append(finding)
+        if all(finding.level == "advice" for finding in findings):
+            say("computing it all once more")
+            with containing(entry, "computing it all once more"):
+                found = outcome(entry, options)
+    except GaitsimError as problem:
+        findings.append(_of(problem))
+    return Report(entry, tuple(findings), figures, found)
+
+
+def _of(problem: GaitsimError) -> Finding:
+    came = f"{problem}" if not problem.allowed and not problem.remedy else problem.what
+    cause = problem.__cause__
+    place = _place(cause) if cause is not None else ""
+    return error(
+        "failure",
+        problem.allowed or "a plugin that does its work without an exception",
+        f"{came}{place}",
+        problem.remedy if place == "" else "mend the line",
+    )
+
+
+def _place(cause: BaseException) -> str:
+    """Where an exception was raised: file and line."""
+    trace = cause.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    if trace is None:
+        return ""
+    return f" ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})"
+
+
+def _rules(
+    entry: Entry, options: Mapping[str, Any], figures: dict[str, float], say: Say
+) -> Iterator[Finding]:
+    if entry.kind == EXPERIMENTS:
+        say("reading it, moving its first individuals and breeding")
+        yield from preset_rules(entry, figures)
+        return
+    say("importing it")
+    yield from _imported(entry, figures)
+    model = load_entry(entry)
+    before = _global_randomness()
+    with containing(entry, "declaring its options"):
+        declarations = list(declared(model))
+    yield from declarations
+    say("taking its options")
+    plugin = _made(entry, model, options)
+    with containing(entry, "writing its options"):
+        problems = list(round_trip(entry.kind, plugin))
+    yield from problems
+    if any(finding.level == "error" for finding in (*declarations, *problems)):
+        return
+    yield from _of_kind(entry, plugin, figures, say)
+    if _global_randomness() != before:
+        yield error(
+            "randomness",
+            "no use of the global random generators, which make runs that cannot be repeated",
+            "it draws from 'random' or 'numpy.random'",
+            "draw from the generator that is given, or from np.random.default_rng(seed)",
+        )
+
+
+def _imported(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
+    begun = time.perf_counter()
+    with containing(entry, "being imported"):
+        module = entry.target.partition(":")[0]
+        new = module not in sys.modules
+        import_module(module)
+    if new:
+        figures["import_seconds"] = time.perf_counter() - begun
+        if figures["import_seconds"] > SLOW_IMPORT:
+            yield advice(
+                "import time",
+                f"at most {SLOW_IMPORT:g} s",
+                f"{figures['import_seconds']:.1f} s",
+                "import heavy libraries where they are used, and compute nothing at import",
+            )
+
+
+def _made(entry: Entry, model: type[Plugin], options: Mapping[str, Any]) -> Plugin:
+    with containing(entry, "taking its options"):
+        # First as Python does it, which does not look at the defaults; then as a file does.
+        return rebuilt(model, dict(options)) if options else model()
+
+
+def _of_kind(
+    entry: Entry, plugin: Plugin, figures: dict[str, float], say: Say
+) -> Iterator[Finding]:
+    rules: Iterator[Finding]
+    match plugin:
+        case Organism():
+            doing, rules = "moving populations", body_rules(entry, plugin, figures)
+        case Fitness():
+            doing, rules = "judging a population", fitness_rules(entry, plugin, figures)
+        case Selection():
+            doing, rules = "selecting parents", selection_rules(plugin, figures)
+        case Crossover():
+            doing, rules = "crossing parents", crossover_rules(plugin, figures)
+        case _:
+            assert isinstance(plugin, Mutation)
+            doing, rules = "mutating children", mutation_rules(plugin, figures)
+    say(doing)
+    with containing(entry, doing):
+        yield from rules
+
+
+def _global_randomness() -> str:
+    """The state of the global generators, as a digest."""
+    state = np.random.get_state(legacy=False)  # noqa: NPY002 - to see whether others use it
+    return digest([repr(random.getstate()), repr(state)])
+
+
+def outcome(entry: Entry, options: Mapping[str, Any]) -> str:
+    """A digest of what a plugin computes, for another process to compare.
+
+    Raises:
+        GaitsimError: it fails, or there is nothing that it could work on.
+    """
+    if entry.kind == EXPERIMENTS:
+        experiment = load_experiment(entry.name)
+        return digest(two_generations(parse_experiment(experiment.to_toml(), entry.name)))
+    try:
+        plugin = rebuilt(load_entry(entry), dict(options))
+    except ValidationError as problem:
+        raise GaitsimError(str(problem)) from None
+    return digest(_computed(entry, plugin))
+
+
+def _computed(entry: Entry, plugin: Plugin) -> object:
+    rng = np.random.default_rng(11)
+    if isinstance(plugin, Organism):
+        motion = moved_by(entry, plugin)
+        return [motion, plugin.skeleton(motion, 0)]
+    if isinstance(plugin, Fitness):
+        found = partner(entry, plugin)
+        return plugin.terms(moved_by(*found)) if found else []
+    if isinstance(plugin, Selection):
+        return plugin.parents(np.sin(np.arange(30.0)), 20, rng)
+    parts = []
+    for space in spaces().values():
+        genomes = some_genomes(space, 8)
+        if isinstance(plugin, Crossover) and isinstance(space, plugin.spaces):
+            parts.append(plugin.cross(genomes, genomes[::-1].copy(), space, rng))
+        elif isinstance(plugin, Mutation) and isinstance(space, plugin.spaces):
+            parts.append(plugin.mutate(genomes, space, rng))
+    return parts

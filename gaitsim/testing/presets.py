@@ -1,0 +1,72 @@
+"""Rules for a ready experiment: it is read, its first individuals move, and it breeds."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from gaitsim.evaluation import judge
+from gaitsim.evolution.breeding import breed, first_population
+from gaitsim.experiment import Experiment, load_experiment, parse_experiment
+from gaitsim.registry import Entry
+from gaitsim.testing.report import Finding, advice, error
+
+FEW = 3  # individuals that are judged; the whole population is drawn and bred
+
+
+def preset_rules(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
+    """All rules for a ready experiment.
+
+    Raises:
+        GaitsimError: it has problems, all of which are told.
+    """
+    experiment = load_experiment(entry.name)
+    if parse_experiment(experiment.to_toml(), "again") != experiment:
+        yield error(
+            "options",
+            "an experiment that is the same after being written and read",
+            "another one",
+            "give its plugins options of types that TOML has",
+        )
+    if not experiment.description:
+        yield advice(
+            "description",
+            "one line that says what it is, for 'gaitsim experiments list'",
+            "none",
+            f'description = "…" in {entry.name}.toml',
+        )
+    if experiment.name != entry.name:
+        yield advice(
+            "name",
+            f"name = {entry.name!r}, so that its runs are found under its name",
+            f"name = {experiment.name!r}",
+            f"correct it in {entry.name}.toml",
+        )
+    result = two_generations(experiment)
+    if not np.isfinite(result["scores"]).any():
+        yield advice(
+            "finite values",
+            f"a finite score for some of {FEW} random individuals",
+            "none has one",
+            "choose other options of the body, or another fitness",
+        )
+
+
+def two_generations(experiment: Experiment) -> dict[str, Any]:
+    """The first individuals and the second population, each judged in part.
+
+    Raises:
+        PluginError: a plugin fails or breaks its contract; names its package.
+    """
+    space = experiment.space()
+    first = first_population(experiment, space)
+    evaluation = judge(experiment, first[:FEW])
+    # Made up for the breeding: all of them would take long to judge.
+    scores = np.sin(np.arange(len(first), dtype=np.float64))
+    second = breed(experiment, space, first, scores, 2)
+    return {
+        "scores": evaluation.scores,
+        "terms": evaluation.terms,
+        "second": second,
+        "second scores": judge(experiment, second[:FEW]).scores,
+    }

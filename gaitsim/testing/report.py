@@ -1,0 +1,103 @@
+"""What a check found: findings that say what was expected, what came, and how to mend it."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+from gaitsim.registry import Entry
+
+Level = Literal["error", "advice"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong, or that could be better.
+
+    Attributes:
+        level: an error breaks the contract; an advice is for the users' sake.
+        rule: which rule it is about, such as 'chunks'.
+        expected: what the contract asks.
+        came: what was seen instead.
+        remedy: how to mend it.
+    """
+
+    level: Level
+    rule: str
+    expected: str
+    came: str
+    remedy: str
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.level}: {self.rule}",
+            f"  expected: {self.expected}",
+            f"  came:     {self.came}",
+        ]
+        return "\n".join([*lines, f"  mend:     {self.remedy}"] if self.remedy else lines)
+
+
+def error(rule: str, expected: str, came: str, remedy: str) -> Finding:
+    """A finding that breaks the contract."""
+    return Finding("error", rule, expected, came, remedy)
+
+
+def advice(rule: str, expected: str, came: str, remedy: str) -> Finding:
+    """A finding that breaks nothing."""
+    return Finding("advice", rule, expected, came, remedy)
+
+
+@dataclass(frozen=True)
+class Report:
+    """What the check of one plugin, or of one ready experiment, found.
+
+    Attributes:
+        entry: which one, and of which package.
+        findings: in the order of the rules; empty where all is well.
+        figures: what was measured, by name: `import_seconds`, `first_call_seconds`,
+            `individuals_per_second`, as far as the check came.
+        digest: SHA-256 of what it computed, to compare between processes; '' if it did not.
+    """
+
+    entry: Entry
+    findings: tuple[Finding, ...] = ()
+    figures: Mapping[str, float] = field(default_factory=dict)
+    digest: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether no finding is an error."""
+        return not self.errors
+
+    @property
+    def errors(self) -> tuple[Finding, ...]:
+        """The findings that break the contract."""
+        return tuple(finding for finding in self.findings if finding.level == "error")
+
+    @property
+    def advice(self) -> tuple[Finding, ...]:
+        """The findings that break nothing."""
+        return tuple(finding for finding in self.findings if finding.level == "advice")
+
+    def __str__(self) -> str:
+        """The verdict on one line, then each finding."""
+        verdict = "passes" if self.ok else f"fails: {_count(len(self.errors), 'error')}"
+        if self.advice:
+            verdict += f", {len(self.advice)} of advice"
+        return "\n".join([f"{self.entry} {verdict}", *map(str, self.findings)])
+
+    def to_json(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return {
+            "kind": self.entry.kind,
+            "name": self.entry.name,
+            "package": self.entry.package,
+            "version": self.entry.version,
+            "target": self.entry.target,
+            "ok": self.ok,
+            "findings": [asdict(finding) for finding in self.findings],
+            "figures": dict(self.figures),
+        }
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("s" if number != 1 else "")
