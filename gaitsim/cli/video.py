@@ -74,6 +74,7 @@ def video(
     import sys
 
     from gaitsim.cli.console import notice
+    from gaitsim.cli.generations import asked_generations
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.export.gait import check_folder
     from gaitsim.export.video import Look, Video
@@ -82,7 +83,7 @@ def video(
 
     chosen = _format(format, out)
     look = Look(chosen, _size(size), fps, speed, view.value, theme.value, intro)
-    wanted = _generations(generation, generations)
+    wanted = asked_generations(generation, generations)
     if out is not None:
         check_folder(out)
     opened = Run(find_run(run))
@@ -158,24 +159,3 @@ def _size(text: str | None) -> tuple[int, int] | None:
             allowed="width x height in pixels, such as 1280x720",
         )
     return int(parts[0]), int(parts[1])
-
-
-def _generations(one: int | None, several: str | None) -> list[int]:
-    from gaitsim.errors import GaitsimError
-
-    if several is None:
-        return [] if one is None else [one]
-    if one is not None:
-        raise GaitsimError(
-            "one generation and several are asked for",
-            where="--generation, --generations",
-            allowed="one of the two",
-        )
-    parts = [part.strip() for part in several.split(",")]
-    if not all(part.isdecimal() and len(part) < 10 for part in parts):
-        raise GaitsimError(
-            f"{several!r} are no generations",
-            where="--generations",
-            allowed="numbers with commas between them, such as 1,50,300",
-        )
-    return [int(part) for part in parts]
