@@ -140,7 +140,7 @@ def _of_kind(
         case Organism():
             doing, rules = "moving populations", body_rules(entry, plugin, figures)
         case Fitness():
-            doing, rules = "judging a population", fitness_rules(entry, plugin, figures)
+            doing, rules = "judging a population", fitness_rules(entry, plugin, say)
         case Selection():
             doing, rules = "selecting parents", selection_rules(plugin, figures)
         case Crossover():

@@ -1,6 +1,6 @@
 """Rules for a fitness: its terms, and what it reads."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -16,8 +16,10 @@ class _Watched(Motion):
     """A motion that notes which channels are read."""
 
     def __init__(self, motion: Motion) -> None:
+        # The body's own arrays: a copy may lie in memory otherwise, and then sum up to another
+        # last bit.
         super().__init__(
-            motion.frame_rate, {n: motion[n].copy() for n in motion}, None, motion.failures
+            motion.frame_rate, {name: motion[name] for name in motion}, None, motion.failures
         )
         self.read: set[str] = set()
 
@@ -26,8 +28,9 @@ class _Watched(Motion):
         return super().__getitem__(name)
 
 
-def fitness_rules(entry: Entry, fitness: Fitness, figures: dict[str, float]) -> Iterator[Finding]:
+def fitness_rules(entry: Entry, fitness: Fitness, say: Callable[[str], None]) -> Iterator[Finding]:
     """All rules for a fitness, as its options are."""
+    say("looking for a body that it can judge")
     found = partner(entry, fitness)
     if found is None:
         yield advice(
@@ -37,8 +40,8 @@ def fitness_rules(entry: Entry, fitness: Fitness, figures: dict[str, float]) -> 
             "correct 'needs', or install the package of the body",
         )
         return
-    motion = moved_by(*found)
-    watched = _Watched(motion)
+    say(f"judging {found[0]}, or that was still moving")
+    motion, watched = moved_by(*found), _Watched(moved_by(*found))
     terms: object = fitness.terms(watched)
     problems = list(_terms(terms))
     yield from problems
@@ -62,7 +65,7 @@ def fitness_rules(entry: Entry, fitness: Fitness, figures: dict[str, float]) -> 
             "none has one",
             "guard what overflows or divides by 0",
         )
-    yield from _repeats(fitness, found, motion, given)
+    yield from _repeats(fitness, found, given)
 
 
 def _terms(terms: object) -> Iterator[Finding]:
@@ -107,9 +110,10 @@ def _reading(fitness: Fitness, watched: _Watched, motion: Motion) -> Iterator[Fi
 
 
 def _repeats(
-    fitness: Fitness, found: tuple[Entry, Organism], motion: Motion, given: dict[str, Array]
+    fitness: Fitness, found: tuple[Entry, Organism], given: dict[str, Array]
 ) -> Iterator[Finding]:
-    name = differing(given, fitness.terms(_Watched(motion)))
+    again = fitness.terms(moved_by(*found))
+    name = differing(given, {name: np.array(term) for name, term in again.items()})
     if name:
         yield error(
             "determinism",
@@ -122,7 +126,10 @@ def _repeats(
     genomes = some_genomes(body.genome_space())
     for chosen in ([2], [4, 1, 0]):
         part = fitness.terms(body.move(genomes[chosen]))
-        name = differing({n: _rows(term, chosen) for n, term in given.items()}, part)
+        name = differing(
+            {name: _rows(term, chosen) for name, term in given.items()},
+            {name: np.array(term) for name, term in part.items()},
+        )
         if name:
             yield error(
                 "chunks",

@@ -1,0 +1,361 @@
+"""Each rule finds what it is for, and says so; what is right passes."""
+
+import pytest
+
+from gaitsim.registry import find
+from gaitsim.testing.examine import examine, outcome
+
+NAMES = {
+    "organism": "Body",
+    "fitness": "Distance",
+    "selection": "First",
+    "crossover": "Solo",
+    "mutation": "Still",
+}
+HEAD = '''
+import time, random
+from gaitsim.contracts import Measure
+calls = []
+class X({base}):
+    """A plugin."""
+'''
+
+
+@pytest.fixture
+def examined(install, working):
+    """Examines a plugin that is a working one but for what is given."""
+
+    def run(kind, body="pass", base=None, options=None):
+        lines = "\n    ".join(body.strip("\n").splitlines())
+        source = f"{working}{HEAD.format(base=base or NAMES[kind])}    {lines}\n"
+        points = {key: {"sound": target} for key, target in NAMES.items()}
+        points[kind] = points[kind] | {"x": "X"}
+        install("fake", source, points)
+        return examine(find(kind, "x"), options or {})
+
+    return run
+
+
+@pytest.mark.parametrize("kind", NAMES)
+def test_what_is_right_passes(examined, kind):
+    report = examined(kind)
+    assert report.ok
+    assert {finding.rule for finding in report.advice} <= {"selection"}  # it takes the first two
+    assert len(report.digest) == 64
+    assert "passes" in str(report)
+
+
+def test_bits_pass(examined):
+    assert examined("organism", base="BitBody").findings == ()
+
+
+MOVES = "def move(self, genomes):\n    return Motion(1.0, {'distance': %s})"
+TERMS = "def terms(self, motion):\n    return %s"
+CROSS = "def cross(self, mothers, fathers, space, rng):\n    %s"
+MUTATE = "def mutate(self, genomes, space, rng):\n    %s"
+PARENTS = "def parents(self, scores, pairs, rng):\n    %s"
+PAIRS = "np.zeros((pairs, 2), np.intp)"
+
+ERRORS = {
+    "labels twice": (
+        "organism",
+        "def genome_space(self):\n    return RealSpace(-np.ones(2), np.ones(2), ('a', 'a'))",
+        "genome space",
+        "2 genes, 1 labels",
+    ),
+    "no genes": (
+        "organism",
+        "def genome_space(self):\n    return BitSpace(())",
+        "genome space",
+        "0 genes",
+    ),
+    "a repair that goes on": (
+        "organism",
+        "def genome_space(self):\n    return BitSpace(('a', 'b'), lambda g: 1 - g)",
+        "genome space",
+        "",
+    ),
+    "no motion": ("organism", "def move(self, genomes):\n    return {}", "motion", "a dict"),
+    "no frame rate": (
+        "organism",
+        "def move(self, genomes):\n    return Motion(0, {'distance': genomes[:, 0]})",
+        "motion",
+        "0",
+    ),
+    "a channel missing": (
+        "organism",
+        "channels: ClassVar = {'distance': 'm', 'height': 'm'}",
+        "channels",
+        "height missing",
+    ),
+    "a list": ("organism", MOVES % "list(genomes[:, 0])", "channels", "a list"),
+    "complex": ("organism", MOVES % "genomes[:, 0] + 0j", "channels", "complex128"),
+    "time first": ("organism", MOVES % "genomes.T", "shapes", "(3, 6)"),
+    "NaN": ("organism", MOVES % "np.log(np.abs(genomes[:, 0]) - 2)", "finite values", "1 that"),
+    "all failed": (
+        "organism",
+        "def move(self, genomes):\n    return Motion(1.0, {'distance': genomes[:, 0]}, None,"
+        " {i: 'fell' for i in range(len(genomes))})",
+        "failures",
+        "fell",
+    ),
+    "joints without names": (
+        "organism",
+        "channels: ClassVar = {'joint_angles': 'rad'}\n"
+        "def move(self, genomes):\n"
+        "    return Motion(1.0, {'joint_angles': genomes[:, None], 'distance': genomes[:, 0]})",
+        "joint_angles",
+        "0 names",
+    ),
+    "changed genomes": (
+        "organism",
+        "def move(self, genomes):\n    genomes += 1\n    return super().move(genomes - 1)",
+        "inputs",
+        "move() changes them",
+    ),
+    "memory": (
+        "organism",
+        "def move(self, genomes):\n    calls.append(1)\n"
+        "    return Motion(1.0, {'distance': genomes[:, 0] + len(calls)})",
+        "determinism",
+        "distance differs",
+    ),
+    "the population's mean": (
+        "organism",
+        MOVES % "genomes[:, 0] - genomes.mean()",
+        "chunks",
+        "distance differs when individuals move",
+    ),
+    "the neighbour": (
+        "organism",
+        MOVES % "np.roll(genomes[:, 0], 1)",
+        "chunks",
+        "in reverse order",
+    ),
+    "a drawing of nothing": (
+        "organism",
+        "def skeleton(self, motion, individual):\n"
+        "    return Skeleton(np.zeros((0, 1, 2, 3)), ('point',), 1.0)",
+        "skeleton",
+        "0 frames",
+    ),
+    "a drawing that does not fit": (
+        "organism",
+        "def skeleton(self, motion, individual):\n"
+        "    return Skeleton(np.zeros((1, 2, 2, 3)), ('point',), 1.0)",
+        "skeleton",
+        "Skeleton.segments has shape (1, 2, 2, 3)",
+    ),
+    "no drawing": (
+        "organism",
+        "def skeleton(self, motion, individual):\n    return None",
+        "skeleton",
+        "a NoneType",
+    ),
+    "one measure for all": (
+        "organism",
+        "def measures(self, motion):\n"
+        "    return {'far': Measure(motion['distance'].mean(), 'm', 'how far')}",
+        "measures",
+        "shape ()",
+    ),
+    "global randomness": (
+        "organism",
+        "def genome_space(self):\n    random.random()\n    return super().genome_space()",
+        "randomness",
+        "",
+    ),
+    "an exception": ("organism", MOVES % "1 / 0", "failure", "ZeroDivisionError"),
+    "an exit": ("organism", MOVES % "exit(0)", "failure", "SystemExit"),
+    "no default": ("organism", "legs: int = option(..., 'legs', ge=1)", "options", "legs has none"),
+    "no help": ("organism", "legs: int = option(4, '', ge=1)", "options", "legs has none"),
+    "a default out of bounds": (
+        "organism",
+        "legs: int = option(4, 'legs', ge=6)",
+        "options",
+        "legs = 4",
+    ),
+    "an option that no file holds": (
+        "organism",
+        "sizes: dict = option({1: 2}, 'sizes by number')",
+        "options",
+        "",
+    ),
+    "no terms": ("fitness", TERMS % "{}", "terms", "{}"),
+    "one term for all": (
+        "fitness",
+        TERMS % "{'d': motion['distance'].mean()}",
+        "shapes",
+        "shape ()",
+    ),
+    "a channel that is not told": (
+        "fitness",
+        "needs: ClassVar = ()\n" + TERMS % "{'d': motion['distance']}",
+        "needs",
+        "reads distance, too",
+    ),
+    "a rank": (
+        "fitness",
+        TERMS % "{'d': motion['distance'] - motion['distance'].max()}",
+        "chunks",
+        "chunk of 1",
+    ),
+    "a changed motion": (
+        "fitness",
+        "def terms(self, motion):\n    d = motion['distance']\n    d *= 2\n    return {'d': d}",
+        "inputs",
+        "channel distance",
+    ),
+    "a fitness with memory": (
+        "fitness",
+        "def terms(self, motion):\n    calls.append(1)\n"
+        "    return {'d': motion['distance'] + len(calls)}",
+        "determinism",
+        "d differs",
+    ),
+    "other terms each time": (
+        "fitness",
+        TERMS % "{str(len(motion['distance'])): motion['distance']}",
+        "chunks",
+        "",
+    ),
+    "parents out of range": ("selection", PARENTS % f"return {PAIRS} + 50", "bounds", "50 to 50"),
+    "parents as floats": (
+        "selection",
+        PARENTS % "return np.zeros((pairs, 2))",
+        "dtypes",
+        "float64",
+    ),
+    "single parents": (
+        "selection",
+        PARENTS % "return np.zeros(pairs, np.intp)",
+        "shapes",
+        "shape (1,)",
+    ),
+    "parents by chance": (
+        "selection",
+        PARENTS % "return np.random.default_rng().integers(0, len(scores), (pairs, 2))",
+        "determinism",
+        "others",
+    ),
+    "sorted scores": (
+        "selection",
+        PARENTS % f"scores.sort(); return {PAIRS}",
+        "inputs",
+        "changes them",
+    ),
+    "no objection": (
+        "selection",
+        "def objection(self, population, elites, children):\n    return None",
+        "objection",
+        "None",
+    ),
+    "too few children": ("crossover", CROSS % "return mothers[:1].copy()", "shapes", "(1, 5)"),
+    "the mothers themselves": ("crossover", CROSS % "return mothers", "inputs", "was given"),
+    "no genes any more": ("crossover", CROSS % "return mothers * np.nan", "finite values", ""),
+    "children by chance": (
+        "crossover",
+        CROSS % "return mothers if random.random() < 0 else mothers + random.random()",
+        "determinism",
+        "",
+    ),
+    "integers": ("mutation", MUTATE % "return genomes.astype(int)", "dtypes", "int64"),
+    "changed parents": (
+        "mutation",
+        MUTATE % "genomes *= 2; return genomes.copy()",
+        "inputs",
+        "changes them",
+    ),
+    "no bits any more": (
+        "mutation",
+        MUTATE % "return genomes + genomes.dtype.type(3)",
+        "bounds",
+        "",
+    ),
+    "a schedule of nothing": (
+        "mutation",
+        "def at(self, generation):\n    return None",
+        "schedule",
+        "NoneType",
+    ),
+}
+
+
+@pytest.mark.parametrize(("kind", "body", "rule", "came"), ERRORS.values(), ids=ERRORS.keys())
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_what_is_wrong_is_found(examined, kind, body, rule, came):
+    report = examined(kind, body)
+    assert not report.ok
+    found = [finding for finding in report.errors if finding.rule == rule]
+    assert found, report
+    assert came in found[0].came
+    assert all(finding.expected for finding in report.findings)
+    assert "fails" in str(report)
+
+
+ADVICE = {
+    "a number without bounds": ("organism", "legs: int = option(4, 'legs')", "options", "legs"),
+    "a channel that is not told": (
+        "organism",
+        "def move(self, genomes):\n"
+        "    return Motion(1.0, {'distance': genomes[:, 0], 'height': genomes[:, 1]})",
+        "channels",
+        "height not told of",
+    ),
+    "a channel that is not read": (
+        "fitness",
+        TERMS % "{'d': np.zeros(motion.population)}",
+        "needs",
+        "never reads distance",
+    ),
+    "channels of no body": ("fitness", "needs: ClassVar = ('wheels',)", "needs", "not looked at"),
+    "never finite": (
+        "fitness",
+        TERMS % "{'d': motion['distance'] * np.nan}",
+        "finite values",
+        "none",
+    ),
+    "the worst": (
+        "selection",
+        PARENTS % "return np.full((pairs, 2), np.argmin(scores), np.intp)",
+        "selection",
+        "",
+    ),
+}
+
+
+@pytest.mark.parametrize(("kind", "body", "rule", "came"), ADVICE.values(), ids=ADVICE.keys())
+def test_advice_is_given(examined, kind, body, rule, came):
+    report = examined(kind, body)
+    assert report.ok, report
+    found = [finding for finding in report.advice if finding.rule == rule]
+    assert found, report
+    assert came in found[0].came
+
+
+def test_a_missing_docstring_is_told(install, working):
+    install("fake", working + "\nclass X(Still):\n    pass\n", {"mutation": {"x": "X"}})
+    report = examine(find("mutation", "x"), {})
+    assert report.ok
+    assert [finding.rule for finding in report.findings] == ["docstring"]
+
+
+def test_an_import_error_says_where(install):
+    install("fake", "x = 1\nimport no_such_thing\n", {"organism": {"x": "X"}})
+    (finding,) = examine(find("organism", "x"), {}).findings
+    assert "No module named 'no_such_thing'" in finding.came
+    assert "fake.py, line 2" in finding.came
+
+
+def test_options_are_taken(examined):
+    report = examined(
+        "organism",
+        "legs: int = option(4, 'legs', ge=1)\n"
+        + MOVES % "np.full(len(genomes), np.nan if self.legs == 5 else self.legs)",
+        options={"legs": 5},
+    )
+    (finding,) = report.findings
+    assert finding.rule == "finite values"
+    entry = find("organism", "x")
+    assert outcome(entry, {"legs": 4}) != outcome(entry, {"legs": 6})
+    assert outcome(entry, {"legs": 4}) == outcome(entry, {})

@@ -1,0 +1,135 @@
+"""Examinations happen in processes of their own: what happens to these is told, and no more."""
+
+import pytest
+
+from gaitsim.errors import PluginError
+from gaitsim.testing import check, check_package
+from gaitsim.testing.packages import chosen
+
+LOOPS = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
+
+
+def test_what_does_not_end_is_given_up_and_the_next_ones_are_examined(install, working):
+    points = {"organism": {"loops": "X", "a-sound": "Body"}, "fitness": {"far": "Distance"}}
+    install("fake", working + LOOPS, points)
+    reports = check_package("fake", seconds=5)
+    assert [report.entry.name for report in reports] == ["a-sound", "loops", "far"]
+    (finding,) = reports[1].findings
+    assert (finding.level, finding.rule) == ("error", "time limit")
+    assert finding.came == "it was still moving populations after 5 s"
+    assert reports[0].ok, reports[0]
+    assert reports[2].ok, reports[2]
+
+
+def test_a_fitness_that_waits_for_its_body_says_so(install, working):
+    points = {"organism": {"loops": "X"}, "fitness": {"far": "Distance"}}
+    install("fake", working + LOOPS, points)
+    (finding,) = check("fitness", "far", seconds=3).findings
+    assert "judging organism 'loops' of package fake 1.0, or that was still moving" in finding.came
+
+
+ENDS = {
+    "on import": ("import os\nos._exit(3)\n", "exit code 3"),
+    "killed": (
+        "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n",
+        "killed by signal 9",
+    ),
+    "with last words": (
+        "import os, sys\nprint('out of legs', file=sys.stderr, flush=True)\nos._exit(4)\n",
+        "exit code 4; out of legs",
+    ),
+}
+
+
+@pytest.mark.parametrize(("source", "says"), ENDS.values(), ids=ENDS.keys())
+def test_what_ends_the_process_is_told(install, source, says):
+    install("fake", source, {"organism": {"x": "X"}})
+    (finding,) = check("organism", "x").findings
+    assert finding.rule == "process"
+    assert says in finding.came
+    assert "importing it" in finding.came
+
+
+def test_an_import_that_does_not_end(install):
+    install("fake", "while True: pass\n", {"organism": {"x": "X"}})
+    (finding,) = check("organism", "x", seconds=1).findings
+    assert finding.came == "it was still importing it after 1 s"
+
+
+PRINTS = '''
+import os
+class X(Still):
+    """Still, but loud."""
+    def mutate(self, genomes, space, rng):
+        print("mutating")
+        os.system("echo a child of it")
+        return genomes.copy()
+'''
+
+
+def test_what_is_printed_is_told_and_harms_nobody(install, working):
+    points = {"mutation": {"loud": "X", "quiet": "Still"}}
+    install("fake", working + PRINTS, points)
+    loud, quiet = check_package("fake")
+    assert loud.ok
+    (finding,) = loud.findings
+    assert (finding.level, finding.rule) == ("advice", "standard output")
+    assert "a child of it" in finding.came
+    assert quiet.findings == ()
+
+
+HASHES = '''
+class X(Body):
+    """It goes by the order of a set, which differs from process to process."""
+    def move(self, genomes):
+        first = next(iter({*"abcdefghijklmnop"}))
+        return Motion(1.0, {"distance": genomes.sum(axis=1) * ord(first)})
+'''
+WORKERS = '''
+import os
+class X(Body):
+    """It looks at the process."""
+    def move(self, genomes):
+        return Motion(1.0, {"distance": genomes.sum(axis=1) + os.getpid()})
+'''
+
+
+@pytest.mark.parametrize("source", [HASHES, WORKERS])
+def test_other_bits_in_another_process_are_found(install, working, source):
+    install("fake", working + source, {"organism": {"x": "X"}})
+    report = check("organism", "x")
+    assert [finding.rule for finding in report.errors] == ["processes"]
+
+
+def test_options_reach_the_process(install, working):
+    source = "class X(Body):\n    legs: int = option(4, 'legs', ge=1)\n"
+    source += "    def move(self, genomes):\n        assert self.legs == 6\n"
+    source += "        return super().move(genomes)\n"
+    install("fake", working + source, {"organism": {"x": "X"}})
+    assert check("organism", "x", options={"legs": 6}).ok
+    assert not check("organism", "x").ok
+    report = check("organism", "x", options={"legs": 0})
+    assert "greater than or equal to 1" in str(report)
+
+
+def test_a_name_of_two_packages(install, working):
+    install("one", working, {"mutation": {"still": "Still"}})
+    install("two", working, {"mutation": {"still": "Still"}})
+    for report in check_package("still"):
+        (finding,) = report.errors
+        assert finding.rule == "name"
+        assert "registered by" in finding.came
+    with pytest.raises(PluginError, match="claimed more than once"):
+        check("mutation", "still")
+
+
+def test_an_unknown_name():
+    with pytest.raises(PluginError) as raised, chosen("spidr"):
+        pass
+    assert raised.value.remedy == "did you mean 'spider'?"
+
+
+def test_a_package_by_its_name(install, working):
+    install("fake_legs", working, {"mutation": {"a": "Still"}, "organism": {"b": "Body"}})
+    with chosen("Fake-Legs") as found:
+        assert [entry.name for entry in found.entries] == ["b", "a"]
