@@ -1,0 +1,127 @@
+"""The walker's body: its parts, their sizes and masses, and where they are.
+
+The plane is x forward and z up; angles are positive where they turn x to z, so that a
+positive pitch lifts the nose. A leg is a thigh and a shank of one length. All joint angles
+are offsets from the stance in which every knee is bent by 60° and each foot stands below its hip:
+a positive hip angle swings the leg forward, a positive knee angle bends the knee further.
+Fore knees point backward like a dog's elbows, all others forward.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+TORSO_LENGTH, TORSO_HEIGHT = 0.50, 0.12  # m; the torso of a biped stands on end
+TORSO_MASS, THIGH_MASS, SHANK_MASS = 6.0, 0.6, 0.3  # kg
+LIMB = 0.20  # m, length of a thigh and of a shank
+FOOT_RADIUS, KNEE_RADIUS = 0.025, 0.02  # m
+HIP_PLACE = 0.20  # m, of the hips of a four-legged walker before and behind the middle
+BEND = math.radians(30)  # of thigh and of shank from the vertical at rest
+HIP_LIMIT, KNEE_LIMIT = math.radians(60), math.radians(50)
+STOP = math.radians(5)  # how far beyond a limit the joint's mechanical stop is
+STANDING = 2 * LIMB * math.cos(BEND) + FOOT_RADIUS  # m, height of the hips at rest
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A leg's name, its hip in the torso's frame in metres, and where its knee points."""
+
+    name: str
+    hip: tuple[float, float]
+    knee: int  # 1 forward, −1 backward
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a walker on so many legs looks like.
+
+    Attributes:
+        legs: near ones first, front to back.
+        half: half of the torso's extent along x and z at rest, m.
+    """
+
+    legs: tuple[Leg, ...]
+    half: tuple[float, float]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Hip and knee of each leg."""
+        return tuple(f"{leg.name} {joint}" for leg in self.legs for joint in ("hip", "knee"))
+
+    @property
+    def mass(self) -> float:
+        """Of the whole body, kg."""
+        return TORSO_MASS + len(self.legs) * (THIGH_MASS + SHANK_MASS)
+
+    @property
+    def height(self) -> float:
+        """Of the torso's middle above the ground at rest, m."""
+        return STANDING - self.legs[0].hip[1]
+
+    @property
+    def limits(self) -> Floats:
+        """Largest offset of each joint from the stance, (joints,) rad."""
+        return np.tile([HIP_LIMIT, KNEE_LIMIT], len(self.legs))
+
+
+PLANS = {
+    2: Plan(
+        tuple(Leg(side, (0.0, -TORSO_LENGTH / 2), 1) for side in ("near", "far")),
+        (TORSO_HEIGHT / 2, TORSO_LENGTH / 2),
+    ),
+    4: Plan(
+        tuple(
+            Leg(f"{side} {end}", (x, -TORSO_HEIGHT / 2), knee)
+            for side in ("near", "far")
+            for end, x, knee in (("fore", HIP_PLACE, -1), ("hind", -HIP_PLACE, 1))
+        ),
+        (TORSO_LENGTH / 2, TORSO_HEIGHT / 2),
+    ),
+}
+
+
+def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
+    """How far thigh and shank are turned from hanging straight down, relative to the torso.
+
+    Args:
+        plan: of the body.
+        joint_angles: (…, joints) rad.
+
+    Returns:
+        (…, joints) rad: of each leg the thigh's, then the shank's.
+    """
+    hips, knees = joint_angles[..., 0::2], joint_angles[..., 1::2]
+    way = np.array([float(leg.knee) for leg in plan.legs])
+    thigh = hips + way * BEND
+    turned = np.empty(joint_angles.shape)
+    turned[..., 0::2], turned[..., 1::2] = thigh, thigh - way * (2 * BEND + knees)
+    return turned
+
+
+def points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) -> Floats:
+    """Hip, knee and foot of each leg in the world.
+
+    Args:
+        plan: of the body.
+        position: x and z of the torso's middle, (…, 2) m.
+        pitch: of the torso, (…,) rad.
+        joint_angles: (…, joints) rad.
+
+    Returns:
+        (…, legs, 3, 2) m: x and z; a foot's is the middle of its round end.
+    """
+    hips = np.array([leg.hip for leg in plan.legs])
+    cos, sin = np.cos(pitch)[..., None], np.sin(pitch)[..., None]
+    turned = limb_angles(plan, joint_angles) + pitch[..., None]
+    where = np.empty((*pitch.shape, len(plan.legs), 3, 2))
+    where[..., 0, 0] = position[..., None, 0] + cos * hips[:, 0] - sin * hips[:, 1]
+    where[..., 0, 1] = position[..., None, 1] + sin * hips[:, 0] + cos * hips[:, 1]
+    for part in (0, 1):
+        angle = turned[..., part::2]
+        where[..., part + 1, 0] = where[..., part, 0] + LIMB * np.sin(angle)
+        where[..., part + 1, 1] = where[..., part, 1] - LIMB * np.cos(angle)
+    return where

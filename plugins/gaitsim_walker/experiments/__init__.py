@@ -1,0 +1,1 @@
+"""The walker's ready experiments."""

@@ -1,0 +1,265 @@
+"""The walker: a torso on two or four legs, seen from the side."""
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from gaitsim.contracts import (
+    Array,
+    Genomes,
+    Measure,
+    Motion,
+    Organism,
+    RealSpace,
+    Skeleton,
+    option,
+)
+from gaitsim_walker import body
+from gaitsim_walker.body import PLANS, Floats, Plan
+from gaitsim_walker.encodings import FRAME_RATE, commands, space
+from gaitsim_walker.ground import Ground, ground
+from gaitsim_walker.rollout import Rollout, World, roll_out
+
+REACH = 5.0  # m/s; ground is laid for walkers as fast as that
+
+
+class Walker(Organism):
+    """A torso on legs of thigh and shank in a vertical plane, in a rigid-body simulation."""
+
+    legs: Literal[2, 4] = option(4, "how many legs: 4 under a level torso, 2 under an upright one")
+    encoding: Literal["sine", "cpg"] = option(
+        "sine",
+        "how a genome becomes joint angles: sines at full swing from the start, or oscillators "
+        "that begin at rest",
+    )
+    symmetry: Literal["none", "alternating"] = option(
+        "none",
+        "alternating: the far legs do what the near ones do, half a stride later, and the genome "
+        "has about half as many genes",
+    )
+    fastest_stride: float = option(
+        2.5, "upper bound of the gene for strides a second", unit="Hz", gt=0.5, le=5
+    )
+    duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
+    torque_limit: float = option(15.0, "largest torque of a servo", unit="N m", ge=0, le=1000)
+    speed_limit: float = option(
+        10.0, "largest angular speed that a servo asks for", unit="rad/s", ge=0, le=100
+    )
+    friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
+    gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
+    roughness: float = option(
+        0.0,
+        "height of the highest bumps of the ground, a corner each 25 cm",
+        unit="m",
+        ge=0,
+        le=0.2,
+    )
+    ground_seed: int = option(0, "seed of the bumps, the same ground for everyone", ge=0)
+
+    channels: ClassVar[Mapping[str, str]] = {
+        "joint_angles": "(population, frames, joints) rad, what the servos are told; hip and knee "
+        "a leg, from the stance at rest",
+        "joint_positions": "(population, frames, joints) rad, where the joints really are",
+        "torque": "(population, frames, joints) N m, size of its mean since the frame before",
+        "position": "(population, frames, 3) m, middle of the torso; y is 0, z is up",
+        "velocity": "(population, frames, 3) m/s, of the middle of the torso",
+        "pitch": "(population, frames) rad, of the torso, nose up",
+        "altitude": "(population, frames) m, middle of the torso above the ground below it",
+        "feet": "(population, frames, legs, 3) m, middle of the feet's round ends in the world",
+        "stance": "(population, frames, legs) bool, feet on the ground",
+        "load": "(population, frames, legs, 2) N, x and z of the force of the ground on each foot",
+        "slip": "(population, frames) m, mean slide of the stance feet since the frame before",
+        "energy": "(population, frames) J, work of the servos since the start, braking counted "
+        "as spent",
+        "lasted": "(population,) s, before the fall, or the whole rollout",
+    }
+
+    @property
+    def plan(self) -> Plan:
+        """What the body looks like."""
+        return PLANS[self.legs]
+
+    @property
+    def frames(self) -> int:
+        """Frames of a rollout, its start counted."""
+        return round(self.duration * FRAME_RATE) + 1
+
+    def genome_space(self) -> RealSpace:
+        """Six genes a leg and the frequency: 13 or 25 genes, in an alternating gait 7 or 13."""
+        return space(self.plan, self.symmetry == "alternating", self.fastest_stride)
+
+    def move(self, genomes: Genomes) -> Motion:
+        """Walk, one after the other, each in a space of its own."""
+        alternating = self.symmetry == "alternating"
+        return self._walked(
+            commands(self.plan, genome, self.encoding, alternating, self.frames)
+            for genome in genomes
+        )
+
+    def play(self, joint_angles: Array) -> Motion:
+        """Walk by what the servos are told, held to ±60° (hips) and ±50° (knees).
+
+        Args:
+            joint_angles: (population, frames, joints), radians from the stance at rest, 60 frames
+                a second, of any number of frames from 2; the first is the pose at the start.
+
+        Raises:
+            ValueError: another shape, or angles that are not finite.
+        """
+        joints = len(self.plan.joints)
+        if joint_angles.ndim != 3 or joint_angles.shape[1] < 2 or joint_angles.shape[2] != joints:
+            raise ValueError(
+                f"joint_angles has the shape {joint_angles.shape}, expected (population, frames, "
+                f"joints) with at least 2 frames and {joints} joints"
+            )
+        if not np.isfinite(joint_angles).all():
+            raise ValueError("joint_angles holds values that are not finite")
+        limits = self.plan.limits
+        return self._walked(
+            np.clip(told.astype(np.float64), -limits, limits) for told in joint_angles
+        )
+
+    def joint_names(self) -> tuple[str, ...]:
+        """'near fore hip', 'near fore knee', 'near hind hip' …; 'near hip' … of two legs."""
+        return self.plan.joints
+
+    def world(self, frames: int) -> World:
+        """What a walker walks in, for so many frames."""
+        reach = REACH * frames / FRAME_RATE
+        return World(
+            self.plan,
+            ground(self.roughness, self.ground_seed, reach),
+            self.gravity,
+            self.friction,
+            self.torque_limit,
+            self.speed_limit,
+        )
+
+    def _walked(self, courses: Iterable[Floats]) -> Motion:
+        world: World | None = None
+        told, rolled = [], []
+        for course in courses:
+            world = world or self.world(len(course))
+            rollout = roll_out(world, course)
+            held = course.copy()
+            held[rollout.lasted :] = course[min(rollout.lasted, len(course) - 1)]
+            told.append(held)
+            rolled.append(rollout)
+        seen = [_seen(self.plan, world.ground, rollout) for rollout in rolled if world]
+
+        def all_of(name: str) -> Array:
+            return np.stack([getattr(rollout, name) for rollout in rolled])
+
+        position, velocity = _in_space(all_of("position")), _in_space(all_of("velocity"))
+        load = all_of("load")
+        lasted = np.array([max(rollout.lasted, 1) - 1 for rollout in rolled]) / FRAME_RATE
+        return Motion(
+            FRAME_RATE,
+            {
+                "joint_angles": np.stack(told),
+                "joint_positions": all_of("joints"),
+                "torque": all_of("torque"),
+                "position": position,
+                "velocity": velocity,
+                "pitch": all_of("pitch"),
+                "altitude": np.stack([altitude for altitude, _, _ in seen]),
+                "feet": np.stack([feet for _, feet, _ in seen]),
+                "stance": load[..., 1] > 0,
+                "load": load,
+                "slip": np.stack([slip for _, _, slip in seen]),
+                "energy": all_of("work"),
+                "lasted": lasted,
+            },
+            failures={i: rollout.failure for i, rollout in enumerate(rolled) if rollout.failure},
+        )
+
+    def measures(self, motion: Motion) -> Mapping[str, Measure]:
+        """Distance, how long it lasted, steadiness, effort, slip and duty factor."""
+        forward = motion["position"][:, -1, 0] - motion["position"][:, 0, 0]
+        lasted, energy = motion["lasted"], motion["energy"][:, -1]
+        weight = self.plan.mass * self.gravity
+        path = np.abs(np.diff(motion["position"][..., 0], axis=1)).sum(axis=1)
+        pitch = np.degrees(motion["pitch"])
+        return {
+            "forward": Measure(forward, "m", "displacement of the torso"),
+            "body lengths": Measure(
+                forward / body.TORSO_LENGTH, "", f"forward in torsos of {body.TORSO_LENGTH:g} m"
+            ),
+            "lasted": Measure(lasted, "s", "before the fall, or the whole rollout"),
+            "cost of transport": Measure(
+                _ratio(energy, weight * np.abs(forward)), "", "work over weight times distance"
+            ),
+            "pitch range": Measure(
+                np.ptp(pitch, axis=1), "°", "between its highest and lowest nose"
+            ),
+            "altitude": Measure(motion["altitude"].mean(axis=1), "m", "of the torso, its mean"),
+            "slip ratio": Measure(
+                _ratio(motion["slip"].sum(axis=1), path), "", "slide of the stance feet over path"
+            ),
+            "duty factor": Measure(
+                motion["stance"].mean(axis=(1, 2)), "", "share of time that a foot is on the ground"
+            ),
+        }
+
+    def skeleton(self, motion: Motion, individual: int) -> Skeleton:
+        """Outline of the torso, and thigh and shank of each leg, in the plane y = 0.
+
+        z = 0 is the lowest ground that there is; the bumps of rough ground are not drawn.
+        """
+        position, pitch = motion["position"][individual], motion["pitch"][individual]
+        half_x, half_z = self.plan.half
+        corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * [half_x, half_z]
+        cos, sin = np.cos(pitch)[:, None], np.sin(pitch)[:, None]
+        outline = np.stack(
+            [cos * corners[:, 0] - sin * corners[:, 1], sin * corners[:, 0] + cos * corners[:, 1]],
+            axis=-1,
+        )
+        outline += position[:, None, [0, 2]]
+        where = body.points(
+            self.plan, position[:, [0, 2]], pitch, motion["joint_positions"][individual]
+        )
+        limbs = np.stack([where[:, :, :-1], where[:, :, 1:]], axis=3)
+        edges = np.stack([outline, np.roll(outline, -1, axis=1)], axis=2)
+        segments = np.concatenate([edges, limbs.reshape(len(pitch), -1, 2, 2)], axis=1)
+        names = [f"{leg.name} {part}" for leg in self.plan.legs for part in ("thigh", "shank")]
+        return Skeleton(
+            _in_space(segments),
+            ("front", "bottom", "back", "top", *names),
+            motion.frame_rate,
+            contacts=motion["feet"][individual],
+            touching=motion["stance"][individual],
+            contact_names=tuple(leg.name for leg in self.plan.legs),
+            centre=position,
+        )
+
+
+def _seen(plan: Plan, ground: Ground, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
+    """Altitude, (frames,), feet, (frames, legs, 3), and slip, (frames,), of one walker.
+
+    Worked out for each alone, so that all arrays have one shape whoever else is moved.
+    """
+    feet = body.points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
+    turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
+    # A round foot that rolls without sliding goes back as its shank turns forward.
+    slid = np.abs(np.diff(feet[..., 0], axis=0) + body.FOOT_RADIUS * np.diff(turned, axis=0))
+    stance = rollout.load[..., 1] > 0
+    standing = stance[1:] & stance[:-1]
+    slip = np.zeros(len(feet))
+    slip[1:] = (slid * standing).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
+    below = [ground.height(x) for x in rollout.position[:, 0].tolist()]
+    return rollout.position[:, 1] - np.array(below), _in_space(feet), slip
+
+
+def _in_space(flat: Array) -> Array:
+    """Put y = 0 between x and z, (…, 2) -> (…, 3)."""
+    whole = np.zeros((*flat.shape[:-1], 3))
+    whole[..., 0], whole[..., 2] = flat[..., 0], flat[..., 1]
+    return whole
+
+
+def _ratio(part: Array, whole: Array) -> Array:
+    """Part over whole; infinite where there is no whole."""
+    ratio: Array = np.divide(part, whole, out=np.full(len(part), math.inf), where=whole > 0)
+    return ratio
