@@ -22,6 +22,7 @@ from gaitsim.cli import (
     show,
     study,
     tui,
+    verify,
     video,
 )
 from gaitsim.cli.help import Command, Group
@@ -69,6 +70,7 @@ for command in (
     study.study,
     compare.compare,
     differences.differences,
+    verify.verify,
     tui.tui,
     serve.serve,
 ):

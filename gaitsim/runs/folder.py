@@ -21,6 +21,7 @@ EXPERIMENT = "experiment.toml"
 START = "start.pickle"
 CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
 HISTORY, BESTS = "history.csv", "bests.bin"
+DIGESTS, ORIGINS = "digests.bin", "origins.json"
 CHAMPIONS, EXPORTS = "champions", "exports"
 _DRAFT = ".new-run-"
 

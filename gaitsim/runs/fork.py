@@ -7,13 +7,16 @@ from pathlib import Path
 from gaitsim.errors import RunError
 from gaitsim.runs import history
 from gaitsim.runs.checkpoint import pack
+from gaitsim.runs.digests import RECORD
 from gaitsim.runs.folder import (
     BESTS,
     CHAMPIONS,
     CHECKPOINT,
+    DIGESTS,
     EXPERIMENT,
     EXPORTS,
     HISTORY,
+    ORIGINS,
     START,
     champion_file,
     create_folder,
@@ -62,9 +65,16 @@ def fork_run(
         checkpoint, _ = found
         files |= _records(run, checkpoint.generation) | _champions(path, checkpoint.generation)
         files[CHECKPOINT] = pack(checkpoint)
-    if os.path.lexists(path / START):
-        files[START] = _read(path / START)
+        digests = RECORD.itemsize * checkpoint.generation
+        files |= {name: data[:digests] for name, data in _optional(path, DIGESTS)}
+        files |= dict(_optional(path, ORIGINS))
+    files |= dict(_optional(path, START))
     return create_folder(out or path, files, (CHAMPIONS, EXPORTS))
+
+
+def _optional(path: Path, name: str) -> list[tuple[str, bytes]]:
+    """A file that not every run has, and its name."""
+    return [(name, _read(path / name))] if os.path.lexists(path / name) else []
 
 
 def _records(run: Run, generations: int) -> dict[str, bytes]:

@@ -27,18 +27,29 @@ class Growing:
         os.ftruncate(self._descriptor, keep)
         os.lseek(self._descriptor, 0, os.SEEK_END)
 
-    def append(self, data: bytes) -> None:
-        """Add a record and force it to disk."""
+    def append(self, data: bytes, *, force: bool = True) -> None:
+        """Add a record, and force it to disk."""
         view = memoryview(data)
         while view:
             view = view[os.write(self._descriptor, view) :]
-        os.fsync(self._descriptor)
+        if force:
+            os.fsync(self._descriptor)
 
     def close(self) -> None:
         """Close the file; once more does no harm."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
         self._descriptor = -1
+
+
+def padded(path: Path, count: int, size: int) -> Growing:
+    """A file of records of `size` bytes, opened after `count` of them; missing ones are zeros."""
+    stored = path.stat().st_size // size if path.exists() else 0
+    file = Growing(path, min(stored, count) * size)
+    missing = count - stored
+    if missing > 0:
+        file.append(bytes(missing * size))
+    return file
 
 
 class GrowingHistory:

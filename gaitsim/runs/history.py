@@ -218,11 +218,19 @@ def record_type(space: GenomeSpace) -> np.dtype[Any]:
 def read_bests(path: Path, space: GenomeSpace) -> NDArray[Any]:
     """Every generation's best: a structured array with `score` and `genome`.
 
+    Raises:
+        RunError: it cannot be read.
+    """
+    return read_records(path, record_type(space))
+
+
+def read_records(path: Path, layout: np.dtype[Any]) -> NDArray[Any]:
+    """The records of a file that has one a generation; none where there is no file.
+
     A last record that is not whole is one that is being written, and left out.
 
     Raises:
         RunError: it cannot be read.
     """
     data = _read(path)
-    layout = record_type(space)
     return np.frombuffer(data, layout, count=len(data) // layout.itemsize)

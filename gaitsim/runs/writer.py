@@ -13,19 +13,21 @@ from gaitsim.contracts import Genomes
 from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, evolve, rescored, stop_reason
-from gaitsim.runs import history
+from gaitsim.runs import history, origins
 from gaitsim.runs.atomic import remove_partials, writing
 from gaitsim.runs.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
+from gaitsim.runs.digests import RECORD, digests
 from gaitsim.runs.folder import (
     BESTS,
     CHAMPIONS,
     CHECKPOINT,
+    DIGESTS,
     HISTORY,
     PREVIOUS,
     champion_file,
     kept_champions,
 )
-from gaitsim.runs.growing import ClashError, Growing, GrowingHistory
+from gaitsim.runs.growing import ClashError, Growing, GrowingHistory, padded
 from gaitsim.runs.lock import RunLock
 from gaitsim.runs.opening import open_run
 from gaitsim.runs.reader import Run, versions
@@ -83,6 +85,7 @@ class RunWriter:
             self.warning = "; ".join(opening.warnings)
             self._start, self._stages = opening.start, opening.stages
             self._unscored = opening.rescores
+            self._noted = False
             self._layout = history.record_type(self.experiment.space())
             self._cut_back(held)
             self._held = held.pop_all()
@@ -113,6 +116,8 @@ class RunWriter:
             held.callback(self._history.close)
             self._bests = Growing(bests, done * self._layout.itemsize)
             held.callback(self._bests.close)
+            self._digests = padded(self.path / DIGESTS, done, RECORD.itemsize)
+            held.callback(self._digests.close)
             for number in kept_champions(self.path):
                 if number > done:
                     (self.path / champion_file(number)).unlink(missing_ok=True)
@@ -187,9 +192,22 @@ class RunWriter:
             except ClashError:
                 raise self._clash() from None
             self._bests.append(record.tobytes())
+            # Not forced to disk, which takes as long as all else here: one that a power cut
+            # takes away is only missed by who verifies the run.
+            self._digests.append(
+                digests(generation.genomes, generation.evaluation, values, record.tobytes()),
+                force=False,
+            )
+        self._note_origin(generation.number)
         if generation.is_champion:
             self._write_champion(generation)
         write_checkpoint(self.path / CHECKPOINT, self._checkpoint(generation), self.path / PREVIOUS)
+
+    def _note_origin(self, first: int) -> None:
+        """Write down what this process makes generations with, at its first one."""
+        if not self._noted:
+            origins.write_origin(self.path, first, origins.here(self.experiment))
+            self._noted = True
 
     def _clash(self) -> PluginError:
         """The error of a term that is called as another column of the history is."""

@@ -229,6 +229,8 @@ def test_a_run_is_written_and_read(whole, puppet):
         "experiment.toml",
         "history.csv",
         "bests.bin",
+        "digests.bin",
+        "origins.json",
         "population.pickle",
         "population.previous.pickle",
         "champions",

@@ -1,0 +1,176 @@
+"""`gaitsim verify`."""
+
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitsim.cli.run import Json, Workers
+
+if TYPE_CHECKING:
+    from gaitsim.runs.reader import Run
+    from gaitsim.runs.verify import Verdict
+
+DIFFERENT = 1
+SHOWN = 5  # generations that differ, and parts of one
+
+
+def verify(
+    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    generations: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N,N,…",
+            help="Which to make again. Default: ten, from the first to the last.",
+        ),
+    ] = None,
+    all_: Annotated[
+        bool, typer.Option("--all", help="Evolve the whole run again, up to a difference.")
+    ] = False,
+    workers: Workers = None,
+    json: Json = False,
+) -> None:
+    """Make generations of a run again, and see that they are the same to the last bit.
+
+    All files of the run are compared with one another. The first generation is drawn and the last
+    one bred again; of others, the best individual is moved and judged again. Every generation is
+    bred and judged again with --all, from the experiment alone.
+
+    Ends with 0 where all is identical, with 1 where something differs.
+
+    [bold]Examples[/bold]
+
+    gaitsim verify spider
+
+    gaitsim verify spider --all --workers 2
+
+    gaitsim verify spider --generations 1,50,100 --json
+    """
+    from gaitsim.cli.generations import asked_generations
+    from gaitsim.errors import GaitsimError
+    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.reader import Run
+
+    if all_ and generations is not None:
+        raise GaitsimError(
+            "all generations and some are asked for",
+            where="--all, --generations",
+            allowed="one of the two",
+        )
+    opened = Run(find_run(run))
+    verdict = _verify(opened, asked_generations(None, generations), all_, workers)
+    if json:
+        _print_json(str(opened.path), verdict)
+    else:
+        _print(str(opened.path), verdict)
+    if not verdict.identical:
+        sys.exit(DIFFERENT)
+
+
+def _verify(
+    run: "Run", generations: tuple[int, ...], everything: bool, workers: int | None
+) -> "Verdict":
+    """Verify with a progress bar."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from gaitsim.cli.console import errors
+    from gaitsim.cli.interrupts import interruptible
+    from gaitsim.runs.verify import verify as verified
+
+    console = errors()
+    bar = Progress(
+        TextColumn("{task.description}", style="bold", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("generations"),
+        TimeElapsedColumn(),
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+    )
+    task = bar.add_task(run.path.name, total=None)
+    with interruptible(), bar:
+        return verified(
+            run,
+            generations or None,
+            everything=everything,
+            workers=workers,
+            begin=lambda total: bar.update(task, total=total),
+            advance=lambda: bar.advance(task),
+        )
+
+
+def _print_json(path: str, verdict: "Verdict") -> None:
+    from gaitsim.cli.console import print_json
+
+    print_json(
+        {
+            "run": path,
+            "identical": verdict.identical,
+            "generations": verdict.last,
+            "whole": verdict.whole,
+            "best": verdict.best,
+            "differences": [
+                {"generation": number, "what": list(what)}
+                for number, what in verdict.differences.items()
+            ],
+            "undigested": verdict.undigested,
+            "warning": verdict.warning or None,
+            "made_with": [{"first": origin.first, **origin.parts} for origin in verdict.origins],
+            "elsewhere": list(verdict.elsewhere),
+        }
+    )
+
+
+def _print(path: str, verdict: "Verdict") -> None:
+    from gaitsim.cli.console import notice, visible
+
+    if verdict.warning:
+        notice(f"Warning: {verdict.warning}")
+    told = _told(verdict)
+    if verdict.identical:
+        print(visible(f"{path}: identical"))
+    else:
+        first, count = next(iter(verdict.differences)), len(verdict.differences)
+        more = f"; {count - 1} more generations differ" if count > 1 else ""
+        print(visible(f"{path}: different, first in generation {first}{more}"))
+        for number, what in list(verdict.differences.items())[:SHOWN]:
+            for text in what[:SHOWN]:
+                print(visible(f"  generation {number}: {text}"))
+            if len(what) > SHOWN:
+                print(f"  generation {number}: and {len(what) - SHOWN} more")
+    for text in told:
+        print(visible(text))
+
+
+def _told(verdict: "Verdict") -> list[str]:
+    """What was done, and what it was done with."""
+    found = []
+    if verdict.whole:
+        found.append(f"made again wholly: {_ranges(verdict.whole)} of {verdict.last}")
+    if verdict.best:
+        found.append(f"best individual judged again: {_ranges(verdict.best)}")
+    if verdict.undigested:
+        found.append(
+            f"{verdict.undigested} of {verdict.last} generations have no digest: "
+            "their history and bests alone were compared"
+        )
+    if not verdict.origins:
+        found.append("the run does not say what it was made with")
+    elif verdict.elsewhere:
+        found.append("made with something else than is here:")
+        found += [f"  {text}" for text in verdict.elsewhere]
+    else:
+        found.append("made with the same versions and processor as are here")
+    return found
+
+
+def _ranges(numbers: tuple[int, ...]) -> str:
+    """Numbers in order, neighbours as '3 to 9'."""
+    spans: list[list[int]] = []
+    for number in numbers:
+        if spans and number == spans[-1][1] + 1:
+            spans[-1][1] = number
+        else:
+            spans.append([number, number])
+    return ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in spans)

@@ -1,0 +1,90 @@
+"""`gaitsim verify`: its words, its JSON, its exit codes."""
+
+import json
+
+import pytest
+
+
+@pytest.fixture
+def run(gaitsim, puppet_file, tmp_path):
+    """A run of five generations."""
+    gaitsim("run", puppet_file)
+    return tmp_path / "runs/puppet"
+
+
+def spoil(run):
+    """Change one number of the history's third generation."""
+    path = run / "history.csv"
+    lines = path.read_text().splitlines()
+    cells = lines[3].split(",")
+    cells[lines[0].split(",").index("mean")] = "0.5"
+    lines[3] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+
+
+def test_an_identical_run_ends_with_0(gaitsim, run):
+    assert gaitsim("verify", "puppet").stdout.splitlines() == [
+        "runs/puppet: identical",
+        "made again wholly: 1, 5 of 5",
+        "best individual judged again: 2 to 4",
+        "made with the same versions and processor as are here",
+    ]
+    done = gaitsim("verify", "puppet", "--all", "--workers", 1)
+    assert "made again wholly: 1 to 5 of 5" in done.stdout
+    assert done.stderr == ""
+
+
+def test_a_different_run_ends_with_1_and_names_the_generation(gaitsim, run):
+    spoil(run)
+    lines = gaitsim("verify", "puppet", "--generations", "1,5", code=1).stdout.splitlines()
+    assert lines[0] == "runs/puppet: different, first in generation 3"
+    assert lines[1].startswith("  generation 3: its row of history.csv or its record of bests.bin")
+    lines = gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()
+    assert lines[2].startswith("  generation 3: history.csv: mean is 0.5, but ")
+
+
+def test_json_is_one_object(gaitsim, run):
+    found = json.loads(gaitsim("verify", "puppet", "--generations", "2,5", "--json").stdout)
+    assert found["identical"] is True
+    assert (found["whole"], found["best"], found["differences"]) == ([5], [2], [])
+    assert found["made_with"][0]["fitness puppet-reach"] == "gaitsim-puppets 1.0"
+    spoil(run)
+    found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
+    assert [one["generation"] for one in found["differences"]] == [3]
+
+
+def test_an_old_run_is_told_to_have_no_digests(gaitsim, run):
+    (run / "digests.bin").unlink()
+    (run / "origins.json").unlink()
+    lines = gaitsim("verify", "puppet").stdout.splitlines()
+    assert lines[-2:] == [
+        "5 of 5 generations have no digest: their history and bests alone were compared",
+        "the run does not say what it was made with",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("nothing",), "there is no run 'nothing'"),
+        (("puppet", "--generations", "6"), "no generation 6"),
+        (("puppet", "--generations", "1-3"), "are no generations"),
+        (("puppet", "--all", "--generations", "1"), "all generations and some"),
+    ],
+)
+def test_mistakes_end_with_2(gaitsim, run, arguments, words):
+    assert words in gaitsim("verify", *arguments, code=2).stderr
+
+
+def test_a_damaged_run_is_a_mistake(gaitsim, run):
+    (run / "bests.bin").write_bytes(b"")
+    assert "bests.bin ends at generation 0" in gaitsim("verify", "puppet", code=2).stderr
+
+
+def test_ctrl_c_ends_it(gaitsim, run, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gaitsim.runs.verify.all_again", stop)
+    done = gaitsim("verify", "puppet", "--all", code=130)
+    assert (done.stdout, done.stderr) == ("", "")

@@ -1,0 +1,314 @@
+"""A run that was changed anywhere is found out, and the generation named."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import RunError
+from gaitsim.evaluation import judge
+from gaitsim.experiment import with_overrides
+from gaitsim.runs.checkpoint import pack, read_champion, read_checkpoint
+from gaitsim.runs.digests import RECORD, of_genomes, of_row, of_scores, read_digests
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.fork import fork_run
+from gaitsim.runs.opening import restored
+from gaitsim.runs.origins import read_origins, write_origin
+from gaitsim.runs.reader import Run
+from gaitsim.runs.recorded import Recorded
+from gaitsim.runs.start import champion_of
+from gaitsim.runs.verify import sample, verify
+from gaitsim.runs.writer import RunWriter
+
+LAST = 12
+
+
+def evolve(path, *overrides, generations=None, until=None):
+    with RunWriter(path, overrides=overrides, generations=generations) as writer:
+        for generation in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+            if generation.number == until:
+                break
+    return Run(path)
+
+
+@pytest.fixture
+def run(puppet, tmp_path):
+    """A run of three stages, the second of which is judged otherwise, stopped on the way, too."""
+    experiment = puppet("evolution.generations=4", "evolution.fitness_threshold=0")
+    path = create_run(experiment, tmp_path / "run")
+    evolve(path, until=2)
+    evolve(path)
+    evolve(path, "fitness.price=0.4", generations=8)
+    return evolve(path, "evolution.elites=1", generations=LAST)
+
+
+def everything(run):
+    return verify(run, everything=True, workers=1)
+
+
+def test_a_run_of_stages_is_identical(run):
+    verdict = everything(run)
+    assert verdict.identical, verdict.differences
+    assert verdict.whole == tuple(range(1, LAST + 1))
+    assert (verdict.undigested, verdict.warning, verdict.elsewhere) == (0, "", ())
+    assert [origin.first for origin in verdict.origins] == [1]
+    sampled = verify(run, workers=1)
+    assert sampled.identical, sampled.differences
+    assert (sampled.whole, set(sampled.best)) == ((1, LAST), {*sample(LAST)} - {1, LAST})
+    # A stage's first generations and its last ones, all judged by their own fitness.
+    assert verify(run, [4, 5, 8, 9], workers=1).identical
+
+
+def test_first_generation_of_a_stage_is_bred_again(run):
+    evolve(run.path, "fitness.price=0.2", generations=LAST + 1)
+    verdict = verify(run, [LAST + 1], workers=1)
+    assert (verdict.identical, verdict.whole) == (True, (LAST + 1,))
+
+
+def test_workers_make_no_difference(run):
+    assert verify(run, everything=True, workers=2).identical
+
+
+def test_forks_and_runs_from_an_individual_are_identical(run, puppet, tmp_path):
+    fork = Run(fork_run(run.path, overrides=["mutation.plugin=puppet-jitter"]))
+    assert everything(fork).identical
+    assert verify(fork, workers=1).best[-1] == LAST  # the generation before it is not kept
+    evolve(fork.path, generations=LAST + 2)
+    assert everything(fork).identical
+    begun = create_run(puppet(), tmp_path / "begun", champion_of(run, 3))
+    assert everything(evolve(begun)).identical
+
+
+def test_samples_are_spread():
+    assert sample(1) == [1]
+    assert sample(4) == [1, 2, 3, 4]
+    assert sample(1000) == [1, 112, 223, 334, 445, 556, 667, 778, 889, 1000]
+
+
+def digested(run, generation, **parts):
+    """Digests as a forger would make them fit."""
+    path = run.path / "digests.bin"
+    records = np.frombuffer(path.read_bytes(), RECORD).copy()
+    for part, digest in parts.items():
+        records[part][generation - 1] = np.void(digest)
+    path.write_bytes(records.tobytes())
+
+
+def refit(run, generation):
+    """Make the digest of a row fit what the files say."""
+    recorded = Recorded.of(run)
+    digested(run, generation, row=of_row(recorded.row(generation), recorded.kept(generation)))
+
+
+def forge_bests(run, generation, change):
+    path = run.path / "bests.bin"
+    records = run.bests.copy()
+    change(records[generation - 1])
+    path.write_bytes(records.tobytes())
+
+
+def forge_history(run, generation, column, value):
+    path = run.path / "history.csv"
+    lines = path.read_text().splitlines()
+    cells = lines[generation].split(",")
+    cells[lines[0].split(",").index(column)] = repr(value)
+    lines[generation] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+
+
+def forge_checkpoint(run, name="population.pickle", **changes):
+    path = run.path / name
+    checkpoint = replace(read_checkpoint(path), **changes)
+    path.write_bytes(pack(checkpoint))
+    return checkpoint
+
+
+def one_gene(genomes, individual=3):
+    forged = genomes.copy()
+    forged[individual, 1] += 1e-9
+    return forged
+
+
+@pytest.mark.parametrize("generation", [1, 6, LAST])
+def test_one_gene_of_a_best_is_found(run, generation):
+    def change(record):
+        record["genome"][2] += 1e-9
+
+    forge_bests(run, generation, change)
+    assert next(iter(verify(run, [3], workers=1).differences)) == generation
+    refit(run, generation)
+    # The digest fits: moving the individual finds it, and so does evolving again.
+    assert [*verify(run, [generation], workers=1).differences] == [generation]
+    assert next(iter(everything(run).differences)) == generation
+
+
+@pytest.mark.parametrize(
+    ("column", "value"), [("mean", 0.5), ("reach", 0.25), ("diversity", 0.1), ("worst", -3.0)]
+)
+def test_one_number_of_the_history_is_found(run, column, value):
+    forge_history(run, 7, column, value)
+    (found,) = verify(run, [1], workers=1).differences.items()
+    assert found == (7, ["its row of history.csv or its record of bests.bin was changed"])
+    refit(run, 7)
+    verdict = everything(run)
+    assert [*verdict.differences] == [7]
+    assert verdict.differences[7][0].startswith(f"history.csv: {column} is {value}, but ")
+    assert verdict.whole == tuple(range(1, 8))  # up to the first difference
+
+
+def test_one_score_is_found(run):
+    forge_history(run, 7, "best", 0.5)
+    assert "best is 0.5 in history.csv" in verify(run, [1], workers=1).differences[7][0]
+
+    def change(record):
+        record["score"] = 0.5
+
+    forge_bests(run, 7, change)
+    refit(run, 7)
+    assert verify(run, [7], workers=1).differences[7][0].startswith("the score of its best")
+
+
+def test_one_gene_of_the_checkpoint_is_found(run):
+    forged = forge_checkpoint(run, genomes=one_gene(run.checkpoint()[0].genomes))
+    found = verify(run, [1], workers=1).differences
+    assert (
+        found[LAST][0] == "the genomes in population.pickle are not those that digests.bin tells of"
+    )
+    # A forger who knows makes digests, scores and the row fit; breeding again finds him.
+    evaluation = judge(run.experiment, forged.genomes)
+    forge_checkpoint(run, scores=evaluation.scores, terms=evaluation.terms)
+    digested(run, LAST, genomes=of_genomes(forged.genomes), scores=of_scores(evaluation))
+    generation = restored(read_checkpoint(run.path / "population.pickle"))
+    from gaitsim.runs.history import row
+
+    space = run.experiment.space()
+    generation = replace(generation, diversity=float(space.diversity(forged.genomes)))
+    for column, value in row(generation).items():
+        if column not in ("seconds", "generation", "stage", "evaluations"):
+            forge_history(run, LAST, column, value)
+    refit(run, LAST)
+    assert [*verify(run, [1], workers=1).differences] == []  # it was not asked for
+    for verdict in (verify(run, workers=1), everything(run)):
+        assert [*verdict.differences] == [LAST]
+        texts = verdict.differences[LAST]
+        assert any("gene 2 of individual 3 is another" in text for text in texts), texts
+
+
+def test_the_checkpoint_before_is_compared_too(run):
+    before = read_checkpoint(run.path / "population.previous.pickle")
+    forge_checkpoint(run, "population.previous.pickle", genomes=one_gene(before.genomes))
+    assert [*verify(run, [1], workers=1).differences] == [LAST - 1]
+
+
+@pytest.mark.parametrize("changes", [{"best_score": 99.0}, {"stagnation": 77}])
+def test_the_progress_in_the_checkpoint_is_compared(run, changes):
+    forge_checkpoint(run, **changes)
+    assert [*verify(run, [1], workers=1).differences] == [LAST]
+
+
+def test_a_champion_is_compared(run):
+    path = next(iter(sorted((run.path / "champions").glob("*.pickle"))))
+    champion = read_champion(path)
+    path.write_bytes(pack(replace(champion, genome=champion.genome + 1e-9)))
+    found = verify(run, [LAST], workers=1).differences
+    assert [*found] == [champion.generation]
+    assert "the genome in champions/" in found[champion.generation][0]
+    path.write_bytes(b"no champion")
+    assert [*verify(run, [LAST], workers=1).differences] == [champion.generation]
+
+
+def test_an_option_that_was_changed_is_found(run):
+    """All but the experiment is as it was: what is evolved again is not."""
+    checkpoint = run.checkpoint()[0]
+    other = with_overrides(run.experiment, ["seed=2"]).to_toml()
+    forge_checkpoint(
+        run, stages=(replace(checkpoint.stages[0], experiment=other), *checkpoint.stages[1:])
+    )
+    verdict = everything(run)
+    assert next(iter(verdict.differences)) == 1
+    assert "the genomes of the population are others" in verdict.differences[1]
+
+
+def test_an_old_run_is_verified_by_history_and_bests(run):
+    (run.path / "digests.bin").unlink()
+    (run.path / "origins.json").unlink()
+    verdict = everything(run)
+    assert (verdict.identical, verdict.undigested, verdict.origins) == (True, LAST, ())
+    # Gone on with, it has digests of the new generations alone.
+    evolve(run.path, generations=LAST + 2)
+    assert len(read_digests(run.path / "digests.bin")) == LAST + 2
+    verdict = everything(run)
+    assert (verdict.identical, verdict.undigested) == (True, LAST)
+    assert [origin.first for origin in verdict.origins] == [LAST + 1]
+    forge_history(run, 4, "median", 0.125)
+    assert [*everything(run).differences] == [4]
+
+
+def test_digests_are_cut_back_to_the_checkpoint(run):
+    path = run.path / "digests.bin"
+    whole = path.read_bytes()
+    path.write_bytes(whole + b"left by a killed process" * 9)
+    assert verify(run, workers=1).identical
+    evolve(run.path, generations=LAST + 1)
+    assert path.read_bytes()[: len(whole)] == whole
+    assert len(path.read_bytes()) == len(whole) + RECORD.itemsize
+    # Some that a power cut took away: what is left of the last one is no digest.
+    path.write_bytes(whole[: -RECORD.itemsize - 5])
+    evolve(run.path, generations=LAST + 2)
+    verdict = everything(run)
+    assert (verdict.identical, verdict.undigested) == (True, 3)
+
+
+def test_what_is_asked_for_must_be_there(run, puppet, tmp_path):
+    for asked in ([0], [LAST + 1], [1, 99]):
+        with pytest.raises(RunError, match=f"no generation {asked[-1]}"):
+            verify(run, asked)
+    with pytest.raises(RunError, match="no finished generation"):
+        verify(Run(create_run(puppet(), tmp_path / "new")))
+
+
+def test_progress_is_told(run):
+    told = []
+    verify(run, [2, 2, 5], workers=1, begin=told.append, advance=lambda: told.append("done"))
+    assert told == [2, "done", "done"]
+
+
+# What a run was made with
+
+
+def test_origins_are_noted_where_they_change(tmp_path):
+    write_origin(tmp_path, 1, {"numpy": "1"})
+    write_origin(tmp_path, 5, {"numpy": "1"})
+    write_origin(tmp_path, 8, {"numpy": "2"})
+    assert [(one.first, one.parts) for one in read_origins(tmp_path)] == [
+        (1, {"numpy": "1"}),
+        (8, {"numpy": "2"}),
+    ]
+    write_origin(tmp_path, 6, {"numpy": "3"})  # gone on with from an earlier checkpoint
+    assert [one.first for one in read_origins(tmp_path)] == [1, 6]
+
+
+def test_what_differs_here_is_told(run):
+    path = run.path / "origins.json"
+    (entry,) = json.loads(path.read_text())
+    now = dict(entry["parts"])
+    entry["parts"] |= {"numpy": "0.1", "processor": "abacus", "numba": "0.2"}
+    path.write_text(json.dumps([entry]))
+    expected = {
+        f"{name}: {then} then" for name, then in (("numpy", "0.1"), ("processor", "abacus"))
+    }
+    told = verify(run, [1], workers=1).elsewhere
+    assert {text.partition(", ")[0] for text in told} - {"numba: 0.2 then"} == expected
+    assert f"numpy: 0.1 then, {now['numpy']} now" in told
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[1]", '[{"first": 1}]', '[{"first": "1", "parts": {}}]', "[" * 100_000]
+)
+def test_damaged_origins_are_told(run, text):
+    (run.path / "origins.json").write_text(text)
+    with pytest.raises(RunError, match=r"origins\.json is damaged"):
+        verify(run, [1], workers=1)
+    evolve(run.path, generations=LAST + 1)  # and hinder nobody
+    assert [one.first for one in read_origins(run.path)] == [LAST + 1]
