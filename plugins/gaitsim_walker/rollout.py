@@ -106,6 +106,7 @@ class Machine:
         self.motors: list[pymunk.SimpleMotor] = []
         self.rest: list[float] = []  # of each joint: the turn at angle 0, and which way it counts
         self.way: list[int] = []
+        self.parents: list[pymunk.Body] = []
         for number, leg in enumerate(self.plan.legs):
             thigh = self._limb(body.THIGH_MASS, where[number, 0], turned[2 * number])
             shank = self._limb(body.SHANK_MASS, where[number, 1], turned[2 * number + 1])
@@ -163,6 +164,7 @@ class Machine:
         self.motors.append(motor)
         self.rest.append(rest)
         self.way.append(way)
+        self.parents.append(above)
 
     def fallen(self) -> bool:
         """Whether the torso or a knee is on the ground, or the torso has tipped over."""
@@ -214,9 +216,17 @@ def roll_out(world: World, commands: Floats) -> Rollout:
     """
     frames, joints = commands.shape
     machine = Machine(world, commands[0])
-    torso, limbs, motors = machine.torso, machine.limbs, machine.motors
-    parents = [torso if joint % 2 == 0 else limbs[joint - 1] for joint in range(joints)]
-    parts = list(zip(motors, parents, limbs, machine.rest, machine.way, strict=True))
+    torso = machine.torso
+    parts = list(
+        zip(
+            machine.motors,
+            machine.parents,
+            machine.limbs,
+            machine.rest,
+            machine.way,
+            strict=True,
+        )
+    )
     step, fastest = machine.space.step, world.speed_limit
     state, torque = np.zeros((frames, 5)), np.zeros((frames, joints))
     turned, work = np.zeros((frames, joints)), np.zeros(frames)

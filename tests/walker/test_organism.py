@@ -1,0 +1,226 @@
+"""The walker as a plugin: its genomes, channels, options, skeleton, and the same bits anywhere."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from gaitsim_walker import body
+from gaitsim_walker.body import PLANS
+from gaitsim_walker.distance import Distance
+from gaitsim_walker.encodings import commands
+from gaitsim_walker.organism import Walker
+
+SHORT = 2.0  # s
+
+
+def genomes(walker, count, seed=0):
+    return walker.genome_space().random(count, np.random.default_rng(seed))
+
+
+def same(one, other):
+    """Whether two motions are the same to the bit in every channel."""
+    return all(np.array_equal(one[name], other[name]) for name in one)
+
+
+@pytest.mark.parametrize(
+    ("options", "genes"),
+    [
+        ({}, 25),
+        ({"symmetry": "alternating"}, 13),
+        ({"legs": 2}, 13),
+        ({"legs": 2, "symmetry": "alternating"}, 7),
+        ({"encoding": "cpg"}, 25),
+    ],
+)
+def test_genes_are_labelled_and_move_it(options, genes):
+    walker = Walker(duration=0.5, **options)
+    space = walker.genome_space()
+    assert space.genes == genes
+    assert len(set(space.labels)) == genes
+    motion = walker.move(genomes(walker, 3))
+    assert set(motion) == set(walker.channels)
+    assert motion["joint_angles"].shape == (3, 31, 2 * walker.legs)
+    assert len(walker.joint_names()) == 2 * walker.legs
+    for values in motion.values():
+        assert np.isfinite(values).all()
+
+
+def test_every_individual_moves_alike_alone_in_any_chunk_and_in_any_order():
+    walker = Walker(duration=SHORT, roughness=0.03)
+    drawn = genomes(walker, 6)
+    whole = walker.move(drawn)
+    for individual in range(6):
+        alone = walker.move(drawn[individual : individual + 1])
+        assert all(np.array_equal(whole[name][individual], alone[name][0]) for name in whole)
+    back = walker.move(drawn[::-1].copy())
+    assert all(np.array_equal(whole[name], back[name][::-1]) for name in whole)
+    terms, reversed_terms = Distance().terms(whole), Distance().terms(back)
+    for name, values in terms.items():
+        assert np.array_equal(values, reversed_terms[name][::-1])
+        one = Distance().terms(walker.move(drawn[2:3]))[name]
+        assert np.array_equal(values[2:3], one)
+
+
+DIGEST = """
+import hashlib, sys
+import numpy as np
+from gaitsim_walker.distance import Distance
+from gaitsim_walker.organism import Walker
+junk = [bytearray(n) for n in range(int(sys.argv[1]))]  # other addresses for the rest
+walker = Walker(duration=2.0, roughness=0.03)
+motion = walker.move(walker.genome_space().random(4, np.random.default_rng(0)))
+hashed = hashlib.sha256()
+for values in (*motion.values(), *Distance().terms(motion).values()):
+    hashed.update(np.ascontiguousarray(values).tobytes())
+print(hashed.hexdigest())
+"""
+
+
+def test_other_processes_find_the_same_bits():
+    digests = {
+        subprocess.run(
+            [sys.executable, "-c", DIGEST, str(number)],
+            check=True,
+            capture_output=True,
+            text=True,
+            timeout=120,
+        ).stdout
+        for number in (0, 777, 3000)
+    }
+    assert len(digests) == 1
+    assert len(digests.pop().strip()) == 64
+
+
+@pytest.mark.parametrize("encoding", ["sine", "cpg"])
+def test_what_a_genome_does_is_played_to_the_bit(encoding):
+    walker = Walker(duration=SHORT, encoding=encoding)
+    moved = walker.move(genomes(walker, 5, seed=1))
+    assert (moved["lasted"] < SHORT).any()  # so that falls are played too
+    given = moved["joint_angles"].copy()
+    assert same(moved, walker.play(given))
+    assert np.array_equal(given, moved["joint_angles"])
+
+
+def test_angles_beyond_the_limits_are_held():
+    played = Walker().play(np.full((1, 5, 8), 3.0))["joint_angles"]
+    assert played[0, :, 0] == pytest.approx(body.HIP_LIMIT)
+    assert played[0, :, 1] == pytest.approx(body.KNEE_LIMIT)
+
+
+@pytest.mark.parametrize("shape", [(5, 8), (1, 1, 8), (1, 5, 4)])
+def test_other_shapes_are_refused(shape):
+    with pytest.raises(ValueError, match=r"expected \(population, frames, joints\)"):
+        Walker().play(np.zeros(shape))
+
+
+def test_angles_that_are_not_finite_are_refused():
+    with pytest.raises(ValueError, match="not finite"):
+        Walker().play(np.full((1, 5, 8), np.nan))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"legs": 3},
+        {"encoding": "recurrence"},
+        {"duration": 0},
+        {"duration": 1e9},
+        {"friction": -0.1},
+        {"roughness": 0.5},
+        {"torque_limit": float("nan")},
+        {"ground_seed": -1},
+        {"wings": 2},
+    ],
+)
+def test_bad_options_are_refused(options):
+    with pytest.raises(ValidationError):
+        Walker(**options)
+
+
+def test_an_alternating_gait_moves_the_far_legs_half_a_stride_later():
+    walker = Walker(symmetry="alternating", duration=5)
+    genome = genomes(walker, 1)
+    genome[0, -1] = 1.5  # Hz: a stride of 40 frames
+    told = walker.move(genome)["joint_angles"]
+    played = Walker(duration=5).play(told)
+    assert same(played, walker.play(told))
+    lasted = int(played["lasted"][0] * 60)
+    told = told[0, :lasted]
+    assert lasted > 30
+    assert told[20:, :4] == pytest.approx(told[:-20, 4:], abs=1e-9)
+
+
+def test_oscillators_begin_at_rest_and_end_as_sines():
+    genome = genomes(Walker(), 1, seed=3)[0]
+    plan = PLANS[4]
+    slow, full = (commands(plan, genome, name, False, 601) for name in ("cpg", "sine"))
+    assert np.abs(slow[1] - slow[0]).max() < 0.02  # at 60 frames a second
+    assert slow[-60:] == pytest.approx(full[-60:], abs=1e-6)
+
+
+def test_the_skeleton_stands_where_the_body_is():
+    walker = Walker(duration=0.5)
+    motion = walker.play(np.zeros((1, 31, 8)))
+    skeleton = walker.skeleton(motion, 0)
+    assert skeleton.segments.shape == (31, 12, 2, 3)
+    assert (skeleton.segments[..., 1] == 0).all()
+    feet = skeleton.segments[:, 5::2, 1]
+    assert feet == pytest.approx(skeleton.contacts, abs=1e-12)
+    assert feet[..., 2] == pytest.approx(body.FOOT_RADIUS, abs=1e-3)
+    lengths = np.linalg.norm(np.diff(skeleton.segments[:, 4:], axis=2)[:, :, 0], axis=-1)
+    assert lengths == pytest.approx(body.LIMB)
+    assert skeleton.touching[5:].all()
+
+
+def test_the_recorded_pose_is_the_simulated_one():
+    # Feet by kinematics from what is recorded, against pymunk's own bodies.
+    from gaitsim_walker.rollout import STEP, Machine
+
+    walker = Walker()
+    machine = Machine(walker.world(10), np.radians([10.0, 20, -5, 0, 3, -20, 8, 30]))
+    machine.torso.angular_velocity = 1.0
+    for _ in range(10):
+        machine.space.step(STEP)
+    position = np.array(machine.torso.position)
+    limbs = zip(machine.limbs, machine.parents, machine.rest, machine.way, strict=True)
+    joints = np.array([way * (b.angle - a.angle - rest) for b, a, rest, way in limbs])
+    feet = body.points(walker.plan, position, np.array(machine.torso.angle), joints)[:, 2]
+    simulated = [limb.local_to_world((0, -body.LIMB / 2)) for limb in machine.limbs[1::2]]
+    assert feet == pytest.approx(np.array(simulated), abs=1e-3)
+
+
+def test_after_a_fall_nothing_moves():
+    walker = Walker(legs=2, duration=5)
+    motion = walker.play(np.zeros((1, 301, 4)))  # nothing balances it
+    fell = round(motion["lasted"][0] * 60) + 1
+    assert 20 < fell < 200
+    for name in ("joint_angles", "joint_positions", "position", "pitch", "energy", "feet"):
+        assert (motion[name][0, fell:] == motion[name][0, fell]).all(), name
+    for name in ("velocity", "torque", "load", "slip"):
+        assert (motion[name][0, fell + 1 :] == 0).all(), name
+
+
+def test_rough_ground_is_the_same_for_all_and_other_by_another_seed():
+    one, again, other = (
+        Walker(roughness=0.05, ground_seed=seed).world(600).ground for seed in (0, 0, 1)
+    )
+    assert one == again
+    assert one != other
+    assert 0 <= min(one.z) <= max(one.z) <= 0.05
+    longer = Walker(roughness=0.05).world(1200).ground
+    assert longer.height(17.3) == one.height(17.3)
+    assert longer.height(-17.3) == one.height(-17.3)
+
+
+def test_what_breaks_down_is_named_and_the_others_walk_on(monkeypatch):
+    monkeypatch.setattr("gaitsim_walker.rollout.FASTEST", 0.05)
+    walker = Walker(duration=0.5)
+    swing = 0.5 * np.sin(np.arange(31) / 3)
+    told = np.stack([np.zeros((31, 8)), np.repeat(swing[:, None], 8, axis=1)])
+    motion = walker.play(told)
+    assert list(motion.failures) == [1]
+    assert "broke down after" in motion.failures[1]
+    assert all(np.isfinite(values).all() for values in motion.values())

@@ -1,0 +1,170 @@
+"""The walker's physics against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from gaitsim_walker.organism import Walker
+from gaitsim_walker.rollout import STEP, Machine
+
+G = 9.81
+
+
+def machine(pose=None, **options):
+    walker = Walker(**options)
+    return Machine(walker.world(600), np.zeros(2 * walker.legs) if pose is None else pose)
+
+
+def bodies(machine):
+    return [machine.torso, *machine.limbs]
+
+
+def lifted(machine, height=100.0):
+    """The same machine high above the ground."""
+    for body in bodies(machine):
+        body.position += (0, height)
+    return machine
+
+
+def total_mass(machine):
+    return sum(body.mass for body in bodies(machine))
+
+
+def centre(machine):
+    """Centre of mass, (2,) m."""
+    sums = sum(body.mass * np.array(body.position) for body in bodies(machine))
+    return sums / total_mass(machine)
+
+
+def momentum(machine):
+    """Linear momentum and angular momentum about the origin, (3,)."""
+    whole = np.zeros(3)
+    for body in bodies(machine):
+        x, z = body.position
+        push = body.mass * np.array(body.velocity)
+        whole += [*push, body.moment * body.angular_velocity + x * push[1] - z * push[0]]
+    return whole
+
+
+def energy(machine, gravity=G):
+    """Kinetic and potential, J."""
+    return sum(body.kinetic_energy + body.mass * gravity * body.position.y for body in
+               bodies(machine))  # fmt: skip
+
+
+def swing(machine, step):
+    """Servos wave to and fro at different rates."""
+    for joint, motor in enumerate(machine.motors):
+        motor.rate = 3 * math.sin(step * STEP * (5 + joint))
+
+
+@pytest.mark.parametrize("legs", [2, 4])
+def test_the_whole_body_falls_as_everything_does(legs):
+    falling = lifted(machine(legs=legs))
+    start, steps = centre(falling), 240
+    for step in range(steps):
+        swing(falling, step)  # what the legs do does not change it
+        falling.space.step(STEP)
+    fallen = start - centre(falling)
+    # pymunk moves, then accelerates: after n steps g dt² n (n − 1)/2, less than ½ g t² by g t dt/2.
+    assert fallen[1] == pytest.approx(G * STEP**2 * steps * (steps - 1) / 2, abs=1e-6)
+    assert fallen[1] == pytest.approx(G / 2, abs=G * STEP / 2 + 1e-6)
+    assert fallen[0] == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("legs", [2, 4])
+def test_servos_change_no_momentum(legs):
+    floating = lifted(machine(legs=legs, gravity=0), 1.0)
+    fastest = 0.0
+    for step in range(480):
+        swing(floating, step)
+        floating.space.step(STEP)
+        fastest = max(fastest, max(abs(body.angular_velocity) for body in bodies(floating)))
+        assert momentum(floating) == pytest.approx(0, abs=1e-3)
+    assert fastest > 2  # rad/s: something moved
+
+
+def test_without_torque_and_contact_energy_stays():
+    # Free joints that begin to turn: a chain whose parts trade kinetic energy.
+    floating = lifted(machine(gravity=0, torque_limit=0))
+    floating.torso.angular_velocity = 2.0
+    for motor in floating.motors:
+        assert motor.max_force == 0
+    floating.space.step(STEP)  # the joints take up the jump
+    before = energy(floating, gravity=0)
+    for _ in range(60):
+        floating.space.step(STEP)
+        assert energy(floating, gravity=0) <= before * 1.001
+    assert energy(floating, gravity=0) == pytest.approx(before, rel=0.1)
+
+
+def test_at_rest_the_ground_bears_the_weight():
+    walker = Walker()
+    motion = walker.play(np.zeros((1, 601, 8)))
+    settled = slice(60, None)
+    load = motion["load"][0, settled]
+    assert load[..., 1].sum(axis=1) == pytest.approx(walker.plan.mass * G, rel=1e-3)
+    assert load[..., 0].sum(axis=1) == pytest.approx(0, abs=0.05)
+    position = motion["position"][0, settled]
+    assert np.ptp(position, axis=0) == pytest.approx(0, abs=1e-4)
+    assert np.abs(motion["pitch"]).max() < 1e-4
+    assert motion["slip"][0, settled].sum() < 1e-4
+    assert motion["energy"][0, -1] < 0.1
+    assert (np.abs(load[..., 0]) <= walker.friction * load[..., 1] + 1e-9).all()
+
+
+def test_at_rest_no_energy_comes_from_nowhere():
+    standing = machine()
+    for _ in range(240):
+        standing.space.step(STEP)
+    before = energy(standing)
+    for _ in range(2400):
+        standing.space.step(STEP)
+        assert energy(standing) < before + 0.01
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.3])
+def test_sliding_feet_slow_it_by_mu_g(friction):
+    sliding = machine(friction=friction, torque_limit=1000)
+    for _ in range(240):
+        sliding.space.step(STEP)
+    for body in bodies(sliding):
+        body.velocity = (2.0, 0.0)
+    steps, mass = 96, total_mass(sliding)
+    for _ in range(steps):
+        sliding.space.step(STEP)
+    slowed = 2.0 - momentum(sliding)[0] / mass
+    assert slowed == pytest.approx(friction * G * steps * STEP, rel=0.03)
+
+
+def test_without_friction_nothing_walks():
+    walker = Walker(friction=0, symmetry="alternating", duration=3)
+    motion = walker.move(walker.genome_space().random(3, np.random.default_rng(0)))
+    floating = motion["load"][..., 0]
+    assert np.abs(floating).max() < 1e-5  # N
+
+
+def test_servos_keep_their_torque_limit():
+    walker = Walker(torque_limit=4.0, duration=2)
+    motion = walker.move(walker.genome_space().random(4, np.random.default_rng(0)))
+    assert motion["torque"].max() == pytest.approx(4.0)
+
+
+def test_weak_servos_cannot_hold_the_body():
+    held, dropped = (
+        Walker(torque_limit=limit).play(np.zeros((1, 121, 8)))["lasted"][0] for limit in (15, 0.2)
+    )
+    assert held == 2.0
+    assert dropped < 1.0
+
+
+def test_a_servo_turns_a_leg_that_hangs_free_to_where_it_is_told():
+    # Without load a servo closes in by e^(−gain t), up to its speed limit.
+    walker = Walker(gravity=0, speed_limit=100)
+    told = np.zeros((1, 31, 8))
+    told[:, 1:, 1] = 0.4
+    motion = walker.play(told)
+    reached = motion["joint_positions"][0, :, 1]
+    seconds = np.arange(31) / 60
+    assert reached == pytest.approx(0.4 * (1 - np.exp(-15 * seconds)), abs=0.03)
