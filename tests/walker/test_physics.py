@@ -80,7 +80,7 @@ def test_servos_change_no_momentum(legs):
     for step in range(480):
         swing(floating, step)
         floating.space.step(STEP)
-        fastest = max(fastest, max(abs(body.angular_velocity) for body in bodies(floating)))
+        fastest = max(fastest, *(abs(body.angular_velocity) for body in bodies(floating)))
         assert momentum(floating) == pytest.approx(0, abs=1e-3)
     assert fastest > 2  # rad/s: something moved
 
@@ -153,10 +153,10 @@ def test_servos_keep_their_torque_limit():
 
 def test_weak_servos_cannot_hold_the_body():
     held, dropped = (
-        Walker(torque_limit=limit).play(np.zeros((1, 121, 8)))["lasted"][0] for limit in (15, 0.2)
+        Walker(torque_limit=limit).play(np.zeros((1, 61, 8)))["altitude"][0] for limit in (15, 0.2)
     )
-    assert held == 2.0
-    assert dropped < 1.0
+    assert held.min() > 0.99 * held[0]
+    assert dropped.min() < 0.7 * dropped[0]  # down to the mechanical stops
 
 
 def test_a_servo_turns_a_leg_that_hangs_free_to_where_it_is_told():
