@@ -3,7 +3,7 @@
 import typer
 
 from gaitsim.cli.help import Command, Group
-from gaitsim.cli.plugins import check, show
+from gaitsim.cli.plugins import check, new, show
 
 app = typer.Typer(
     name="plugins",
@@ -15,3 +15,4 @@ app = typer.Typer(
 app.command("list", cls=Command)(show.list_)
 app.command(cls=Command)(show.show)
 app.command(cls=Command)(check.check)
+app.command(cls=Command)(new.new)

@@ -1,0 +1,42 @@
+"""`gaitsim plugins new`."""
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def new(
+    name: Annotated[str, typer.Argument(help="What the plugin is to be called, such as hopper.")],
+    kind: Annotated[
+        str,
+        typer.Option(metavar="KIND", help="organism, fitness, selection, crossover or mutation."),
+    ] = "organism",
+) -> None:
+    """Write the package of a new plugin, which works as it is, into the folder NAME.
+
+    [bold]Examples[/bold]
+
+    gaitsim plugins new hopper
+
+    gaitsim plugins new sprint --kind fitness
+    """
+    from gaitsim.cli.console import output, visible
+    from gaitsim.scaffold import PREFIX, new_package
+
+    folder = new_package(name, kind, Path())
+    plugin = name.removeprefix(PREFIX)
+    source = folder / "src" / f"gaitsim_{plugin.replace('-', '_')}" / "__init__.py"
+    console = output()
+    console.print(visible(f"{folder}: the package of the {kind} {plugin!r}"), markup=False)
+    console.print("\nNext:")
+    ready = {"organism": f"gaitsim run {plugin}"}.get(
+        kind, f"gaitsim run spider --set {kind}.plugin={plugin}"
+    )
+    for command, what in (
+        (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "does it keep its contract?"),
+        (f"pip install -e ./{shlex.quote(str(folder))}", "once: what you edit counts at once"),
+        (ready, f"what it does; it is in {source}"),
+    ):
+        console.print(f"  {command}  # {what}", markup=False)
