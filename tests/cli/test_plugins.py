@@ -1,0 +1,162 @@
+"""`gaitsim plugins new` and `gaitsim plugins check` on the command line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+FIVE = {
+    "organism": {"x": "Body"},
+    "fitness": {"x": "Distance"},
+    "selection": {"x": "First"},
+    "crossover": {"x": "Solo"},
+    "mutation": {"x": "Still"},
+}
+
+
+def test_from_a_new_package_to_its_check(gaitsim):
+    said = gaitsim("plugins", "new", "hopper").stdout
+    assert "hopper: the package of the organism 'hopper'" in said
+    assert "gaitsim plugins check ./hopper" in said
+    assert "pip install -e ./hopper" in said
+    done = gaitsim("plugins", "check", "hopper", "--strict")
+    lines = done.stdout.splitlines()
+    assert [line.split()[:3] for line in lines] == [
+        ["✓", "organism", "hopper"],
+        ["✓", "fitness", "hopper-distance"],
+        ["✓", "experiments", "hopper"],
+    ]
+    assert "individuals a second" in lines[0]
+    assert done.stderr == ""
+
+
+def test_each_kind_says_how_it_is_used(gaitsim):
+    said = gaitsim("plugins", "new", "gaitsim-calm", "--kind", "mutation").stdout
+    assert "gaitsim run spider --set mutation.plugin=calm" in said
+    assert "gaitsim-calm/src/gaitsim_calm/__init__.py" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["Two Legs"], "'two-legs'"),
+        (["spider"], "the name 'spider' is taken"),
+        (["hopper", "--kind", "organsim"], "did you mean 'organism'?"),
+        (["there"], "there exists already"),
+    ],
+)
+def test_bad_input_writes_nothing(gaitsim, arguments, says):
+    Path("there").mkdir()
+    done = gaitsim("plugins", "new", *arguments, code=2)
+    assert done.stderr.startswith("Error: ")
+    assert says in done.stderr
+    assert [path.name for path in Path().iterdir()] == ["there"]
+
+
+def test_a_plugin_a_package_and_a_folder_are_checked(gaitsim, install, working):
+    install("fake", working, FIVE)
+    for reference, count in (("x", 5), ("fake", 5), ("rank", 1)):
+        done = gaitsim("plugins", "check", reference)
+        assert done.stdout.count("✓") == count
+        assert "✗" not in done.stdout
+
+
+BROKEN = """
+class X(Body):
+    legs: int = option(4, "")
+    def move(self, genomes):
+        return Motion(1.0, {"distance": genomes.T})
+"""
+
+
+def test_findings_end_with_exit_code_1(gaitsim, install, working):
+    install("fake", working + BROKEN, {"organism": {"x": "X", "y": "Body"}})
+    done = gaitsim("plugins", "check", "fake", code=1)
+    assert done.stdout.splitlines()[0].startswith("✗ organism x  fake 1.0")
+    for part in ("error: options", "expected:", "came:     legs has none", "mend:"):
+        assert part in done.stdout
+    assert "✓ organism y" in done.stdout
+    assert "Traceback" not in done.stderr
+
+
+def test_advice_counts_only_when_asked(gaitsim, install, working):
+    endless = "class X(Body):\n    legs: int = option(4, 'how many')\n"
+    install("fake", working + endless, {"organism": {"x": "X"}})
+    assert "legs takes any number" in gaitsim("plugins", "check", "x").stdout
+    gaitsim("plugins", "check", "x", "--strict", code=1)
+
+
+def test_json_is_one_object_a_line_whatever_a_plugin_prints(gaitsim, install, working):
+    prints = "print('hello')\n" + working
+    install("fake", prints, {"organism": {"x": "Body"}, "mutation": {"x": "Still"}})
+    lines = gaitsim("plugins", "check", "fake", "--json").stdout.splitlines()
+    first, second = map(json.loads, lines)
+    assert (first["kind"], first["name"], first["package"]) == ("organism", "x", "fake")
+    assert first["ok"]
+    (finding,) = first["findings"]
+    assert {*finding} == {"level", "rule", "expected", "came", "remedy"}
+    assert finding["rule"] == "standard output"
+    assert first["figures"]["individuals_per_second"] > 0
+    assert second["kind"] == "mutation"
+
+
+def test_a_time_limit(gaitsim, install, working):
+    loops = "class X(Still):\n    def mutate(self, *_):\n        while True: pass\n"
+    install("fake", working + loops, {"mutation": {"x": "X"}})
+    done = gaitsim("plugins", "check", "x", "--seconds", 2, code=1)
+    assert "it was still mutating children after 2 s" in done.stdout
+
+
+FOLDERS = {
+    "no pyproject": ({}, "cannot read"),
+    "no TOML": ({"pyproject.toml": "[project"}, "is no TOML"),
+    "no plugins": ({"pyproject.toml": "[project]\nname = 'x'\n"}, "registers no plugin"),
+    "no table": ({"pyproject.toml": "project = 3\n"}, "project is not a table"),
+    "an unknown kind": (
+        {"pyproject.toml": "[project.entry-points.'gaitsim.organsim']\nx = 'x:X'\n"},
+        "did you mean 'organism'?",
+    ),
+}
+
+
+@pytest.mark.parametrize(("files", "says"), FOLDERS.values(), ids=FOLDERS.keys())
+def test_a_folder_that_is_no_package_is_refused(gaitsim, files, says):
+    Path("there").mkdir()
+    for name, text in files.items():
+        Path("there", name).write_text(text)
+    done = gaitsim("plugins", "check", "./there", code=2)
+    assert done.stderr.startswith("Error: ")
+    assert says in done.stderr
+
+
+def test_a_folder_whose_module_is_missing(gaitsim):
+    gaitsim("plugins", "new", "hopper", "--kind", "mutation")
+    Path("hopper/src/gaitsim_hopper").rename("hopper/src/gaitsim_other")
+    done = gaitsim("plugins", "check", "hopper", code=1)
+    assert "No module named 'gaitsim_hopper'" in done.stdout
+
+
+def test_a_folder_goes_before_what_is_installed(gaitsim, install, working):
+    install("gaitsim_hopper", "1 / 0", {"mutation": {"hopper": "Hopper"}}, version="0.0.1")
+    Path("there").mkdir()
+    Path("there/pyproject.toml").write_text(
+        "[project]\nname = 'gaitsim-hopper'\nversion = '0.2'\n"
+        "[project.entry-points.'gaitsim.mutation']\nhopper = 'gaitsim_hopper:Still'\n"
+    )
+    Path("there/gaitsim_hopper.py").write_text(working)
+    done = gaitsim("plugins", "check", "./there")
+    assert "gaitsim-hopper 0.2" in done.stdout
+
+
+def test_a_name_of_a_rival_is_found(gaitsim, install, working):
+    gaitsim("plugins", "new", "hopper", "--kind", "mutation")
+    install("fake", working, {"mutation": {"hopper": "Still"}})
+    done = gaitsim("plugins", "check", "./hopper", code=1)
+    assert "error: name" in done.stdout
+    assert "registered by fake 1.0, too" in done.stdout
+
+
+def test_an_unknown_name_is_refused(gaitsim):
+    done = gaitsim("plugins", "check", "spidr", code=2)
+    assert "no plugin, package or folder is called 'spidr'" in done.stderr
+    assert "did you mean 'spider'?" in done.stderr
