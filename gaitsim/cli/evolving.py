@@ -11,10 +11,11 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+from gaitsim.cli.cluster import warn
 from gaitsim.cli.console import errors, notice
 from gaitsim.cli.progress import Display, display
 from gaitsim.cli.summary import summarise
-from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.runs.folder import command, resumable
 from gaitsim.runs.writer import RunWriter
 
@@ -57,6 +58,7 @@ def evolve_run(
     *,
     workers: int | None,
     json: bool,
+    cluster: Executor | None = None,
     overrides: Sequence[str] = (),
     generations: int | None = None,
     any_version: bool = False,
@@ -75,7 +77,7 @@ def evolve_run(
             ) as writer:
                 if writer.warning:
                     notice(f"Warning: {writer.warning}")
-                reason = _evolve(writer, display(writer, json), workers, interrupted)
+                reason = _evolve(writer, display(writer, json), workers, cluster, interrupted)
         except KeyboardInterrupt:
             _leave_at_once(path)
     if interrupted.wanted and not reason:
@@ -97,13 +99,20 @@ def _leave_at_once(path: Path) -> NoReturn:
 
 
 def _evolve(
-    writer: RunWriter, shown: Display, workers: int | None, interrupted: Interrupted
+    writer: RunWriter,
+    shown: Display,
+    workers: int | None,
+    cluster: Executor | None,
+    interrupted: Interrupted,
 ) -> str:
     """Evolve until a stop condition or the user stops it; why it ended, '' for the user."""
     if writer.done:
         return writer.done
     try:
-        with resumable(writer.path), Evaluator(writer.experiment, workers) as evaluator:
+        with (
+            resumable(writer.path),
+            Evaluator(writer.experiment, workers, warn, cluster) as evaluator,
+        ):
             _prepare(evaluator)
             _begin_stage(writer, evaluator, shown)
             with shown:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.run import Json, Set, Workers
+from gaitsim.cli.run import Dask, Json, Set, Workers
 
 
 def resume(
@@ -14,6 +14,7 @@ def resume(
     ] = None,
     set_: Set = None,
     workers: Workers = None,
+    dask: Dask = None,
     any_version: Annotated[
         bool,
         typer.Option(
@@ -36,14 +37,18 @@ def resume(
 
     gaitsim resume spider --set fitness.plugin=spider-classic --generations 400
     """
+    from gaitsim.cli.cluster import cluster
     from gaitsim.cli.evolving import evolve_run
     from gaitsim.runs.folder import find_run
 
-    evolve_run(
-        find_run(run),
-        workers=workers,
-        json=json,
-        overrides=set_ or (),
-        generations=generations,
-        any_version=any_version,
-    )
+    path = find_run(run)
+    with cluster(dask, workers) as executor:
+        evolve_run(
+            path,
+            workers=workers,
+            json=json,
+            cluster=executor,
+            overrides=set_ or (),
+            generations=generations,
+            any_version=any_version,
+        )

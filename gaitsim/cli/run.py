@@ -13,6 +13,14 @@ Workers = Annotated[
     int | None,
     typer.Option(min=1, max=1024, help="How many work at a time. Does not change the result."),
 ]
+Dask = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS|local",
+        help="Share the work over a Dask cluster: its scheduler's address, such as "
+        "tcp://host:8786, or 'local' for --workers of its own. Does not change the result.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object a line, for programs.")]
 
 
@@ -26,6 +34,7 @@ def run(
     seed: Annotated[int | None, typer.Option(help="Seed of all randomness.")] = None,
     set_: Set = None,
     workers: Workers = None,
+    dask: Dask = None,
     from_: Annotated[
         str | None,
         typer.Option(
@@ -59,7 +68,10 @@ def run(
     gaitsim run spider --from spider@120
 
     gaitsim run spider --from runs/spider/champions/generation-000012.pickle
+
+    gaitsim run walker --dask tcp://host:8786
     """
+    from gaitsim.cli.cluster import cluster
     from gaitsim.cli.evolving import evolve_run
     from gaitsim.experiment import load_experiment
     from gaitsim.runs.folder import create_run
@@ -76,4 +88,5 @@ def run(
     if from_ is not None:
         start = kept_individual(from_)
         check_start(loaded, start, f"--from {from_}")
-    evolve_run(create_run(loaded, out, start), workers=workers, json=json)
+    with cluster(dask, workers) as executor:
+        evolve_run(create_run(loaded, out, start), workers=workers, json=json, cluster=executor)

@@ -4,6 +4,7 @@ An individual's score depends on its own genome alone, so neither the number of 
 nor the order in which they finish changes a bit of the result.
 """
 
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from types import TracebackType
@@ -25,6 +26,7 @@ from gaitsim.evaluation.executors import (
 from gaitsim.evaluation.judge import Evaluation, joined, judge
 from gaitsim.evaluation.portable import Portable, prepare
 from gaitsim.evaluation.processes import Processes, Tell
+from gaitsim.evaluation.sharing import Sharing, measured
 from gaitsim.experiment import Experiment
 
 # Individuals a chunk of a compiled body: few enough for its arrays to stay in the cache.
@@ -36,12 +38,13 @@ class Evaluator:
     """Scores populations of one experiment; a context manager that ends its workers.
 
     A body that releases the interpreter's lock is moved in threads, any other in worker
-    processes when more than one worker is asked for.
+    processes where they are faster.
 
     Args:
         experiment: whose body and fitness to use.
-        workers: how many work at a time; None for every core where threads do, else 1.
-        tell: is told, for the user, of workers that died.
+        workers: how many work at a time; None for as many as there are cores.
+        tell: is told, for the user, of workers that died, and that those asked for idle.
+        cluster: workers elsewhere, for what is worth the way; whoever made it ends it.
     """
 
     def __init__(
@@ -49,18 +52,23 @@ class Evaluator:
         experiment: Experiment,
         workers: int | None = None,
         tell: Tell = lambda text: None,
+        cluster: Executor | None = None,
     ) -> None:
         self.experiment = experiment
-        self._threads = experiment.organism.threads
-        self.workers = workers or (cores() if self._threads else 1)
+        threads = experiment.organism.threads
+        self.workers = cluster.workers if cluster else workers or cores()
+        self._near: Executor = Here()
+        if threads and (cluster or self.workers > 1):
+            self._near = Threads(cores() if cluster else self.workers)
+        self._own = (
+            None if cluster or threads or self.workers == 1 else Processes(self.workers, tell)
+        )
+        self._far = cluster or self._own
+        wanted = cluster is not None or workers is not None
+        self._sharing = Sharing(self._near.workers, self.workers, begun=wanted)
+        self._paced = False
+        self._tell = tell if wanted else None
         self._portable = Portable(experiment)
-        self._executor: Executor
-        if self.workers == 1:
-            self._executor = Here()
-        elif self._threads:
-            self._executor = Threads(self.workers)
-        else:
-            self._executor = Processes(self.workers, tell)
 
     def __enter__(self) -> Self:
         return self
@@ -71,25 +79,55 @@ class Evaluator:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._executor.close()
+        self._near.close()
+        if self._own is not None:
+            self._own.close()
 
     def prepare(self) -> None:
         """Do once what the first generation would otherwise pay for, such as compiling.
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
+            GaitsimError: workers elsewhere lack a package, or have it in another version.
         """
         prepare(self.experiment)
+        if self._far is not None:
+            self._far.check([self.experiment])
+            start = time.perf_counter()
+            prepare(self.experiment)  # once more: compiling is not what moving costs
+            self._sharing.line.learn(1, time.perf_counter() - start)
+
+    def evaluate(self, genomes: Genomes) -> Evaluation:
+        """Score genomes, (population, genes).
+
+        Raises:
+            PluginError: the body or the fitness fails or breaks its contract.
+            GaitsimError: workers died over the same individuals again and again, or those
+                elsewhere cannot be reached any more.
+        """
+        chunks = self._chunks(len(genomes))
+        if chunks > 1 and self._far is not None:
+            return self._there(self._far, np.array_split(genomes, chunks))
+        start = time.perf_counter()
+        parts = self._near.map(partial(judge, self.experiment), self._cut(genomes))
+        seconds = time.perf_counter() - start
+        self._sharing.line.learn(len(genomes), seconds, self._near.workers)
+        return joined(self.experiment, parts)
 
     def map(
-        self, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
+        self,
+        function: Callable[[Experiment, Task], Result],
+        tasks: Sequence[Task],
+        individuals: int = 0,
     ) -> list[Result]:
         """Do something else with the experiment over the same workers.
 
         Args:
             function: is called with the experiment and a task; a function of a module, or
                 a `functools.partial` of one. What it gives depends on these two alone.
-            tasks: picklable, as are the results.
+            tasks: picklable, as are the results. Both stay as they are.
+            individuals: how many are moved for a task, by which it is decided whether
+                workers pay; 0 where that is not known, for workers if there are any.
 
         Returns:
             The results in the tasks' order.
@@ -97,8 +135,47 @@ class Evaluator:
         Raises:
             GaitsimError: the function did, or a task ended its workers again and again.
         """
+        shared = self._chunks(len(tasks) * individuals) > 1 if individuals else self._far
+        if self._far is not None and shared and len(tasks) > 1:
+            return self._over(self._far, function, tasks)
+        return self._near.map(partial(function, self.experiment), tasks)
+
+    def _cut(self, genomes: Genomes) -> list[Genomes]:
+        """The chunks for this process."""
+        workers = self._near.workers
+        if isinstance(self._near, Here):
+            return [genomes]
+        rounds = -(-len(genomes) // (workers * IN_CACHE))
+        return np.array_split(genomes, min(workers * rounds, len(genomes)))
+
+    def _chunks(self, individuals: int) -> int:
+        """How many chunks workers get; 1 where they would not be faster."""
+        if self._far is None:
+            return 1
+        chunks = self._sharing.chunks(individuals)
+        if chunks > 1 and not self._paced:
+            self._sharing.pace, self._paced = measured(self._far), True
+            chunks = self._sharing.chunks(individuals)
+        if chunks == 1 and self._tell is not None and self._sharing.line.known:
+            self._tell(
+                f"{self.workers} workers would not be faster here, where moving {individuals:,} "
+                f"individuals takes {1000 * self._sharing.alone(individuals):.2g} ms; they idle"
+            )
+            self._tell = None
+        return chunks
+
+    def _there(self, far: Executor, chunks: Sequence[Genomes]) -> Evaluation:
+        results = self._over(far, _timed, chunks)
+        individuals = sum(map(len, chunks)) / len(chunks)
+        seconds = sum(seconds for seconds, _ in results) / len(chunks)
+        self._sharing.line.learn(individuals, seconds)
+        return joined(self.experiment, [part for _, part in results])
+
+    def _over(
+        self, far: Executor, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
+    ) -> list[Result]:
         try:
-            return self._executor.map(partial(_apply, self._portable, function), tasks)
+            return far.map(partial(_apply, self._portable, function), tasks)
         except WorkerLostError as error:
             entry = self.experiment.entries["organism"]
             raise GaitsimError(
@@ -106,19 +183,14 @@ class Evaluator:
                 remedy="with --workers 1 the reason may show; fewer workers need less memory",
             ) from None
 
-    def evaluate(self, genomes: Genomes) -> Evaluation:
-        """Score genomes, (population, genes).
-
-        Raises:
-            PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: worker processes died over the same individuals again and again.
-        """
-        rounds = -(-len(genomes) // (self.workers * IN_CACHE)) if self._threads else 1
-        chunks = np.array_split(genomes, min(self.workers * rounds, len(genomes)))
-        return joined(self.experiment, self.map(judge, chunks))
-
 
 def _apply(
     portable: Portable, function: Callable[[Experiment, Task], Result], task: Task
 ) -> Result:
     return function(portable.experiment, task)
+
+
+def _timed(experiment: Experiment, genomes: Genomes) -> tuple[float, Evaluation]:
+    start = time.perf_counter()
+    evaluation = judge(experiment, genomes)
+    return time.perf_counter() - start, evaluation

@@ -6,12 +6,13 @@ What an executor is given and gives back is picklable: a function of a module, o
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from types import TracebackType
 from typing import Self, TypeVar
 
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Experiment
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -64,6 +65,13 @@ class Executor(ABC):
         """
         results = dict(self.each(function, tasks))
         return [results[place] for place in range(len(tasks))]
+
+    def check(self, experiments: Iterable[Experiment]) -> None:  # noqa: B027 - few need it
+        """See that the workers have the packages of experiments, in the versions of here.
+
+        Raises:
+            GaitsimError: they have not; names each package and both versions.
+        """
 
     @abstractmethod
     def close(self) -> None:

@@ -3,12 +3,14 @@
 import multiprocessing
 import os
 import signal
+import socket
 import threading
 from functools import lru_cache
 
 import numpy as np
 
 from gaitsim.evaluation.judge import judge
+from gaitsim.evaluation.packages import compare, installed_among, needed
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import containing
 
@@ -22,26 +24,37 @@ class Portable:
 
     def __init__(self, experiment: Experiment) -> None:
         self._experiment: Experiment | None = experiment
-        self._toml = experiment.to_toml()
+        self._state: State | None = None
 
-    def __getstate__(self) -> str:
-        return self._toml
+    def __getstate__(self) -> "State":
+        if self._state is None:
+            experiment = self.experiment
+            self._state = experiment.to_toml(), tuple(needed([experiment]).items())
+        return self._state
 
-    def __setstate__(self, toml: str) -> None:
-        self._experiment, self._toml = None, toml
+    def __setstate__(self, state: "State") -> None:
+        self._experiment, self._state = None, state
 
     @property
     def experiment(self) -> Experiment:
         """The experiment, ready to be judged by; where it came from, the very same.
 
         Raises:
-            GaitsimError: this process lacks a plugin of it, or its body fails.
+            GaitsimError: this process lacks a package of it, or has another version; or its
+                body fails.
         """
-        return self._experiment or _made(self._toml)
+        return self._experiment or _made(*self.__getstate__())
+
+
+State = tuple[str, tuple[tuple[str, str], ...]]
+"""An experiment's TOML, and the packages that it needs with their versions."""
 
 
 @lru_cache(maxsize=4)
-def _made(toml: str) -> Experiment:
+def _made(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
+    # Workers may have joined after all were asked for their packages.
+    here = installed_among(name for name, _ in packages)
+    compare(dict(packages), {f"worker on {socket.gethostname()}": here})
     experiment = parse_experiment(toml, "the experiment")
     prepare(experiment)
     return experiment

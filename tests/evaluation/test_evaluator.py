@@ -7,7 +7,7 @@ import pytest
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, judge
 from gaitsim.evaluation import evaluator as module
-from gaitsim.evaluation.executors import cores
+from gaitsim.evaluation.sharing import Sharing
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import containing
@@ -56,20 +56,86 @@ def test_no_chunk_is_empty_and_none_outgrows_the_cache(puppet, puppets, monkeypa
         assert len(sizes) % workers == 0 or len(sizes) == population
 
 
-def test_bodies_in_plain_python_get_one_worker_unless_more_are_asked_for(puppet):
-    with Evaluator(puppet()) as evaluator:
-        assert evaluator.workers == 1
-    with Evaluator(load_experiment("spider-recurrence")) as evaluator:
-        assert evaluator.workers == cores()
+@pytest.fixture
+def shared(monkeypatch):
+    """Workers get every population, whether they pay or not."""
+    monkeypatch.setattr(Sharing, "chunks", lambda self, individuals: min(individuals, 3))
 
 
-def test_processes_give_the_same_bits_as_none(puppet, installed):
+def test_processes_give_the_same_bits_as_none(puppet, installed, shared):
     genomes = first_population(puppet("evolution.population=7"), puppet().space())
     with Evaluator(puppet(), 2) as evaluator:
         assert_same(evaluator.evaluate(genomes), judge(puppet(), genomes))
 
 
-def test_a_plugin_that_fails_in_a_worker_is_named(puppet, installed):
+SLOW = """
+import os, time
+from gaitsim.contracts import option
+from gaitsim_puppets import Puppet
+class Slow(Puppet):
+    cost: float = option(0.0, "of moving an individual", unit="s", ge=0)
+    def move(self, genomes):
+        time.sleep(self.cost * len(genomes))
+        return super().move(genomes)
+"""
+
+
+@pytest.fixture
+def slow(puppet, installed, install, monkeypatch):
+    folder = install("slow", SLOW, {"organism": {"slow": "Slow"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+    return lambda cost: puppet("organism.plugin=slow", f"organism.cost={cost}")
+
+
+def chunks(evaluator, population=40):
+    """How many chunks a population of puppets is cut into."""
+    over = evaluator._over
+    counts = []
+
+    def counted(far, function, tasks):
+        counts.append(len(tasks))
+        return over(far, function, tasks)
+
+    evaluator._over = counted
+    evaluator.evaluate(np.zeros((population, 3)))
+    evaluator._over = over
+    return sum(counts) or 1
+
+
+def test_costly_bodies_are_shared_when_workers_are_asked_for(slow):
+    told = []
+    with Evaluator(slow(0.01), 2, told.append) as evaluator:
+        evaluator.prepare()
+        assert chunks(evaluator) == 1  # which tells what many take
+        assert chunks(evaluator) >= 2
+    assert not told
+
+
+def test_cheap_bodies_are_not_shared_and_it_is_told_once(puppet):
+    told = []
+    with Evaluator(puppet(), 2, told.append) as evaluator:
+        evaluator.prepare()
+        assert [chunks(evaluator) for _ in range(3)] == [1, 1, 1]
+    assert len(told) == 1
+    assert "2 workers would not be faster here" in told[0]
+
+
+def test_no_workers_are_begun_unasked_before_they_would_have_paid(slow, monkeypatch):
+    monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
+    told = []
+    with Evaluator(slow(0.01), None, told.append) as evaluator:
+        evaluator.prepare()
+        # 0.4 s alone, about 0.2 s shared: 1.5 s are lost in the eighth.
+        counts = [chunks(evaluator) for _ in range(12)]
+    assert counts[:5] == [1] * 5
+    assert counts[-1] >= 2
+    with Evaluator(slow(0.0), None, told.append) as evaluator:
+        evaluator.prepare()
+        assert chunks(evaluator) == 1
+    assert not told  # nothing was asked for
+
+
+def test_a_plugin_that_fails_in_a_worker_is_named(puppet, installed, shared):
     with Evaluator(puppet(), 2) as evaluator:
         with pytest.raises(PluginError, match=r"package gaitsim-puppets 1\.0") as error:
             evaluator.evaluate(np.zeros((4, 2)).astype(str))
@@ -78,7 +144,7 @@ def test_a_plugin_that_fails_in_a_worker_is_named(puppet, installed):
         assert evaluator.evaluate(np.zeros((4, 3))).scores.tolist() == [0, 0, 0, 0]
 
 
-def test_a_worker_that_cannot_begin_says_why(puppet, capfd, monkeypatch):
+def test_a_worker_that_cannot_begin_says_why(puppet, capfd, monkeypatch, shared):
     experiment = puppet()
     monkeypatch.setattr(sys, "path", [path for path in sys.path if "puppets" not in path])
     with (
@@ -101,7 +167,7 @@ class Fatal(Puppet):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_a_body_that_kills_its_workers_is_named(puppet, installed, install, monkeypatch):
+def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, install, monkeypatch):
     folder = install("fatal", FATAL, {"organism": {"fatal": "Fatal"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     told = []

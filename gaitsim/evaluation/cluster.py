@@ -1,0 +1,186 @@
+"""Tasks on a Dask cluster: another's, or one of our own on this machine."""
+
+import logging
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError, cores
+from gaitsim.evaluation.packages import asking, compare, needed
+from gaitsim.evaluation.processes import Tell
+from gaitsim.experiment import Experiment
+
+LOCAL = "local"
+ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.")
+PATIENCE = 10  # seconds for a scheduler to answer, and for its first worker to come
+
+
+class Cluster(Executor):
+    """The workers of a Dask scheduler.
+
+    A Dask cluster is trusted: scheduler and workers may run any code here, and this
+    program may run any code there.
+
+    Args:
+        address: of the scheduler, such as 'tcp://host:8786'; or 'local' for workers of
+            our own on this machine, which end with this process, however it ends.
+        workers: how many, with 'local'; None for one each core.
+        tell: is told of workers that were lost.
+
+    Raises:
+        GaitsimError: Dask is not installed, or the scheduler cannot be reached or has no
+            workers, or `workers` is given beside an address.
+    """
+
+    def __init__(
+        self, address: str, workers: int | None = None, tell: Tell = lambda text: None
+    ) -> None:
+        if workers is not None and address != LOCAL:
+            raise GaitsimError(
+                f"--workers {workers} and --dask {address} do not go together",
+                allowed="--workers with --dask local; a cluster has the workers that it has",
+            )
+        if address != LOCAL and not ADDRESS.match(address):
+            raise _unreachable(address, "it is no address")
+        self.address = address
+        self._tell = tell
+        self._closing = False
+        self._own: Any = None
+        distributed = _distributed()
+        self._logged = logging.getLogger("distributed").level
+        # What goes wrong is told by our messages; its own would stand among them.
+        logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)
+        try:
+            where = self._begin(distributed, workers or cores()) if address == LOCAL else address
+            self._client = self._connect(distributed, where)
+        except BaseException:
+            self.close()
+            raise
+        self.workers = sum(self._client.nthreads().values())
+
+    def _begin(self, distributed: Any, workers: int) -> Any:
+        import dask
+
+        with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS - 1}):
+            self._own = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address=None,
+                silence_logs=logging.CRITICAL + 1,
+                preload=["gaitsim.evaluation.preload"],
+            )
+        return self._own
+
+    def _connect(self, distributed: Any, where: Any) -> Any:
+        try:
+            client = distributed.Client(where, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError, TypeError, ImportError) as error:
+            raise _unreachable(self.address, str(error) or type(error).__name__) from None
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            client.close()
+            raise GaitsimError(
+                f"the Dask scheduler at {self.address} has no workers",
+                remedy=f"start some: dask worker {self.address} --nthreads 1 --nworkers auto",
+            ) from None
+        client.subscribe_topic("all", self._hear)
+        return client
+
+    def _hear(self, event: tuple[float, Any]) -> None:
+        """Be told what happens in the cluster."""
+        _, news = event
+        lost = isinstance(news, dict) and news.get("action") == "remove-worker"
+        if lost and not news.get("expected") and not self._closing:
+            self._tell("a Dask worker was lost; what it did is done again by another")
+
+    def check(self, experiments: Iterable[Experiment]) -> None:
+        """See that all workers have the packages of experiments, in the versions of here."""
+        here = needed(experiments)
+        ask = asking(here)
+        with self._reaching():
+            there = {
+                **{f"worker {name}": found for name, found in self._client.run(ask).items()},
+                # It reads the tasks, too, on their way.
+                "scheduler": self._client.run_on_scheduler(ask),
+            }
+        compare(here, there)
+
+    def each(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Iterator[tuple[int, Result]]:
+        """Hand all tasks to the scheduler."""
+        distributed = _distributed()
+        with self._reaching():
+            futures = self._client.map(function, tasks, pure=False)
+        places = {future.key: place for place, future in enumerate(futures)}
+        try:
+            done = distributed.as_completed(futures, self._client.loop, with_results=True)
+            del futures  # each is let go, and with it its result, when it was seen
+            while places:
+                with self._reaching():
+                    future, result = next(done)
+                yield places.pop(future.key), result
+        finally:
+            if places:
+                with suppress(Exception):
+                    done.clear()
+
+    def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
+        """The results in the tasks' order, fetched at one stroke."""
+        with self._reaching():
+            futures = self._client.map(function, tasks, pure=False)
+            return list(self._client.gather(futures))
+
+    @contextmanager
+    def _reaching(self) -> Iterator[None]:
+        """Tell of a scheduler that is gone, and of a task that ends its workers."""
+        from concurrent.futures import CancelledError
+
+        from distributed import KilledWorker
+        from distributed.comm.core import CommClosedError
+
+        try:
+            yield
+        except KilledWorker as error:
+            deaths = error.allowed_failures + 1
+            raise WorkerLostError(f"{deaths} Dask workers died over the same work") from None
+        except (CancelledError, CommClosedError, TimeoutError):
+            raise GaitsimError(
+                f"the connection to the Dask scheduler at {self.address} was lost",
+                remedy="see that the scheduler runs",
+            ) from None
+
+    def close(self) -> None:
+        """Leave the cluster; workers of our own are ended."""
+        self._closing = True
+        with suppress(Exception):  # what is lost already cannot be closed
+            self._client.close(timeout=2)
+        if self._own is not None:
+            with suppress(Exception):
+                self._own.close(timeout=5)
+        logging.getLogger("distributed").setLevel(self._logged)
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ModuleNotFoundError:
+        raise GaitsimError(
+            "--dask needs the package distributed, which is not installed",
+            remedy="pip install 'gaitsim[dask]'",
+        ) from None
+    return distributed
+
+
+def _unreachable(address: str, reason: str) -> GaitsimError:
+    return GaitsimError(
+        f"no Dask scheduler can be reached at {address!r}: {reason}",
+        where="--dask",
+        allowed="'local', or the address that 'dask scheduler' prints, such as tcp://host:8786",
+        remedy="see that the scheduler runs and that this machine may reach it",
+    )

@@ -1,0 +1,164 @@
+"""Whether it pays to share a population among workers, and in how many chunks.
+
+    here:    first + (n − 1) · more
+    shared:  latency + chunks · task + rounds · (first + (⌈n / chunks⌉ − 1) · more)
+
+with rounds = ⌈chunks / workers⌉. All are measured while a run goes on: `first` and `more`
+of the body, as one individual costs more than each further one where a body moves whole
+arrays; `latency` and `task` of the workers, by tasks that do nothing.
+"""
+
+import time
+from dataclasses import dataclass
+from math import ceil
+
+from gaitsim.evaluation.executors import Executor
+
+GAIN = 0.9
+"""Sharing pays where it takes less than this part of the time."""
+
+STARTUP = 1.5
+"""Seconds that worker processes take to begin: imports, and loading compiled code."""
+
+PINGS = 64  # tasks at the most, to measure the workers by
+
+
+@dataclass(frozen=True)
+class Pace:
+    """What sharing costs beyond the work, seconds.
+
+    Attributes:
+        latency: once a population.
+        task: once a chunk.
+    """
+
+    latency: float
+    task: float
+
+
+PROCESSES = Pace(0.0005, 0.0003)
+"""Of worker processes that are not begun yet."""
+
+
+def measured(executor: Executor) -> Pace:
+    """The pace of workers, which are begun by it."""
+    many = min(2 * executor.workers, PINGS)
+    executor.map(_ping, range(many))
+    one = min(_seconds(executor, 1) for _ in range(5))
+    task = max(0.0, min(_seconds(executor, many) for _ in range(3)) - one) / (many - 1)
+    return Pace(max(0.0, one - task), task)
+
+
+def _ping(task: int) -> int:
+    return task
+
+
+def _seconds(executor: Executor, tasks: int) -> float:
+    start = time.perf_counter()
+    executor.map(_ping, range(tasks))
+    return time.perf_counter() - start
+
+
+class Line:
+    """How long one worker takes over a population, by its size, as far as is known. Seconds.
+
+    Attributes:
+        known: whether any but a single individual was timed.
+    """
+
+    def __init__(self) -> None:
+        self.first = self.more = 0.0
+        self.known = False
+
+    def learn(self, individuals: float, seconds: float, workers: int = 1) -> None:
+        """Take in a measurement; later ones count for more, as genomes change.
+
+        A lower one counts wholly: what else the machine does only adds to it.
+
+        Args:
+            individuals: how many were moved.
+            seconds: it took.
+            workers: among how many in one process they were shared.
+        """
+        if individuals <= 1:
+            self.first = min(self.first, seconds) if self.first else seconds
+            return
+        self.first = min(self.first, seconds)
+        more = (seconds - self.first) * workers / (individuals - 1)
+        self.more = min(more, (self.more + more) / 2) if self.known else more
+        self.known = True
+
+    def seconds(self, individuals: int, workers: int = 1) -> float:
+        """What to expect; while only one individual was timed, the most that it can be."""
+        more = self.more if self.known else self.first
+        return self.first + (individuals - 1) * more / workers
+
+
+@dataclass(frozen=True)
+class Shares:
+    """A way to cut a population, and the seconds it is expected to take."""
+
+    chunks: int
+    seconds: float
+
+
+def best_shares(individuals: int, workers: int, line: Line, pace: Pace) -> Shares:
+    """The best number of chunks, two or more.
+
+    Of those that take about as long the largest, as it evens out that some individuals take
+    longer than others.
+    """
+    wanted = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 3, 4))}
+    numbers = sorted({min(max(number, 2), individuals) for number in wanted})
+    ways = [
+        Shares(
+            number,
+            pace.latency
+            + number * pace.task
+            + ceil(number / workers) * line.seconds(ceil(individuals / number)),
+        )
+        for number in numbers
+    ]
+    least = min(way.seconds for way in ways)
+    return max((way for way in ways if way.seconds <= 1.05 * least), key=lambda way: way.chunks)
+
+
+class Sharing:
+    """Decides, population by population, whether workers get it.
+
+    Attributes:
+        line: what is known of the body.
+        pace: of the workers.
+        begun: whether they are there already, or are wanted whatever their beginning costs.
+
+    Args:
+        near: how many work at a time where the work is not shared.
+        workers: how many would, if it were.
+    """
+
+    def __init__(self, near: int, workers: int, begun: bool) -> None:
+        self.line, self.pace, self.begun = Line(), PROCESSES, begun
+        self._near, self._workers = near, workers
+        self._lost = 0.0  # seconds that workers would have saved so far
+
+    def alone(self, individuals: int) -> float:
+        """Seconds that a population is expected to take where it is not shared."""
+        return self.line.seconds(individuals, self._near)
+
+    def chunks(self, individuals: int) -> int:
+        """Into how many chunks to cut a population; 1 where it is not to be shared.
+
+        Workers that are not begun are begun when they would have saved what that takes:
+        so the beginning at the most doubles what a run loses without them.
+        """
+        # One individual does not tell what many take, unless it is very long.
+        if individuals < 2 or (not self.line.known and self.alone(individuals) < STARTUP):
+            return 1
+        shares = best_shares(individuals, self._workers, self.line, self.pace)
+        saved = self.alone(individuals) - shares.seconds
+        if shares.seconds > GAIN * self.alone(individuals):
+            return 1
+        if not self.begun:
+            self._lost += saved
+            self.begun = self._lost > STARTUP
+        return shares.chunks if self.begun else 1
