@@ -25,7 +25,7 @@ class Distance(Fitness):
         ge=0,
     )
     impact_weight: float = option(
-        4.0, "price of a root mean square load on the feet of twice its mean", unit="m", ge=0
+        5.0, "price of a root mean square load on the feet of twice its mean", unit="m", ge=0
     )
     low_altitude: float = option(
         0.85, "share of the altitude at the start below which the torso is low", ge=0, le=1
