@@ -1,0 +1,114 @@
+"""Build the documentation's site: `python docs_build/build.py`; the pages are then in site/.
+
+The pages in docs/ are read on code hosts, too. So those that are made, and those that lie outside
+docs/, are put beside copies of them in build/docs, and links to them are bent there.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import commands
+import parts
+
+ROOT = Path(__file__).parents[1]
+STAGE = ROOT / "build" / "docs"
+OUTSIDE = {
+    "../CHANGELOG.md": "changelog.md",
+    "../benchmarks/README.md": "benchmarks.md",
+    "../data/SOURCES.md": "sources.md",
+    "../README.md": "index.md",
+}
+"""Files outside docs/ that its pages link to, and what they are called on the site."""
+
+API = {
+    "api.md": (
+        "# Python: the whole API",
+        [
+            "gaitsim.notebook.evolve",
+            "gaitsim.notebook.load",
+            "gaitsim.notebook.Search",
+            "gaitsim.notebook.Run",
+            "gaitsim.notebook.Individual",
+            "gaitsim.experiment.load_experiment",
+            "gaitsim.experiment.Experiment",
+            "gaitsim.evolution.Generation",
+            "gaitsim.evaluation.Evaluation",
+            "gaitsim.errors.GaitsimError",
+        ],
+    ),
+    "contracts.md": (
+        "# Contracts of plugins",
+        [
+            "gaitsim.contracts.Plugin",
+            "gaitsim.contracts.option",
+            "gaitsim.contracts.Organism",
+            "gaitsim.contracts.Fitness",
+            "gaitsim.contracts.Selection",
+            "gaitsim.contracts.Crossover",
+            "gaitsim.contracts.Mutation",
+            "gaitsim.contracts.RealSpace",
+            "gaitsim.contracts.BitSpace",
+            "gaitsim.contracts.GenomeSpace",
+            "gaitsim.contracts.Motion",
+            "gaitsim.contracts.Measure",
+            "gaitsim.contracts.Skeleton",
+        ],
+    ),
+}
+"""Pages made from docstrings: their headings, and whose."""
+
+
+def stage() -> None:
+    """Gather all pages of the site in `STAGE`."""
+    shutil.rmtree(STAGE, ignore_errors=True)
+    shutil.copytree(ROOT / "docs", STAGE)
+    for page in STAGE.glob("*.md"):
+        page.write_text(_bent(page.read_text()))
+    for source, name in OUTSIDE.items():
+        if name != "index.md":
+            page = ROOT / source.removeprefix("../")
+            (STAGE / name).write_text(_inward(page.read_text(), page.parent))
+    shutil.copy(ROOT / "docs_build" / "site.css", STAGE)
+    (STAGE / "commands.md").write_text(commands.page())
+    (STAGE / "parts.md").write_text(parts.page())
+    for name, (heading, objects) in API.items():
+        (STAGE / name).write_text("\n\n".join([heading, *(f"::: {one}" for one in objects)]) + "\n")
+
+
+def _bent(text: str) -> str:
+    """A page of docs/ whose links to files outside go to their copies."""
+    for source, name in OUTSIDE.items():
+        text = text.replace(f"]({source}", f"]({name}")
+    return text
+
+
+def _inward(text: str, folder: Path) -> str:
+    """A page from outside docs/: links into docs/ lose the folder, others become plain text."""
+
+    def link(found: re.Match[str]) -> str:
+        words, target = found.groups()
+        if re.match(r"https?:|#", target):
+            return found[0]
+        path = (folder / target.partition("#")[0]).resolve()
+        if path.parent == ROOT / "docs":
+            return f"[{words}]({path.name}{target[len(target.partition('#')[0]) :]})"
+        return words
+
+    return re.sub(r"\[([^\]]+)\]\(([^)\s]+)\)", link, text)
+
+
+def main() -> int:
+    """Stage and build; the exit code of the builder, which a warning makes 1."""
+    stage()
+    shutil.rmtree(ROOT / "site", ignore_errors=True)
+    builder = [sys.executable, "-m", "zensical", "build", "--strict", "--clean"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "docs_build")}
+    return subprocess.run(builder, cwd=ROOT, env=environment, check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,132 @@
+"""The command reference, made of the commands themselves."""
+
+import html
+import inspect
+import re
+import types
+import typing
+from collections.abc import Callable, Iterator
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import typer
+from typer.models import ArgumentInfo, OptionInfo
+
+from gaitsim.cli.app import app
+
+HEAD = """# Commands
+
+Made from the commands themselves; `gaitsim COMMAND --help` says the same in the terminal. A mistake
+ends with one message that says what was wrong, where, what is allowed and what to do, and with
+exit code 2. Ctrl-C ends with 130.
+"""
+TYPES = {int: "N", float: "NUMBER", Path: "PATH", str: "TEXT"}
+
+
+def page() -> str:
+    """The page in Markdown: every command with its arguments, options, defaults and examples."""
+    parts = [HEAD]
+    for name, function in commands(app, "gaitsim"):
+        parts += _command(name, function)
+    return "\n".join(parts) + "\n"
+
+
+def commands(group: typer.Typer, name: str) -> Iterator[tuple[str, Callable[..., Any]]]:
+    """Every command of a group and of the groups in it: its words, and its function."""
+    for command in group.registered_commands:
+        if command.callback is not None and not command.hidden:
+            yield f"{name} {command.name or command.callback.__name__}", command.callback
+    for inner in group.registered_groups:
+        if inner.typer_instance is not None:
+            inner_name = inner.name if isinstance(inner.name, str) else ""
+            inner_name = inner_name or str(inner.typer_instance.info.name)
+            yield from commands(inner.typer_instance, f"{name} {inner_name}")
+
+
+def _command(name: str, function: Callable[..., Any]) -> Iterator[str]:
+    about, _, examples = inspect.cleandoc(function.__doc__ or "").partition("[bold]Example")
+    rows = [_Row(one) for one in inspect.signature(function, eval_str=True).parameters.values()]
+    arguments = [row for row in rows if isinstance(row.info, ArgumentInfo)]
+    options = [row for row in rows if isinstance(row.info, OptionInfo) and not row.info.hidden]
+    usage = [name, *(["[OPTIONS]"] if options else []), *(row.metavar for row in arguments)]
+    yield f"## {name}\n\n{_plain(about)}\n\n```text\n{' '.join(usage)}\n```\n"
+    if arguments:
+        yield "| argument | what it is |\n| --- | --- |"
+        yield from (f"| {_code(row.metavar)} | {row.meaning} |" for row in arguments)
+        yield ""
+    if options:
+        yield "| option | what it does | default |\n| --- | --- | --- |"
+        yield from (f"| {row.names} | {row.meaning} | {row.default} |" for row in options)
+        yield ""
+    lines = [line.strip() for line in examples.splitlines()[1:] if line.strip()]
+    if lines:
+        yield "```sh\n" + "\n".join(lines) + "\n```\n"
+
+
+class _Row:
+    """A parameter of a command's function, as a row of a table says it."""
+
+    def __init__(self, parameter: inspect.Parameter) -> None:
+        self._parameter = parameter
+        annotated = typing.get_args(parameter.annotation)
+        self._type = _bare(annotated[0])
+        self.info: Any = annotated[1]
+
+    @property
+    def metavar(self) -> str:
+        if self.info.metavar:
+            word = str(self.info.metavar)
+        elif isinstance(self.info, ArgumentInfo):
+            word = self._parameter.name.upper()
+        elif isinstance(self._type, type) and issubclass(self._type, Enum):
+            word = "|".join(str(member.value) for member in self._type)
+        else:
+            word = TYPES.get(self._type, "")
+        optional = isinstance(self.info, ArgumentInfo) and self._parameter.default is None
+        return f"[{word}]" if optional else word
+
+    @property
+    def names(self) -> str:
+        # Typer keeps the first name that is declared where a default could stand.
+        declared = [self.info.default, *(self.info.param_decls or ())]
+        names = [name for name in declared if isinstance(name, str)]
+        flag = self._type is bool
+        if not names:
+            word = self._parameter.name.replace("_", "-")
+            names = [f"--{word}", f"--no-{word}"] if flag else [f"--{word}"]
+        code = ", ".join(map(_code, names))
+        return code if flag or not self.metavar else f"{code} {_escaped(self.metavar)}"
+
+    @property
+    def meaning(self) -> str:
+        return _escaped(_plain(self.info.help or ""))
+
+    @property
+    def default(self) -> str:
+        default = self._parameter.default
+        if default is inspect.Parameter.empty:
+            return "required"
+        if default is None or default is False:
+            return ""
+        return _code(str(getattr(default, "value", "on" if default is True else default)))
+
+
+def _bare(annotation: Any) -> Any:
+    """The type of one value: of `list[str] | None` it is str."""
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        annotation = next(one for one in typing.get_args(annotation) if one is not type(None))
+    return typing.get_args(annotation)[0] if typing.get_origin(annotation) is list else annotation
+
+
+def _plain(text: str) -> str:
+    """A help text without Rich's markup."""
+    return re.sub(r"\[/?(bold|italic|dim)\]", "", text).strip()
+
+
+def _escaped(text: str) -> str:
+    return html.escape(text, quote=False).replace("|", "&#124;")
+
+
+def _code(text: str) -> str:
+    return f"<code>{_escaped(text)}</code>"

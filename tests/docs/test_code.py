@@ -1,0 +1,81 @@
+"""The Python in the documentation works as it stands, page by page."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+NOT_RUN = "<!-- not run -->"
+"""A comment before a block of Python that cannot run by itself, such as a part of a file."""
+
+NUMBER = re.compile(r"-?\d+(\.\d+)?")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of Python: its code, its first line in the page, and what it is said to print."""
+
+    code: str
+    line: int
+    prints: str
+
+
+def blocks(text: str) -> Iterator[Block]:
+    """The blocks of Python in a page that are to be run."""
+    fence = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+    found = list(fence.finditer(text))
+    for number, one in enumerate(found):
+        before = text[: one.start()].rstrip()
+        if one[1] != "python" or before.endswith(NOT_RUN):
+            continue
+        after = found[number + 1] if number + 1 < len(found) else None
+        between = text[one.end() : after.start()].strip() if after else ""
+        prints = after[2] if after and after[1] == "text" and between == "prints" else ""
+        yield Block(one[2], text[: one.start()].count("\n") + 2, prints)
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which a spider was evolved, as the pages take for granted."""
+    import gaitsim as gs
+
+    folder = tmp_path_factory.mktemp("docs")
+    for _ in gs.evolve("spider", generations=4, population=40, out=folder / "runs" / "spider"):
+        pass
+    return folder
+
+
+@pytest.mark.parametrize(
+    "page",
+    [page for page in PAGES if any(blocks(page.read_text()))],
+    ids=lambda page: page.name,
+)
+def test_the_python_of_a_page_runs(
+    page: Path,
+    runs: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(runs)
+    names: dict[str, object] = {"__name__": page.stem}
+    for block in blocks(page.read_text()):
+        # Lines of errors are those of the page.
+        code = compile("\n" * (block.line - 1) + block.code, str(page), "exec")
+        capsys.readouterr()
+        exec(code, names)
+        printed = capsys.readouterr().out
+        if block.prints:
+            # The last digits may be others on another processor.
+            assert NUMBER.sub("#", printed) == NUMBER.sub("#", block.prints)
+
+
+def test_blocks_are_found() -> None:
+    page = (
+        "```python\na\n```\n\nprints\n\n```text\n1\n```\n\n"
+        f"{NOT_RUN}\n```python\nb\n```\n\n```sh\nc\n```\n\n```python\nd\n```\n"
+    )
+    assert list(blocks(page)) == [Block("a\n", 2, "1\n"), Block("d\n", 21, "")]

@@ -1,0 +1,96 @@
+"""What the site is built from: its pages, and those that are made."""
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from typer.testing import CliRunner
+
+from gaitsim import options
+from gaitsim.registry import KINDS, entries, load_class
+
+ROOT = Path(__file__).parents[2]
+BUILD = ROOT / "docs_build"
+RUNNER = CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1", "TERM": "dumb"})
+
+
+def module(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """A script of docs_build, which is no package."""
+    monkeypatch.syspath_prepend(BUILD)
+    spec = importlib.util.spec_from_file_location(name, BUILD / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, name, made)
+    spec.loader.exec_module(made)
+    return made
+
+
+def test_every_page_is_in_the_navigation(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    build = module("build", monkeypatch)
+    monkeypatch.setattr(build, "STAGE", tmp_path / "docs")
+    build.stage()
+    listed = re.findall(r": ([\w-]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE)
+    assert sorted(listed) == sorted(page.name for page in (tmp_path / "docs").glob("*.md"))
+
+
+def test_links_that_leave_the_folder_lead_to_pages(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    build = module("build", monkeypatch)
+    monkeypatch.setattr(build, "STAGE", tmp_path / "docs")
+    build.stage()
+    for page in (tmp_path / "docs").glob("*.md"):
+        assert "](../" not in page.read_text(), page.name
+    text = "[a](docs/tui.md#keys) [b](https://x.org) [c](#d) [e](data/make_gaits.py)"
+    assert build._inward(text, ROOT) == "[a](tui.md#keys) [b](https://x.org) [c](#d) e"
+
+
+def test_every_command_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+    commands = module("commands", monkeypatch)
+    page = commands.page()
+    from gaitsim.cli.app import app
+
+    names = [name for name, _ in commands.commands(app, "gaitsim")]
+    assert {"gaitsim run", "gaitsim tui", "gaitsim plugins list"} <= set(names)
+    parts = dict(zip(names, re.split(r"^## .*$", page, flags=re.MULTILINE)[1:], strict=True))
+    for name, part in parts.items():
+        shown = RUNNER.invoke(app, [*name.split()[1:], "--help"]).output
+        flags = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", shown)) - {"--help"}
+        assert flags <= set(re.findall(r"--[a-z][\w-]*", part)), name
+    assert "gaitsim run spider --from spider@120\n" in parts["gaitsim run"]
+    row = "| <code>--kind</code> KIND | fitness, terms, path"
+    assert row in parts["gaitsim plot"]
+    assert "| <code>fitness</code> |" in parts["gaitsim plot"]
+    assert "[bold]" not in page
+
+
+def test_every_option_of_every_plugin_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = module("parts", monkeypatch).page()
+    for kind in KINDS:
+        for name in entries(kind):
+            assert f"### {name}\n" in page
+            for option, field in load_class(kind, name).model_fields.items():
+                assert f"| `{option}` | " in page
+                assert options.default(field) in page
+
+
+def test_pictures_that_pages_show_are_there_and_small() -> None:
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    shown = {
+        (page.parent / target).resolve()
+        for page in pages
+        for target in re.findall(r"!\[[^\]]*\]\(([^)]+)\)", page.read_text())
+    }
+    kept = {path for path in (ROOT / "docs" / "pictures").iterdir() if path.name != "icon.svg"}
+    assert shown == kept
+    assert sum(path.stat().st_size for path in kept) < 3_000_000
+
+
+def test_pictures_fetch_nothing() -> None:
+    for picture in (ROOT / "docs" / "pictures").glob("*.svg"):
+        found = set(re.findall(r"https?://[^\s\"')<]+", picture.read_text()))
+        assert found <= {"http://www.w3.org/2000/svg", "https://www.textualize.io"}, picture
