@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 from typing import TYPE_CHECKING, NoReturn
 
+from gaitsim.at_work import Noting
 from gaitsim.errors import GaitsimError, PluginError, nearest
 
 if TYPE_CHECKING:
@@ -145,9 +146,13 @@ def find(kind: str, name: str) -> Entry:
 
 @contextmanager
 def containing(entry: Entry, doing: str) -> Iterator[None]:
-    """Turn whatever a plugin raises into a `GaitsimError` that names its package."""
+    """Turn whatever a plugin raises into a `GaitsimError` that names its package.
+
+    What it prints meanwhile goes to standard error.
+    """
     try:
-        yield
+        with Noting(entry, doing):
+            yield
     except GaitsimError as error:
         # The plugin's own words, or ours; either way it is said whose they are.
         error.where = error.where or f"{entry}, {entry.target}"

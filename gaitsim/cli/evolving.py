@@ -11,6 +11,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+from gaitsim.at_work import stopped
 from gaitsim.cli.cluster import warn
 from gaitsim.cli.console import errors, notice
 from gaitsim.cli.progress import Display, display
@@ -88,6 +89,9 @@ def evolve_run(
 
 def _leave_at_once(path: Path) -> NoReturn:
     """End the program now: the run folder is whole at any time."""
+    working = stopped()
+    if working:
+        notice(f"When it was stopped, {working}.")
     notice(f"Stopped, as of the last saved generation. Go on with: {command('resume', path)}")
     if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
         sys.exit(INTERRUPTED)

@@ -12,6 +12,7 @@ from typing import Self
 
 import numpy as np
 
+from gaitsim.at_work import Noting
 from gaitsim.contracts import Genomes
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import (
@@ -174,10 +175,11 @@ class Evaluator:
     def _over(
         self, far: Executor, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
     ) -> list[Result]:
+        entry = self.experiment.entries["organism"]
         try:
-            return far.map(partial(_apply, self._portable, function), tasks)
+            with Noting(entry, "moving a population in worker processes"):
+                return far.map(partial(_apply, self._portable, function), tasks)
         except WorkerLostError as error:
-            entry = self.experiment.entries["organism"]
             raise GaitsimError(
                 f"{error.what}: moving {entry}",
                 remedy="with --workers 1 the reason may show; fewer workers need less memory",

@@ -71,6 +71,7 @@ def begin_worker() -> None:
     """Begin a worker process: stopping is its parent's affair, ending with it its own."""
     for number in (signal.SIGINT, signal.SIGTERM):  # the parent's to handle: it saves first
         signal.signal(number, signal.SIG_IGN)
+    os.dup2(2, 1)  # what is printed here, by a plugin, is no result
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
