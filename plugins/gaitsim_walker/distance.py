@@ -88,4 +88,5 @@ def _rms(values: Array) -> Array:
 def _unevenness(loads: Array) -> Array:
     """Root mean square of the load over its mean, less 1: 0 at rest, large in leaps."""
     mean = np.array([float(np.mean(one)) for one in loads])
-    return np.divide(_rms(loads), mean, out=np.ones_like(mean), where=mean > 0) - 1
+    ratio: Array = np.divide(_rms(loads), mean, out=np.ones_like(mean), where=mean > 0)
+    return ratio - 1

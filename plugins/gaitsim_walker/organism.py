@@ -19,7 +19,7 @@ from gaitsim.contracts import (
 from gaitsim_walker import body
 from gaitsim_walker.body import PLANS, Floats, Plan
 from gaitsim_walker.encodings import FRAME_RATE, commands, space
-from gaitsim_walker.ground import Ground, ground
+from gaitsim_walker.ground import ground
 from gaitsim_walker.rollout import Rollout, World, roll_out
 
 REACH = 5.0  # m/s; ground is laid for walkers as fast as that
@@ -94,8 +94,11 @@ class Walker(Organism):
         """Walk, one after the other, each in a space of its own."""
         alternating = self.symmetry == "alternating"
         return self._walked(
-            commands(self.plan, genome, self.encoding, alternating, self.frames)
-            for genome in genomes
+            (
+                commands(self.plan, genome, self.encoding, alternating, self.frames)
+                for genome in genomes
+            ),
+            self.frames,
         )
 
     def play(self, joint_angles: Array) -> Motion:
@@ -118,7 +121,8 @@ class Walker(Organism):
             raise ValueError("joint_angles holds values that are not finite")
         limits = self.plan.limits
         return self._walked(
-            np.clip(told.astype(np.float64), -limits, limits) for told in joint_angles
+            (np.clip(told.astype(np.float64), -limits, limits) for told in joint_angles),
+            joint_angles.shape[1],
         )
 
     def joint_names(self) -> tuple[str, ...]:
@@ -137,17 +141,17 @@ class Walker(Organism):
             self.speed_limit,
         )
 
-    def _walked(self, courses: Iterable[Floats]) -> Motion:
-        world: World | None = None
+    def _walked(self, courses: Iterable[Floats], frames: int) -> Motion:
+        """The motion by what the servos are told, (frames, joints) rad of each individual."""
+        world = self.world(frames)
         told, rolled = [], []
         for course in courses:
-            world = world or self.world(len(course))
             rollout = roll_out(world, course)
             held = course.copy()
-            held[rollout.lasted :] = course[min(rollout.lasted, len(course) - 1)]
+            held[rollout.lasted :] = course[min(rollout.lasted, frames - 1)]
             told.append(held)
             rolled.append(rollout)
-        seen = [_seen(self.plan, world.ground, rollout) for rollout in rolled if world]
+        seen = [_seen(world, rollout) for rollout in rolled]
 
         def all_of(name: str) -> Array:
             return np.stack([getattr(rollout, name) for rollout in rolled])
@@ -235,11 +239,12 @@ class Walker(Organism):
         )
 
 
-def _seen(plan: Plan, ground: Ground, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
+def _seen(world: World, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
     """Altitude, (frames,), feet, (frames, legs, 3), and slip, (frames,), of one walker.
 
     Worked out for each alone, so that all arrays have one shape whoever else is moved.
     """
+    plan = world.plan
     feet = body.points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
     turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
     # A round foot that rolls without sliding goes back as its shank turns forward.
@@ -248,7 +253,7 @@ def _seen(plan: Plan, ground: Ground, rollout: Rollout) -> tuple[Floats, Floats,
     standing = stance[1:] & stance[:-1]
     slip = np.zeros(len(feet))
     slip[1:] = (slid * standing).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
-    below = [ground.height(x) for x in rollout.position[:, 0].tolist()]
+    below = [world.ground.height(x) for x in rollout.position[:, 0].tolist()]
     return rollout.position[:, 1] - np.array(below), _in_space(feet), slip
 
 
