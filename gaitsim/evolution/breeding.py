@@ -21,29 +21,37 @@ class Purpose(IntEnum):
     MUTATION = 3
 
 
-def stream(seed: int, generation: int, purpose: Purpose) -> np.random.Generator:
-    """The random stream of one purpose in one generation. There is no state to save."""
-    return np.random.default_rng([seed, generation, purpose])
+def stream(seed: int, generation: int, purpose: Purpose, island: int = 0) -> np.random.Generator:
+    """The random stream of one purpose in one generation. There is no state to save.
+
+    Each island has streams of its own; those of the first one are a single population's.
+    """
+    return np.random.default_rng([seed, generation, purpose, *([island] if island else [])])
 
 
-def first_population(experiment: Experiment, space: GenomeSpace) -> Genomes:
+def first_population(experiment: Experiment, space: GenomeSpace, island: int = 0) -> Genomes:
     """Generation 1: fresh genomes, (population, genes)."""
-    only: Genomes = first_populations(experiment, space, 1)[0]
+    only: Genomes = first_populations(experiment, space, 1, island)[0]
     return only
 
 
-def first_populations(experiment: Experiment, space: GenomeSpace, populations: int) -> Genomes:
+def first_populations(
+    experiment: Experiment, space: GenomeSpace, populations: int, island: int = 0
+) -> Genomes:
     """Generation 1 of several populations, (populations, population, genes)."""
     size = experiment.evolution.population
+    rng = stream(experiment.seed, 1, Purpose.FIRST, island)
     with containing(experiment.entries["organism"], "drawing genomes"):
-        genomes = space.random(populations * size, stream(experiment.seed, 1, Purpose.FIRST))
+        genomes = space.random(populations * size, rng)
         belongs = space.contains(genomes) and len(genomes) == populations * size
     if not belongs:
         raise broken(experiment, "organism", "draws genomes that are not of its own space")
     return genomes.reshape(populations, size, space.genes)
 
 
-def population_from(experiment: Experiment, space: GenomeSpace, start: Array) -> Genomes:
+def population_from(
+    experiment: Experiment, space: GenomeSpace, start: Array, island: int = 0
+) -> Genomes:
     """Generation 1 out of one genome: itself, then its mutations.
 
     The experiment's own mutation makes them, with its options as they are at generation 1
@@ -54,6 +62,7 @@ def population_from(experiment: Experiment, space: GenomeSpace, start: Array) ->
         experiment: its scheme and seed.
         space: the genome space.
         start: (genes,), of the space.
+        island: whose population it is.
 
     Returns:
         (population, genes): the genome itself first.
@@ -62,7 +71,7 @@ def population_from(experiment: Experiment, space: GenomeSpace, start: Array) ->
         PluginError: the mutation fails or breaks its contract; names its package.
     """
     copies = np.tile(start, (experiment.evolution.population - 1, 1))
-    mutants = _mutated(experiment, space, copies, 1)
+    mutants = _mutated(experiment, space, copies, 1, island)
     return np.concatenate([start[None], mutants])
 
 
@@ -72,6 +81,7 @@ def breed(
     genomes: Genomes,
     scores: NDArray[np.float64],
     generation: int,
+    island: int = 0,
 ) -> Genomes:
     """The population of `generation` from the one before.
 
@@ -84,6 +94,7 @@ def breed(
         genomes: the population before, (population, genes); not changed.
         scores: (population,), more is better.
         generation: number of the generation that is made, from 2.
+        island: whose random streams are drawn from.
 
     Returns:
         (population, genes): the elites, best first, then the children.
@@ -91,7 +102,8 @@ def breed(
     Raises:
         PluginError: an operator fails or breaks its contract; names its package.
     """
-    only: Genomes = breed_each(experiment, space, genomes[None], scores[None], generation)[0]
+    bred = breed_each(experiment, space, genomes[None], scores[None], generation, island)
+    only: Genomes = bred[0]
     return only
 
 
@@ -101,6 +113,7 @@ def breed_each(
     genomes: Genomes,
     scores: NDArray[np.float64],
     generation: int,
+    island: int = 0,
 ) -> Genomes:
     """`breed` for several populations that share the random streams of a generation.
 
@@ -110,6 +123,7 @@ def breed_each(
         genomes: the populations before, (populations, population, genes); not changed.
         scores: (populations, population), more is better.
         generation: number of the generation that is made, from 2.
+        island: whose random streams are drawn from.
 
     Returns:
         (populations, population, genes); one population alone is as `breed` makes it.
@@ -131,7 +145,7 @@ def breed_each(
         selection,
         scores.copy(),
         pairs,
-        stream(experiment.seed, generation, Purpose.SELECTION),
+        stream(experiment.seed, generation, Purpose.SELECTION, island),
     )
     # All populations in one list of individuals, for operators that see rows alone.
     everyone = genomes.reshape(-1, genes)
@@ -141,25 +155,25 @@ def breed_each(
             everyone[rows[:, 0]],
             everyone[rows[:, 1]],
             space,
-            stream(experiment.seed, generation, Purpose.CROSSOVER),
+            stream(experiment.seed, generation, Purpose.CROSSOVER, island),
         )
     _hold_children(experiment, "crossover", children, len(rows) * crossover.children, space)
     # First children of all pairs, then second ones: brought together by population.
     families = children.reshape(crossover.children, populations, pairs, genes)
     families = families.swapaxes(0, 1).reshape(populations, -1, genes)[:, :wanted]
-    children = _mutated(experiment, space, families.reshape(-1, genes), generation)
+    children = _mutated(experiment, space, families.reshape(-1, genes), generation, island)
     kept = np.take_along_axis(genomes, best[:, :, None], axis=1)
     return np.concatenate([kept, children.reshape(populations, wanted, genes)], axis=1)
 
 
 def _mutated(
-    experiment: Experiment, space: GenomeSpace, genomes: Genomes, generation: int
+    experiment: Experiment, space: GenomeSpace, genomes: Genomes, generation: int, island: int
 ) -> Genomes:
     """The genomes mutated and confined to the space, (individuals, genes)."""
     mutation = _at(experiment, "mutation", experiment.mutation, generation)
     with containing(experiment.entries["mutation"], "mutating children"):
         mutants = mutation.mutate(
-            genomes, space, stream(experiment.seed, generation, Purpose.MUTATION)
+            genomes, space, stream(experiment.seed, generation, Purpose.MUTATION, island)
         )
     _hold_children(experiment, "mutation", mutants, len(genomes), space)
     with containing(experiment.entries["organism"], "confining genomes"):

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterator
 from gaitsim.contracts import Array, Genomes
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.judge import hold_terms
-from gaitsim.evolution.breeding import breed, first_population, population_from
 from gaitsim.evolution.generation import Generation, Progress
+from gaitsim.evolution.islands import Made, Spread, next_population, spread_stretch
 from gaitsim.experiment import Evolution, Experiment
 from gaitsim.registry import containing
 
@@ -26,6 +26,7 @@ def evolve(
     evaluate: Callable[[Genomes], Evaluation],
     after: Generation | None = None,
     start: Array | None = None,
+    spread: Spread | None = None,
 ) -> Iterator[Generation]:
     """Evolve generation after generation until a stop condition holds.
 
@@ -34,6 +35,8 @@ def evolve(
         evaluate: scores a population.
         after: the generation to go on from; None begins with the first.
         start: a genome, (genes,), that the first population is made of; None draws it.
+        spread: evolves islands over workers, from one migration to the next; None evolves all
+            of them here, generation by generation. The result is the same.
 
     Yields:
         Each finished generation; the last one says in `stop` why it is the last.
@@ -42,20 +45,16 @@ def evolve(
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     space = experiment.space()
-    while after is None or not stop_reason(experiment.evolution, after.number, after.progress):
+    before = Progress(0, -math.inf, -1, experiment.evolution.fitness_threshold)
+    number = 1
+    made = _populations(experiment, evaluate, after, start, spread)
+    while after is None or not stop_reason(
+        experiment.evolution, after.number, after.progress, len(after.genomes)
+    ):
+        genomes, evaluation, seconds = next(made)
         begun = time.perf_counter()
-        if after is None:
-            number = 1
-            before = Progress(0, -math.inf, -1, experiment.evolution.fitness_threshold)
-            if start is None:
-                genomes = first_population(experiment, space)
-            else:
-                genomes = population_from(experiment, space, start)
-        else:
-            number, before = after.number + 1, after.progress
-            genomes = breed(experiment, space, after.genomes, after.scores, number)
-        evaluation = evaluate(genomes)
         if after is not None:
+            number, before = after.number + 1, after.progress
             hold_terms(experiment, after.evaluation, evaluation)
         with containing(experiment.entries["organism"], "measuring diversity"):
             diversity = float(space.diversity(genomes))
@@ -68,11 +67,37 @@ def evolve(
             evaluation=evaluation,
             progress=progress,
             diversity=diversity,
-            seconds=time.perf_counter() - begun,
+            seconds=seconds + time.perf_counter() - begun,
             is_champion=is_champion,
-            stop=stop_reason(experiment.evolution, number, progress),
+            stop=stop_reason(experiment.evolution, number, progress, len(genomes)),
         )
         yield after
+
+
+def _populations(
+    experiment: Experiment,
+    evaluate: Callable[[Genomes], Evaluation],
+    after: Generation | None,
+    start: Array | None,
+    spread: Spread | None,
+) -> Iterator[tuple[Genomes, Evaluation, float]]:
+    """The populations after a generation, judged, without end; and the seconds that each took."""
+    space = experiment.space()
+    number = after.number if after else 0
+    genomes, scores = (after.genomes, after.scores) if after else (None, None)
+    while True:
+        begun = time.perf_counter()
+        several: list[Made]
+        if spread is None:
+            population = next_population(experiment, space, number + 1, genomes, scores, start)
+            several = [(population, evaluate(population))]
+        else:
+            several = [*spread_stretch(experiment, spread, number + 1, genomes, scores, start)]
+        seconds = (time.perf_counter() - begun) / len(several)
+        for population, evaluation in several:
+            number += 1
+            genomes, scores = population, evaluation.scores
+            yield population, evaluation, seconds
 
 
 def advance(
@@ -106,15 +131,15 @@ def _raised(threshold: float, best: float, step: float) -> float:
     return raised if best <= raised < math.inf else best
 
 
-def stop_reason(evolution: Evolution, number: int, progress: Progress) -> str:
-    """Why a search ends after generation `number`, or ''."""
+def stop_reason(evolution: Evolution, number: int, progress: Progress, individuals: int) -> str:
+    """Why a search ends after generation `number` of so many individuals, or ''."""
     if number >= evolution.generations:
         return f"{number} generations are done"
     target = evolution.target_score
     if target is not None and progress.best_score >= target:
         return f"the target score {target:g} is reached"
     limit = evolution.max_evaluations
-    if limit is not None and progress.evaluations + evolution.population > limit:
+    if limit is not None and progress.evaluations + individuals > limit:
         return f"another generation would exceed {limit} evaluations"
     if evolution.stagnation is not None and progress.stagnation >= evolution.stagnation:
         return f"no better score for {progress.stagnation} generations"

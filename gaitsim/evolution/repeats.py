@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution.breeding import breed_each, first_populations
-from gaitsim.experiment import Experiment
+from gaitsim.evolution.islands import migrated
+from gaitsim.experiment import Experiment, Islands
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,15 +51,34 @@ def evolve_repeats(
         Each finished generation.
     """
     space = experiment.space()
-    population = experiment.evolution.population
+    population, islands = experiment.evolution.population, experiment.islands
+    populations = repeats * islands.number
     best = np.full(repeats, -np.inf)
-    scores = np.empty((repeats, population))
+    scores = np.empty((populations, population))
     for number in range(1, experiment.evolution.generations + 1):
         if number == 1:
-            genomes = first_populations(experiment, space, repeats)
+            genomes = first_populations(experiment, space, populations)
         else:
+            if (number - 1) % islands.every == 0:
+                genomes, scores = _migrated_each(islands, genomes, scores)
             genomes = breed_each(experiment, space, genomes, scores, number)
-        everyone = genomes.reshape(repeats * population, space.genes)
-        scores = evaluate(everyone).scores.reshape(repeats, population)
-        best = np.maximum(best, scores.max(axis=1))
-        yield RepeatedGeneration(number, number * population, best)
+        everyone = genomes.reshape(populations * population, space.genes)
+        scores = evaluate(everyone).scores.reshape(populations, population)
+        best = np.maximum(best, scores.reshape(repeats, -1).max(axis=1))
+        yield RepeatedGeneration(number, number * experiment.individuals, best)
+
+
+def _migrated_each(
+    islands: Islands, genomes: Genomes, scores: NDArray[np.float64]
+) -> tuple[Genomes, NDArray[np.float64]]:
+    """`migrated` in every repeat, whose islands follow one another."""
+    arrived = [
+        migrated(
+            islands, genomes[first : first + islands.number], scores[first : first + islands.number]
+        )
+        for first in range(0, len(genomes), islands.number)
+    ]
+    return (
+        np.concatenate([populations for populations, _ in arrived]),
+        np.concatenate([values for _, values in arrived]),
+    )

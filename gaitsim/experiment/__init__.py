@@ -6,12 +6,13 @@ from gaitsim.experiment.loading import (
     parse_space,
     with_overrides,
 )
-from gaitsim.experiment.model import SCHEMA, Evolution, Experiment
+from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
 
 __all__ = [
     "SCHEMA",
     "Evolution",
     "Experiment",
+    "Islands",
     "load_experiment",
     "parse_experiment",
     "parse_space",

@@ -6,13 +6,13 @@ from typing import Any, cast
 from gaitsim import registry
 from gaitsim.contracts import Crossover, Fitness, GenomeSpace, Mutation, Organism, Plugin, Selection
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment.model import Evolution, space_of
+from gaitsim.experiment.model import Evolution, Islands, space_of
 from gaitsim.experiment.problems import Problems
 from gaitsim.registry import Entry
 
 
 def check_sizes(evolution: Evolution, problems: Problems) -> None:
-    """Refuse more elites than the population has room for, a budget below one generation."""
+    """Refuse more elites than the population has room for."""
     population = evolution.population
     if evolution.elites >= population:
         problems.report(
@@ -20,12 +20,29 @@ def check_sizes(evolution: Evolution, problems: Problems) -> None:
             f"{evolution.elites:,} elites leave no room in a population of {population:,}",
             f"a whole number < {population:,}",
         )
-    limit = evolution.max_evaluations
-    if limit is not None and limit < population:
+
+
+def check_islands(evolution: Evolution, islands: Islands, problems: Problems) -> None:
+    """Refuse migrants who would leave none of an island, a budget below one generation."""
+    population, number = evolution.population, islands.number
+    sources = islands.immigrants // max(islands.migrants, 1)
+    if islands.immigrants >= population:
+        most = (population - 1) // sources
+        whence = f"each of {sources:,} neighbours" if sources > 1 else "the neighbour"
+        problems.report(
+            "islands.migrants",
+            f"{islands.migrants:,} migrants from {whence} leave no room in a population of "
+            f"{population:,}",
+            f"a whole number ≤ {most:,}"
+            + (", or the topology ring" if islands.topology == "all" and sources > 1 else ""),
+        )
+    limit, individuals = evolution.max_evaluations, population * number
+    if limit is not None and limit < individuals:
+        each = f"{number:,} populations" if number > 1 else "a population"
         problems.report(
             "evolution.max_evaluations",
-            f"{limit:,} evaluations are fewer than a population of {population:,}",
-            f"a whole number ≥ {population:,}",
+            f"{limit:,} evaluations are fewer than {each} of {population:,}",
+            f"a whole number ≥ {individuals:,}",
         )
 
 

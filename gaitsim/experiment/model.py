@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict
 
@@ -48,6 +48,33 @@ class Evolution(BaseModel):
     )
 
 
+class Islands(BaseModel):
+    """Populations that evolve apart and now and then exchange their best. Options, not a plugin."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    number: int = option(
+        1,
+        "islands: populations that evolve apart, each of the size evolution.population",
+        ge=1,
+        le=10_000,
+    )
+    topology: Literal["ring", "all"] = option(
+        "ring", "an island's best go to the next one alone, or to all others"
+    )
+    every: int = option(10, "generations between two migrations", ge=1)
+    migrants: int = option(2, "how many of an island's best replace the worst of a neighbour", ge=0)
+
+    @property
+    def immigrants(self) -> int:
+        """How many come to each island in a migration."""
+        sources = min(1, self.number - 1) if self.topology == "ring" else self.number - 1
+        return self.migrants * sources
+
+
+ONE_ISLAND = Islands()
+
+
 @dataclass(frozen=True, repr=False)
 class Experiment(Facts):
     """A body, a fitness, a genetic scheme and a seed.
@@ -59,6 +86,7 @@ class Experiment(Facts):
         evolution: size and length of the search.
         organism, fitness, selection, crossover, mutation: the plugins, options set.
         entries: where each of the five comes from, by kind.
+        islands: in how many populations the search is parted.
     """
 
     name: str
@@ -71,6 +99,12 @@ class Experiment(Facts):
     crossover: Crossover
     mutation: Mutation
     entries: Mapping[str, Entry]
+    islands: Islands = ONE_ISLAND
+
+    @property
+    def individuals(self) -> int:
+        """How many a generation has, on all islands."""
+        return self.evolution.population * self.islands.number
 
     def plugin(self, kind: str) -> Plugin:
         """The plugin of a kind."""
@@ -98,6 +132,7 @@ class Experiment(Facts):
         document["description"] = self.description
         document["seed"] = self.seed
         document["evolution"] = _table(self.evolution, {})
+        document["islands"] = _table(self.islands, {})
         for kind in KINDS:
             entry = self.entries[kind]
             with containing(entry, "writing its options"):

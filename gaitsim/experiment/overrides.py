@@ -11,7 +11,7 @@ from gaitsim.registry import KINDS
 from gaitsim.toml import literal
 
 HEAD = ("schema", "name", "description", "seed")
-SECTIONS = ("evolution", *KINDS)
+SECTIONS = ("evolution", "islands", *KINDS)
 _EXAMPLE = "as mutation.rate=0.1"
 
 
@@ -85,8 +85,9 @@ def _choose(table: dict[str, Any], section: str, typed: str, problems: Problems)
 
 def _owner(data: dict[str, Any], name: str) -> str:
     """'did you mean …?' for an option given without its section, or ''."""
-    from gaitsim.experiment.model import Evolution
+    from gaitsim.experiment.model import Evolution, Islands
 
     owners = ["evolution"] if name in Evolution.model_fields else []
+    owners += ["islands"] if name in Islands.model_fields else []
     owners += [kind for kind in KINDS if isinstance(data.get(kind), dict) and name in data[kind]]
     return f"did you mean {f'{owners[0]}.{name}'!r}?" if owners else ""

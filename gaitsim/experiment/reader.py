@@ -11,8 +11,13 @@ from gaitsim import options, registry
 from gaitsim.contracts import Organism
 from gaitsim.declarations import PLUGIN
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
-from gaitsim.experiment.combination import check_combination, check_pairing, check_sizes
-from gaitsim.experiment.model import SCHEMA, Evolution, Experiment
+from gaitsim.experiment.combination import (
+    check_combination,
+    check_islands,
+    check_pairing,
+    check_sizes,
+)
+from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
 from gaitsim.experiment.problems import Problems
 from gaitsim.registry import KINDS, Entry, containing
@@ -49,6 +54,7 @@ class Reader:
         if not 0 <= seed < 2**63:
             self._report("seed", f"{seed} is out of range", "a whole number from 0 to 2^63 − 1")
         evolution = cast(Evolution | None, self._options("evolution", Evolution, data))
+        islands = cast(Islands | None, self._options("islands", Islands, data))
         entries: dict[str, Entry] = {}
         plugins: dict[str, Any] = {}
         for kind in KINDS:
@@ -56,10 +62,14 @@ class Reader:
         if evolution is not None:
             check_sizes(evolution, self.problems)
             check_pairing(evolution, entries, plugins, self.problems)
+        if evolution is not None and islands is not None:
+            check_islands(evolution, islands, self.problems)
         check_combination(entries, plugins, self.problems)
-        if self.problems.found or evolution is None:
+        if self.problems.found or evolution is None or islands is None:
             raise ExperimentError(self.problems.found)
-        return Experiment(name, description, seed, evolution, **plugins, entries=entries)
+        return Experiment(
+            name, description, seed, evolution, **plugins, entries=entries, islands=islands
+        )
 
     def read_organism(self, data: dict[str, Any]) -> tuple[Entry, Organism]:
         """The body alone, whatever is wrong with the rest.

@@ -21,6 +21,7 @@ EXPERIMENT = "experiment.toml"
 START = "start.pickle"
 CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
 HISTORY, BESTS = "history.csv", "bests.bin"
+ISLANDS = "islands.csv"
 DIGESTS, ORIGINS = "digests.bin", "origins.json"
 CHAMPIONS, EXPORTS = "champions", "exports"
 _DRAFT = ".new-run-"
@@ -177,13 +178,13 @@ def check_size(experiment: Experiment) -> None:
     Raises:
         RunError: it is too large.
     """
-    population, space = experiment.evolution.population, experiment.space()
+    population, space = experiment.individuals, experiment.space()
     # The other half is room for the scores and their terms.
     most = MAX_BYTES // 2 // (space.genes * space.dtype.itemsize)
     if population > most:
         raise RunError(
             f"{population:,} individuals with {space.genes} genes are too many for a checkpoint",
-            allowed=f"evolution.population up to {most:,}",
+            allowed=f"evolution.population up to {most // experiment.islands.number:,}",
         )
 
 

@@ -16,6 +16,7 @@ from gaitsim.runs.folder import (
     EXPERIMENT,
     EXPORTS,
     HISTORY,
+    ISLANDS,
     ORIGINS,
     START,
     champion_file,
@@ -68,6 +69,9 @@ def fork_run(
         digests = RECORD.itemsize * checkpoint.generation
         files |= {name: data[:digests] for name, data in _optional(path, DIGESTS)}
         files |= dict(_optional(path, ORIGINS))
+        for name, data in _optional(path, ISLANDS):
+            lines = data.splitlines(keepends=True)[: 1 + checkpoint.generation]
+            files[name] = b"".join(lines)
     files |= dict(_optional(path, START))
     return create_folder(out or path, files, (CHAMPIONS, EXPORTS))
 

@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.runs.atomic import write_bytes
-from gaitsim.runs.history import header, line, read_header, read_history, terms_of, used_terms
+from gaitsim.runs.history import (
+    header,
+    islands_header,
+    line,
+    read_header,
+    read_history,
+    terms_of,
+    used_terms,
+)
 
 WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 
@@ -40,6 +48,32 @@ class Growing:
         if self._descriptor >= 0:
             os.close(self._descriptor)
         self._descriptor = -1
+
+
+class GrowingIslands:
+    """A run's `islands.csv`, opened for writing; without islands there is no such file.
+
+    Args:
+        path: the file.
+        islands: how many there are.
+        ends: where its lines end that are to be kept, as for `GrowingHistory`.
+    """
+
+    def __init__(self, path: Path, islands: int, ends: Sequence[int]) -> None:
+        self._islands = islands
+        self._file = Growing(path, ends[-1] if ends else 0) if islands > 1 else None
+        self._begins = "" if ends else line(islands_header(islands))
+
+    def append(self, number: int, bests: NDArray[np.float64]) -> None:
+        """Add a generation's best score of each island, (islands,), and force it to disk."""
+        if self._file is not None:
+            self._file.append((self._begins + line([number, *bests.tolist()])).encode())
+            self._begins = ""
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
 
 
 def padded(path: Path, count: int, size: int) -> Growing:

@@ -70,6 +70,48 @@ def row(generation: Generation) -> dict[str, float]:
     }
 
 
+def island_bests(generation: Generation, islands: int) -> NDArray[np.float64]:
+    """The best score of each island in a generation, (islands,); −inf where all failed."""
+    bests: NDArray[np.float64] = generation.scores.reshape(islands, -1).max(axis=1)
+    return bests
+
+
+def islands_record(bests: NDArray[np.float64]) -> bytes:
+    """The bests of several islands as their digest counts them; of one, nothing."""
+    return bests.astype("<f8").tobytes() if len(bests) > 1 else b""
+
+
+def islands_header(islands: int) -> tuple[str, ...]:
+    """The names of the columns of `islands.csv`."""
+    return ("generation", *(f"island {number}" for number in range(1, islands + 1)))
+
+
+def read_islands(path: Path, islands: int) -> NDArray[np.float64]:
+    """The best score of each island by generation, (generations, islands); (0, islands) before any.
+
+    A last line that is not whole is one that is being written, and left out.
+
+    Raises:
+        RunError: it cannot be read, or a row is damaged.
+    """
+    data = _read(path)
+    rows = data[: data.rfind(b"\n") + 1].split(b"\n")[:-1]
+    if not rows:
+        return np.empty((0, islands))
+    try:
+        names = tuple(next(csv.reader([rows[0].decode()])))
+        table = np.loadtxt([row.decode() for row in rows[1:]] or ["nan"], delimiter=",", ndmin=2)
+    except (UnicodeDecodeError, csv.Error, ValueError):
+        raise _damaged(path, "a row does not hold numbers alone") from None
+    table = table[: len(rows) - 1].reshape(len(rows) - 1, -1)
+    numbers = np.arange(1, len(rows))
+    if names != islands_header(islands) or (
+        len(table) and (table.shape[1] != len(names) or not np.array_equal(table[:, 0], numbers))
+    ):
+        raise _damaged(path, f"it does not hold a row a generation for {islands} islands")
+    return table[:, 1:] if len(table) else np.empty((0, islands))
+
+
 def _quartiles(values: NDArray[np.float64]) -> list[float]:
     """Lower quartile, median and upper quartile, linear between neighbours as NumPy's.
 

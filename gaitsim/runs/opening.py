@@ -20,7 +20,7 @@ from gaitsim.runs.checkpoint import Checkpoint, Stage
 from gaitsim.runs.fitting import fitting, misfit
 from gaitsim.runs.folder import EXPERIMENT, check_size, command
 from gaitsim.runs.reader import Run, versions
-from gaitsim.runs.stages import Change, changes, pending, threshold_in
+from gaitsim.runs.stages import Change, changes, islands_in, pending, threshold_in
 from gaitsim.runs.start import fitting_start
 
 POPULATION = "evolution.population"
@@ -125,7 +125,9 @@ def _hold_goal(run: Run, opening: Opening) -> None:
     """Refuse a stage that would end before its first generation."""
     last = opening.last
     assert last is not None, "a stage follows another"
-    reason = stop_reason(opening.experiment.evolution, last.number, last.progress)
+    reason = stop_reason(
+        opening.experiment.evolution, last.number, last.progress, len(last.genomes)
+    )
     if reason:
         raise RunError(
             f"no generation would be evolved under these changes: {reason}",
@@ -150,7 +152,8 @@ def _begun(
 
 def _changed(run: Run, checkpoint: Checkpoint, overrides: Sequence[str]) -> Experiment:
     """The experiment after the overrides, held to what the population allows."""
-    population = len(checkpoint.genomes)
+    number = islands_in(checkpoint.experiment)
+    population = len(checkpoint.genomes) // number
     if not overrides:
         run.check_fit(checkpoint)
         return run.experiment
@@ -161,6 +164,8 @@ def _changed(run: Run, checkpoint: Checkpoint, overrides: Sequence[str]) -> Expe
     problems = []
     if experiment.evolution.population != population:
         problems.append(_other_size(population))
+    if experiment.islands.number != number:
+        problems.append(_other_islands(number))
     wrong = misfit(experiment, checkpoint.genomes, checkpoint.experiment, "the population")
     if wrong:
         problems.append(
@@ -192,6 +197,17 @@ def _asked_size(overrides: Sequence[str], population: int) -> list[GaitsimError]
             asked = options.parse_value(typed)
     differs = isinstance(asked, int) and asked != population
     return [_other_size(population)] if differs else []
+
+
+def _other_islands(number: int) -> GaitsimError:
+    return GaitsimError(
+        "a run that goes on keeps its islands",
+        where="command line, key islands.number",
+        allowed=f"{number:,}; topology, every and migrants may be changed"
+        if number > 1
+        else f"{number:,}",
+        remedy="begin a run of its own with 'gaitsim run'; --from starts it from this one",
+    )
 
 
 def _other_size(population: int) -> GaitsimError:
@@ -274,4 +290,4 @@ def is_finished(evolution: Evolution, checkpoint: Checkpoint, experiment: str) -
     Needs none of its plugins.
     """
     progress = next_progress(checkpoint, evolution, changes(checkpoint.experiment, experiment))
-    return bool(stop_reason(evolution, checkpoint.generation, progress))
+    return bool(stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes)))

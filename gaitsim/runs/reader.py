@@ -23,11 +23,28 @@ from gaitsim.runs.folder import (
     EXPERIMENT,
     EXPORTS,
     HISTORY,
+    ISLANDS,
     PREVIOUS,
     command,
 )
-from gaitsim.runs.history import header, read_bests, read_history, record_type, used_terms
-from gaitsim.runs.stages import Change, RunStage, changes, comparable, options, pending, stages_of
+from gaitsim.runs.history import (
+    header,
+    read_bests,
+    read_history,
+    read_islands,
+    record_type,
+    used_terms,
+)
+from gaitsim.runs.stages import (
+    Change,
+    RunStage,
+    changes,
+    comparable,
+    islands_in,
+    options,
+    pending,
+    stages_of,
+)
 
 
 def versions(experiment: Experiment) -> dict[str, str]:
@@ -208,6 +225,26 @@ class Run:
         return bests[: found[0].generation]
 
     @property
+    def islands(self) -> NDArray[np.float64]:
+        """The best score of each island by generation, (generations, islands).
+
+        Of a run of one population, (generations, 1): the best scores of the history.
+
+        Raises:
+            RunError: it is damaged, or ends before the checkpoint.
+        """
+        found = self.checkpoint()
+        if found is None:
+            return np.empty((0, 1))
+        last, number = found[0].generation, islands_in(found[0].experiment)
+        if number == 1:
+            return self._history(found[0])["best"][:, None]
+        bests = read_islands(self.path / ISLANDS, number)
+        if len(bests) < last:
+            raise self.ends_early(ISLANDS, len(bests), last)
+        return bests[:last]
+
+    @property
     def generation(self) -> int:
         """Of the checkpoint; 0 before the first one."""
         found = self.checkpoint()
@@ -234,10 +271,12 @@ class Run:
         Raises:
             CheckpointError: it is not.
         """
-        population, genomes = self.experiment.evolution.population, checkpoint.genomes
+        population, genomes = self.experiment.individuals, checkpoint.genomes
+        number, before = self.experiment.islands.number, islands_in(checkpoint.experiment)
         wrong = misfit(self.experiment, genomes, checkpoint.experiment, "the population")
-        if wrong or len(genomes) != population:
-            reason = wrong or f"it asks for {population} individuals"
+        if wrong or len(genomes) != population or number != before:
+            asked = f"{population} individuals"
+            reason = wrong or f"it asks for {asked if number == before else f'{number} islands'}"
             raise CheckpointError(
                 f"the population of {len(genomes)} with {genomes.shape[1]} genes in "
                 f"{self.path / CHECKPOINT} does not belong to the experiment beside it: {reason}",

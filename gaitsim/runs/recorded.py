@@ -20,11 +20,12 @@ from gaitsim.runs.folder import (
     CHECKPOINT,
     DIGESTS,
     HISTORY,
+    ISLANDS,
     PREVIOUS,
     champion_file,
     kept_champions,
 )
-from gaitsim.runs.history import best_terms, row
+from gaitsim.runs.history import best_terms, island_bests, islands_record, row
 from gaitsim.runs.opening import restored
 from gaitsim.runs.reader import Run
 from gaitsim.runs.stages import RunStage, comparable, stages_of
@@ -41,6 +42,7 @@ class Recorded:
         stages: of the run.
         columns: of the history.
         bests: each generation's best.
+        islands: the best score of each island, (generations, islands).
         digests: each generation's; fewer where the last ones were lost, none in old runs.
         warning: what a user should know about how the run was found, or ''.
     """
@@ -51,6 +53,7 @@ class Recorded:
     stages: tuple[RunStage, ...]
     columns: Mapping[str, NDArray[np.float64]]
     bests: NDArray[Any]
+    islands: NDArray[np.float64]
     digests: NDArray[Any]
     warning: str
 
@@ -79,6 +82,7 @@ class Recorded:
             stages_of(checkpoint),
             columns,
             run.bests[:last],
+            run.islands[:last],
             read_digests(run.path / DIGESTS)[:last],
             warning or "",
         )
@@ -126,7 +130,7 @@ class Recorded:
     def kept(self, generation: int) -> bytes:
         """The records of a generation's best, as its digest counts them."""
         record: bytes = self.bests[generation - 1].tobytes()
-        return record
+        return record + islands_record(self.islands[generation - 1])
 
     @cached_property
     def champions(self) -> dict[int, Champion | CheckpointError]:
@@ -166,6 +170,9 @@ def _of_rows(recorded: Recorded) -> Iterator[tuple[int, str]]:
         found = recorded.row(generation)
         if found["best"] != score:
             yield generation, f"best is {found['best']!r} in {HISTORY}, {score!r} in {BESTS}"
+        islands = float(recorded.islands[at].max())
+        if islands != score and recorded.islands.shape[1] > 1:
+            yield generation, f"best is {islands!r} in {ISLANDS}, {score!r} in {BESTS}"
         if found["stage"] != recorded.stage(generation).number:
             yield generation, f"stage is {found['stage']:g} in {HISTORY} alone"
         digest = recorded.digest(generation, "row")
@@ -240,6 +247,10 @@ def row_differences(recorded: Recorded, generation: Generation) -> list[str]:
     score = float(generation.scores[generation.best])
     if best["score"] != score:
         found.append(f"{BESTS}: the score is {float(best['score'])!r}, but {score!r}")
+    islands = island_bests(generation, recorded.islands.shape[1])
+    wrong = np.flatnonzero(recorded.islands[number - 1] != islands)
+    if len(wrong) and len(islands) > 1:
+        found.append(f"{ISLANDS}: the best score of island {wrong[0] + 1} is another")
     genes = np.flatnonzero(best["genome"] != genome)
     if len(genes):
         at = genes[0]

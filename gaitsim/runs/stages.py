@@ -149,7 +149,16 @@ def options(experiment: str) -> dict[str, dict[str, Any]]:
     evolution = tables.get("evolution")
     if isinstance(evolution, dict):
         found["evolution"] = {key: evolution[key] for key in MATTERING if key in evolution}
+    islands = tables.get("islands")
+    if isinstance(islands, dict) and islands.get("number", 1) != 1:  # else they change nothing
+        found["islands"] = dict(islands)
     return {"": {"seed": tables.get("seed")}, **found}
+
+
+def islands_in(experiment: str) -> int:
+    """How many islands a resolved experiment has; those of an older gaitsim say nothing of it."""
+    number = options(experiment).get("islands", {}).get("number", 1)
+    return number if isinstance(number, int) else 1
 
 
 def threshold_in(experiment: str) -> float | None:

@@ -12,7 +12,7 @@ import numpy as np
 from gaitsim.contracts import Genomes
 from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, evolve, rescored, stop_reason
+from gaitsim.evolution import Generation, Spread, evolve, rescored, stop_reason
 from gaitsim.runs import history, origins
 from gaitsim.runs.atomic import remove_partials, writing
 from gaitsim.runs.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
@@ -23,11 +23,12 @@ from gaitsim.runs.folder import (
     CHECKPOINT,
     DIGESTS,
     HISTORY,
+    ISLANDS,
     PREVIOUS,
     champion_file,
     kept_champions,
 )
-from gaitsim.runs.growing import ClashError, Growing, GrowingHistory, padded
+from gaitsim.runs.growing import ClashError, Growing, GrowingHistory, GrowingIslands, padded
 from gaitsim.runs.lock import RunLock
 from gaitsim.runs.opening import open_run
 from gaitsim.runs.reader import Run, versions
@@ -108,6 +109,11 @@ class RunWriter:
         lines = history.line_ends(rows)
         if done and len(lines) < 1 + done:
             raise self.run.ends_early(HISTORY, max(len(lines) - 1, 0), done)
+        number = self.experiment.islands.number
+        islands = self.path / ISLANDS
+        bests_by_island = history.line_ends(islands) if number > 1 else []
+        if number > 1 and done and len(bests_by_island) < 1 + done:
+            raise self.run.ends_early(ISLANDS, max(len(bests_by_island) - 1, 0), done)
         stored = bests.stat().st_size // self._layout.itemsize if bests.exists() else 0
         if stored < done:
             raise self.run.ends_early(BESTS, stored, done)
@@ -116,6 +122,9 @@ class RunWriter:
             held.callback(self._history.close)
             self._bests = Growing(bests, done * self._layout.itemsize)
             held.callback(self._bests.close)
+            kept = bests_by_island[: done + 1] if done else []
+            self._islands = GrowingIslands(islands, number, kept)
+            held.callback(self._islands.close)
             self._digests = padded(self.path / DIGESTS, done, RECORD.itemsize)
             held.callback(self._digests.close)
             for number in kept_champions(self.path):
@@ -126,7 +135,10 @@ class RunWriter:
     def done(self) -> str:
         """Why no generation is to be evolved any more, or ''."""
         last = self.last
-        return stop_reason(self.experiment.evolution, last.number, last.progress) if last else ""
+        if last is None:
+            return ""
+        evolution = self.experiment.evolution
+        return stop_reason(evolution, last.number, last.progress, len(last.genomes))
 
     @property
     def rescores(self) -> bool:
@@ -148,18 +160,21 @@ class RunWriter:
             self.last = rescored(self.last, evaluate, self.last.progress)
         self._unscored = False
 
-    def evolve(self, evaluate: Callable[[Genomes], Evaluation]) -> Iterator[Generation]:
+    def evolve(
+        self, evaluate: Callable[[Genomes], Evaluation], spread: Spread | None = None
+    ) -> Iterator[Generation]:
         """Evolve from here; a generation that is yielded is on the disk.
 
         Args:
             evaluate: scores a population under `experiment`.
+            spread: evolves islands over workers; None evolves them here.
 
         Raises:
             PluginError: a plugin fails or breaks its contract; names its package.
             RunError: a generation cannot be written.
         """
         self.begin(evaluate)
-        for generation in evolve(self.experiment, evaluate, self.last, self._start):
+        for generation in evolve(self.experiment, evaluate, self.last, self._start, spread):
             self.record(generation)
             yield generation
 
@@ -186,16 +201,19 @@ class RunWriter:
         best = generation.best
         record = np.zeros((), self._layout)
         record["score"], record["genome"] = generation.scores[best], generation.genomes[best]
+        islands = history.island_bests(generation, self.experiment.islands.number)
+        kept = record.tobytes() + history.islands_record(islands)
         with writing(self.path):
             try:
                 self._history.append(values)
             except ClashError:
                 raise self._clash() from None
             self._bests.append(record.tobytes())
+            self._islands.append(generation.number, islands)
             # Not forced to disk, which takes as long as all else here: one that a power cut
             # takes away is only missed by who verifies the run.
             self._digests.append(
-                digests(generation.genomes, generation.evaluation, values, record.tobytes()),
+                digests(generation.genomes, generation.evaluation, values, kept),
                 force=False,
             )
         self._note_origin(generation.number)

@@ -89,7 +89,11 @@ class Watch:
         checkpoint, warning = found
         pending = changes(checkpoint.experiment, run.experiment_text)
         progress = next_progress(checkpoint, evolution, pending)
-        reason = "" if busy else stop_reason(evolution, checkpoint.generation, progress)
+        reason = (
+            ""
+            if busy
+            else stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))
+        )
         evaluations_per_second, generations_per_second = self._speeds(checkpoint)
         rows = self._tail.read(checkpoint.generation)
         seen = len(self.course)

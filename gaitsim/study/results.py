@@ -33,7 +33,7 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
     writer.writerow([EXPERIMENT, *study.axes, "generation", "evaluations", "repeats", *STATISTICS])
     for cell, best in results:
         generations = recorded(cell.experiment, study.record_every)
-        evaluations = generations * cell.experiment.evolution.population
+        evaluations = generations * cell.experiment.individuals
         # Of repeats that failed, with −inf, what has no value is NaN.
         with np.errstate(invalid="ignore"):
             q25, median, q75 = np.quantile(best, [0.25, 0.5, 0.75], axis=0)
@@ -90,7 +90,7 @@ def first_reached(study: Study, results: Iterable[tuple[Cell, Best]]) -> list[Re
             generations = int(recorded(cell.experiment, study.record_every)[there[0]])
             rest = {axis: cell.point[axis] for axis in study.axes if axis != POPULATION}
             found = Reached(name, population, generations, float(means[there[0]]), rest)
-            cost = population * generations
+            cost = cell.experiment.individuals * generations
             if name not in cheapest or cost < cheapest[name][0]:
                 cheapest[name] = cost, found
     return [

@@ -113,7 +113,7 @@ def run_cells(
 
 
 def _work(experiment: Experiment) -> int:
-    return experiment.evolution.population * experiment.evolution.generations
+    return experiment.individuals * experiment.evolution.generations
 
 
 def _file(folder: Path, cell: Cell) -> Path:

@@ -1,0 +1,278 @@
+"""Islands: who goes where, whose random streams, and that it does not matter where they evolve."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitsim.errors import ExperimentError
+from gaitsim.evaluation import judge
+from gaitsim.evolution import breed, evolve, first_population
+from gaitsim.evolution.islands import migrated, stretch, until_migration
+from gaitsim.evolution.repeats import evolve_repeats
+from gaitsim.experiment import Islands, parse_experiment
+
+THREE = ("islands.number=3", "islands.every=2", "islands.migrants=1", "evolution.generations=7")
+
+
+def here(experiment):
+    return lambda genomes: judge(experiment, genomes)
+
+
+def in_turn(experiment):
+    """As `Evaluator.map`, in this thread; what is sent and comes back counted."""
+
+    def spread(function, tasks, individuals=0):
+        spread.calls.append((len(tasks), individuals))
+        return [function(experiment, task) for task in tasks]
+
+    spread.calls = []
+    return spread
+
+
+def same(one, other):
+    for first, second in zip(one, other, strict=True):
+        assert np.array_equal(first.genomes, second.genomes)
+        assert np.array_equal(first.scores, second.scores)
+        assert first.evaluation.terms.keys() == second.evaluation.terms.keys()
+        assert (first.number, first.progress, first.diversity, first.stop) == (
+            second.number,
+            second.progress,
+            second.diversity,
+            second.stop,
+        )
+
+
+def numbered(islands, population):
+    """Genomes that say which they are: 'island.individual'; higher individuals score less."""
+    genomes = np.arange(islands)[:, None, None] + np.arange(population)[None, :, None] / 10.0
+    scores = -np.arange(population, dtype=float) + np.zeros((islands, 1))
+    return genomes, scores
+
+
+# Migration
+
+
+def test_on_a_ring_the_best_go_to_the_next_island():
+    genomes, scores = numbered(3, 5)
+    arrived, values = migrated(Islands(number=3, migrants=2), genomes, scores)
+    assert arrived[:, :, 0].tolist() == [
+        [0.0, 0.1, 0.2, 2.0, 2.1],
+        [1.0, 1.1, 1.2, 0.0, 0.1],
+        [2.0, 2.1, 2.2, 1.0, 1.1],
+    ]
+    assert values.tolist() == [[0, -1, -2, 0, -1]] * 3
+    assert genomes[0, 3, 0] == 0.3  # what was there is not changed
+
+
+def test_to_all_the_best_go_everywhere():
+    genomes, scores = numbered(3, 5)
+    arrived, _ = migrated(Islands(number=3, migrants=2, topology="all"), genomes, scores)
+    assert arrived[:, :, 0].tolist() == [
+        [0.0, 1.0, 1.1, 2.0, 2.1],
+        [1.0, 0.0, 0.1, 2.0, 2.1],
+        [2.0, 0.0, 0.1, 1.0, 1.1],
+    ]
+
+
+def test_two_islands_exchange_on_a_ring_as_all_do():
+    genomes, scores = numbered(2, 4)
+    ring, every = (
+        migrated(Islands(number=2, migrants=1, topology=topology), genomes, scores)
+        for topology in ("ring", "all")
+    )
+    assert np.array_equal(ring[0], every[0])
+    assert ring[0][:, :, 0].tolist() == [[0.0, 0.1, 0.2, 1.0], [1.0, 1.1, 1.2, 0.0]]
+
+
+def test_failed_individuals_are_the_worst():
+    genomes, _ = numbered(2, 3)
+    scores = np.array([[-np.inf, 1.0, 2.0], [5.0, -np.inf, -np.inf]])
+    arrived, values = migrated(Islands(number=2, migrants=1), genomes, scores)
+    assert arrived[:, :, 0].tolist() == [[1.0, 0.1, 0.2], [1.0, 1.1, 0.2]]
+    assert values.tolist() == [[5.0, 1.0, 2.0], [5.0, -np.inf, 2.0]]
+
+
+@given(
+    number=st.integers(1, 5),
+    migrants=st.integers(0, 3),
+    topology=st.sampled_from(["ring", "all"]),
+    seed=st.integers(0, 99),
+)
+@settings(max_examples=60, deadline=None)
+def test_migration_makes_no_island_worse(number, migrants, topology, seed):
+    islands = Islands(number=number, migrants=migrants, topology=topology)
+    rng = np.random.default_rng(seed)
+    genomes = rng.normal(size=(number, 14, 2))
+    scores = np.round(rng.normal(size=(number, 14)), 1)  # with equals among them
+    arrived, values = migrated(islands, genomes, scores)
+    known = {
+        tuple(genome): score
+        for genome, score in zip(genomes.reshape(-1, 2), scores.flat, strict=True)
+    }
+    for genome, value in zip(arrived.reshape(-1, 2), values.flat, strict=True):
+        assert known[tuple(genome)] == value  # each came with its score
+    assert (values.max(axis=1) >= scores.max(axis=1)).all()
+    kept = 14 - islands.immigrants
+    ordered = -np.sort(-scores, axis=1)
+    for island in range(number):
+        assert sorted(ordered[island, :kept]) == sorted(
+            np.delete(values[island], np.argsort(-scores[island], kind="stable")[kept:])
+        )
+
+
+# Evolving
+
+
+def test_islands_have_random_streams_of_their_own(puppet):
+    experiment = puppet(*THREE)
+    first = next(evolve(experiment, here(experiment))).genomes.reshape(3, 6, 3)
+    assert np.array_equal(first[0], first_population(puppet(), experiment.space()))
+    assert len(np.unique(first.reshape(18, 3), axis=0)) == 18
+
+
+def test_between_migrations_islands_are_bred_apart(puppet):
+    experiment = puppet(*THREE)
+    space = experiment.space()
+    generations = list(evolve(experiment, here(experiment)))
+    assert [generation.progress.evaluations for generation in generations] == [
+        18 * number for number in range(1, 8)
+    ]
+    for before, after in itertools.pairwise(generations):
+        genomes, scores = before.genomes.reshape(3, 6, 3), before.scores.reshape(3, 6)
+        if before.number % 2 == 0:
+            genomes, scores = migrated(experiment.islands, genomes, scores)
+        for island in range(3):
+            bred = breed(experiment, space, genomes[island], scores[island], after.number, island)
+            assert np.array_equal(after.genomes.reshape(3, 6, 3)[island], bred)
+
+
+def test_one_island_is_a_search_without_islands(puppet):
+    plain, experiment = puppet(), puppet("islands.every=1", "islands.migrants=5")
+    same(evolve(plain, here(plain)), evolve(experiment, here(experiment)))
+
+
+def test_isolated_islands_do_not_know_of_each_other(puppet):
+    experiment = puppet(*THREE, "islands.migrants=0")
+    alone = puppet("evolution.generations=7")
+    for many, one in zip(
+        evolve(experiment, here(experiment)), evolve(alone, here(alone)), strict=True
+    ):
+        assert np.array_equal(many.genomes[:6], one.genomes)
+
+
+@pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
+@pytest.mark.parametrize("topology", ["ring", "all"])
+def test_stretches_make_the_same_generations(puppet, every, topology):
+    experiment = puppet(*THREE, f"islands.every={every}", f"islands.topology={topology}")
+    spread = in_turn(experiment)
+    whole = list(evolve(experiment, here(experiment)))
+    same(whole, evolve(experiment, here(experiment), spread=spread))
+    lengths = [len(range(first, min(first + every, 8))) for first in range(1, 8, every)]
+    assert spread.calls == [(3, 6 * length) for length in lengths]
+    # And from anywhere: the next stretch then ends where it would have ended.
+    for begun in whole[:-1]:
+        same(
+            whole[begun.number :],
+            evolve(experiment, here(experiment), begun, spread=in_turn(experiment)),
+        )
+
+
+def test_stretches_begin_with_a_kept_individual(puppet):
+    experiment = puppet(*THREE)
+    start = np.array([0.5, -0.5, 1.0])
+    whole = list(evolve(experiment, here(experiment), start=start))
+    first = whole[0].genomes.reshape(3, 6, 3)
+    assert (first[:, 0] == start).all()
+    assert len(np.unique(first[:, 1:].reshape(15, 3), axis=0)) == 15
+    same(whole, evolve(experiment, here(experiment), start=start, spread=in_turn(experiment)))
+
+
+def test_a_search_stops_within_a_stretch(puppet):
+    experiment = puppet(*THREE, "islands.every=5", "evolution.max_evaluations=60")
+    found = list(evolve(experiment, here(experiment), spread=in_turn(experiment)))
+    assert [generation.number for generation in found] == [1, 2, 3]
+    assert found[-1].stop == "another generation would exceed 60 evaluations"
+
+
+def test_stretches_end_at_migrations(puppet):
+    experiment = puppet("islands.every=10", "evolution.generations=25")
+    ends = [until_migration(experiment, first) for first in (1, 7, 10, 11, 20, 21, 25)]
+    assert ends == [10, 10, 10, 20, 20, 25, 25]
+
+
+def test_what_a_worker_is_given_and_gives_can_travel(puppet):
+    import pickle
+
+    experiment = puppet(*THREE)
+    tasks = []
+
+    def spread(function, given, individuals=0):
+        tasks.extend(given)
+        return [function(experiment, task) for task in given]
+
+    next(evolve(experiment, here(experiment), spread=spread))
+    assert pickle.loads(pickle.dumps(stretch)) is stretch
+    for task in tasks:
+        ((genomes, evaluation), *_) = pickle.loads(
+            pickle.dumps(stretch(experiment, pickle.loads(pickle.dumps(task))))
+        )
+        assert len(genomes) == len(evaluation.scores) == 6
+
+
+def test_repeats_have_islands_of_their_own(puppet):
+    experiment = puppet(*THREE)
+    found = list(evolve_repeats(experiment, here(experiment), 4))
+    assert [one.evaluations for one in found] == [18 * number for number in range(1, 8)]
+    assert found[-1].best.shape == (4,)
+    # Without migrants, repeats and islands are the same thing.
+    apart = puppet(*THREE, "islands.migrants=0")
+    plain = puppet("evolution.generations=7")
+    twelve = list(evolve_repeats(plain, here(plain), 12))
+    for one, other in zip(evolve_repeats(apart, here(apart), 4), twelve, strict=True):
+        assert np.array_equal(one.best, other.best.reshape(4, 3).max(axis=1))
+
+
+# The options
+
+
+@pytest.mark.parametrize(
+    ("overrides", "what", "allowed"),
+    [
+        (("islands.number=2", "islands.migrants=6"), "6 migrants from the neighbour", "≤ 5"),
+        (
+            ("islands.number=4", "islands.topology=all"),
+            "2 migrants from each of 3 neighbours leave no room in a population of 6",
+            "≤ 1, or the topology ring",
+        ),
+        (("islands.number=0",), "0 is not allowed", "≥ 1"),
+        (("islands.every=0",), "0 is not allowed", "≥ 1"),
+        (("islands.migrants=-1",), "-1 is not allowed", "≥ 0"),
+        (("islands.topology=star",), "star is not allowed", '"ring" or "all"'),
+        (("islands.count=3",), "unknown key", "number"),
+        (("islands=3",), "is a section", "mutation.rate"),
+        (
+            ("islands.number=3", "evolution.max_evaluations=17"),
+            "17 evaluations are fewer than 3 populations of 6",
+            "≥ 18",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused(puppet, overrides, what, allowed):
+    with pytest.raises(ExperimentError) as refused:
+        puppet(*overrides)
+    (problem,) = refused.value.problems
+    assert what in problem.what
+    assert allowed in problem.allowed
+
+
+def test_options_come_back(puppet):
+    experiment = puppet(*THREE, "islands.topology=all")
+    again = parse_experiment(experiment.to_toml(), "again")
+    assert again.islands == Islands(number=3, every=2, migrants=1, topology="all")
+    assert again.individuals == 18
+    with pytest.raises(ExperimentError) as refused:
+        puppet("migrants=3")
+    assert "islands.migrants" in refused.value.problems[0].remedy
