@@ -197,7 +197,10 @@ def test_a_second_interrupt_is_granted_at_once(start, puppet_file, tmp_path, wor
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert stderr == "Stopped, as of the last saved generation. Go on with: gaitsim resume run\n"
+    where, how = stderr.splitlines()
+    assert where.startswith("When it was stopped, organism 'puppet' of package gaitsim-puppets 1.0")
+    assert " was moving a population" in where
+    assert how == "Stopped, as of the last saved generation. Go on with: gaitsim resume run"
 
 
 SLEEPY = """
@@ -218,7 +221,7 @@ def test_an_interrupt_while_preparing_is_granted_at_once(
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     process = start("run", puppet_file, "--set", "organism.plugin=sleepy")
     assert process.stdout.readline() == "run runs/puppet\n"
-    assert process.stdout.readline() == "moving 1\n"
+    assert process.stderr.readline() == "moving 1\n"  # not among the results
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
@@ -234,9 +237,9 @@ def test_workers_end_with_a_killed_program(start, puppet_file, tmp_path):
     process.kill()
     process.wait()
     # The pipe ends when the last worker that holds it does.
-    assert select.select([process.stdout], [], [], 60)[0]
-    while os.read(process.stdout.fileno(), 1000):
-        assert select.select([process.stdout], [], [], 60)[0]
+    assert select.select([process.stderr], [], [], 60)[0]
+    while os.read(process.stderr.fileno(), 1000):
+        assert select.select([process.stderr], [], [], 60)[0]
 
 
 SPOILT = """
