@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitsim.cli.run import Json, Set, Workers
+from gaitsim.cli.run import Dask, Json, Set, Workers
 
 if TYPE_CHECKING:
+    from gaitsim.evaluation import Executor
     from gaitsim.experiment import Experiment
     from gaitsim.study.comparison import Findings, Sample
 
@@ -26,6 +27,7 @@ def compare(
     population: Annotated[int | None, typer.Option(help="Individuals a generation.")] = None,
     set_: Set = None,
     workers: Workers = None,
+    dask: Dask = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report. Default: comparisons/<names>.")
     ] = None,
@@ -46,6 +48,7 @@ def compare(
     from math import isfinite
     from shutil import rmtree
 
+    from gaitsim.cli.cluster import cluster
     from gaitsim.cli.console import notice, print_json
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.errors import GaitsimError
@@ -63,16 +66,17 @@ def compare(
         notice("Warning: the experiments differ in their fitness; their scores may not compare.")
     texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
     name = "-against-".join(one.name for one in loaded.values())[:150]
-    folder = create_folder(out or Path("comparisons") / name, texts)
-    try:
-        with interruptible():
-            findings = find(_samples(loaded, repeats, workers, quiet=json), target)
-    except BaseException as error:
-        rmtree(folder, ignore_errors=True)
-        if not isinstance(error, KeyboardInterrupt):
-            raise
-        notice("Stopped; nothing was written.")
-        sys.exit(130)
+    with cluster(dask, workers) as executor:
+        folder = create_folder(out or Path("comparisons") / name, texts)
+        try:
+            with interruptible():
+                findings = find(_samples(loaded, repeats, workers, executor, quiet=json), target)
+        except BaseException as error:
+            rmtree(folder, ignore_errors=True)
+            if not isinstance(error, KeyboardInterrupt):
+                raise
+            notice("Stopped; nothing was written.")
+            sys.exit(130)
     shown = f"./{folder}" if str(folder).startswith("-") else str(folder)
     again = ["gaitsim", "compare", *(f"{shown}/{text}" for text in texts)]
     again += ["--repeats", str(repeats), *(["--target", str(target)] if target is not None else [])]
@@ -88,11 +92,16 @@ def compare(
 
 
 def _samples(
-    loaded: "dict[str, Experiment]", repeats: int, workers: int | None, quiet: bool
+    loaded: "dict[str, Experiment]",
+    repeats: int,
+    workers: int | None,
+    cluster: "Executor | None",
+    quiet: bool,
 ) -> "dict[str, Sample]":
     """Repeat each experiment, with a progress bar or a line each."""
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+    from gaitsim.cli.cluster import warn
     from gaitsim.cli.console import errors, notice
     from gaitsim.study.comparison import sample
 
@@ -109,7 +118,8 @@ def _samples(
     with bar:
         for label, experiment in loaded.items():
             task = bar.add_task("", total=experiment.evolution.generations, label=label)
-            found[label] = sample(experiment, repeats, workers, partial(bar.advance, task))
+            advance = partial(bar.advance, task)
+            found[label] = sample(experiment, repeats, workers, advance, warn, cluster)
             if not console.is_terminal and not quiet:
                 notice(f"{label}: {repeats} repeats are done")
     return found

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitsim.cli.run import Workers
+from gaitsim.cli.run import Dask, Workers
 
 if TYPE_CHECKING:
+    from gaitsim.evaluation import Executor
     from gaitsim.study.file import Cell, Study
     from gaitsim.study.running import Best
 
@@ -21,6 +22,7 @@ def study(
         ),
     ],
     workers: Workers = None,
+    dask: Dask = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the study. Default: studies/<name>.")
     ] = None,
@@ -36,9 +38,12 @@ def study(
     gaitsim study my-study.toml --out studies/mine
 
     gaitsim study studies/mine
+
+    gaitsim study millipede-operators --dask tcp://host:8786
     """
     import sys
 
+    from gaitsim.cli.cluster import cluster
     from gaitsim.cli.console import notice, output
     from gaitsim.runs.folder import command, create_folder
     from gaitsim.runs.lock import RunLock
@@ -49,17 +54,18 @@ def study(
     read, text = read_study(source)
     every = cells(read, Path(study) if begun else None, source)
     folder = Path(study) if begun else out or Path("studies") / read.name
-    if not begun:
-        folder = create_folder(folder, {STUDY: text, **resolved(read)})
-    lock = RunLock(folder)
-    try:
-        if not _run(folder, read, every, workers):
-            notice(f"Stopped; finished cells are kept. Go on with: {command('study', folder)}")
-            sys.exit(130)
-        results = _collect(folder, read, every)
-        _write(folder, read, results)
-    finally:
-        lock.release()
+    with cluster(dask, workers) as executor:
+        if not begun:
+            folder = create_folder(folder, {STUDY: text, **resolved(read)})
+        lock = RunLock(folder)
+        try:
+            if not _run(folder, read, every, workers, executor):
+                notice(f"Stopped; finished cells are kept. Go on with: {command('study', folder)}")
+                sys.exit(130)
+            results = _collect(folder, read, every)
+            _write(folder, read, results)
+        finally:
+            lock.release()
     _summarise(folder, read, results)
     output().print(f"\nTable: {folder / TABLE}", markup=False)
 
@@ -67,7 +73,13 @@ def study(
 STUDY, TABLE, REPORT = "study.toml", "results.csv", "report.md"
 
 
-def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None) -> bool:
+def _run(
+    folder: Path,
+    study: "Study",
+    every: "list[Cell]",
+    workers: int | None,
+    cluster: "Executor | None",
+) -> bool:
     """Run what is not finished, with a progress bar; False when the user stopped it."""
     import time
 
@@ -80,8 +92,11 @@ def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None)
         TimeRemainingColumn,
     )
 
+    from gaitsim.cli.cluster import warn
     from gaitsim.cli.console import errors, notice
     from gaitsim.cli.interrupts import interruptible
+    from gaitsim.errors import GaitsimError
+    from gaitsim.runs.folder import command
     from gaitsim.study.running import finished, run_cells
 
     missing = [
@@ -106,7 +121,9 @@ def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None)
     try:
         with interruptible(), bar:
             done = len(every) - len(missing)
-            for _ in run_cells(folder, missing, study.repeats, study.record_every, workers):
+            for _ in run_cells(
+                folder, missing, study.repeats, study.record_every, workers, warn, cluster
+            ):
                 done += 1
                 bar.advance(task)
                 if not console.is_terminal and time.monotonic() - said > 2:
@@ -114,6 +131,10 @@ def _run(folder: Path, study: "Study", every: "list[Cell]", workers: int | None)
                     notice(f"{done}/{len(every)} cells")
     except KeyboardInterrupt:
         return False
+    except GaitsimError as error:
+        again = f"finished cells are kept; go on with: {command('study', folder)}"
+        error.remedy = f"{error.remedy}; {again}" if error.remedy else again
+        raise
     return True
 
 

@@ -20,7 +20,8 @@ from gaitsim.analysis.statistics import (
     reaching,
 )
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation import Evaluator, Executor
+from gaitsim.evaluation.processes import Tell
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment, load_experiment, with_overrides
 from gaitsim.study.results import markdown
@@ -100,10 +101,25 @@ def sample(
     repeats: int,
     workers: int | None,
     tell: Callable[[], None],
+    warn: Tell = lambda text: None,
+    cluster: Executor | None = None,
 ) -> Sample:
-    """Repeat one experiment; `tell` is called after each generation."""
+    """Repeat one experiment.
+
+    Args:
+        experiment: it.
+        repeats: how many.
+        workers: how many work at a time; None for as many as there are cores.
+        tell: is called after each generation.
+        warn: is told, for the user, of workers that died or idle.
+        cluster: workers elsewhere; whoever made it ends it.
+
+    Raises:
+        GaitsimError: a plugin fails, or the workers do.
+    """
     best, evaluations = [], []
-    with Evaluator(experiment, workers) as evaluator:
+    with Evaluator(experiment, workers, warn, cluster) as evaluator:
+        evaluator.prepare()
         for generation in evolve_repeats(experiment, evaluator.evaluate, repeats):
             best.append(generation.best)
             evaluations.append(generation.evaluations)

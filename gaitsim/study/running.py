@@ -4,18 +4,15 @@ import hashlib
 import io
 import math
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import active_children, get_context
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.executors import cores
-from gaitsim.evaluation.portable import begin_worker
+from gaitsim.evaluation import Evaluator, Executor
+from gaitsim.evaluation.executors import WorkerLostError, cores
+from gaitsim.evaluation.processes import Processes, Tell
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
 from gaitsim.runs.atomic import write_bytes, writing
@@ -65,51 +62,58 @@ def finished(folder: Path, cell: Cell, repeats: int, every: int) -> Best | None:
 
 
 def run_cells(
-    folder: Path, cells: Sequence[Cell], repeats: int, every: int, workers: int | None
+    folder: Path,
+    cells: Sequence[Cell],
+    repeats: int,
+    every: int,
+    workers: int | None,
+    tell: Tell = lambda text: None,
+    cluster: Executor | None = None,
 ) -> Iterator[Cell]:
     """Run cells over worker processes and write each as it is done; yields those done.
 
     Whoever stops iterating ends the workers; what is not written is run again next time.
 
+    Args:
+        folder: of the study.
+        cells: what to run.
+        repeats: of each.
+        every: so many generations are recorded.
+        workers: how many; None for as many as there are cores.
+        tell: is told, for the user, of workers that died.
+        cluster: workers elsewhere, instead; whoever made it ends it.
+
     Raises:
-        GaitsimError: a cell fails, a worker dies, or a result cannot be written.
+        GaitsimError: a cell fails, or ends its workers again and again, or a result cannot
+            be written.
     """
-    waiting = list(cells)
-    count = min(workers or cores(), max(1, len(waiting)))
     with writing(folder):
         (folder / CELLS).mkdir(exist_ok=True)
-    pool = ProcessPoolExecutor(count, get_context("spawn"), begin_worker)
-    running: dict[Future[Best], Cell] = {}
+    # The longest first, so that no core is left with it at the end.
+    ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
+    tasks = [(cell.experiment, repeats, every) for cell in ordered]
+    own = Processes(min(workers or cores(), max(1, len(cells))), tell) if cluster is None else None
+    executor = cluster or own
+    assert executor is not None
     try:
-        # The longest first, so that no core is left with it at the end.
-        waiting.sort(key=lambda cell: _work(cell.experiment))
-        while waiting or running:
-            while waiting and len(running) < 2 * count:
-                cell = waiting.pop()
-                running[pool.submit(run_cell, cell.experiment, repeats, every)] = cell
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                cell = running.pop(future)
-                try:
-                    best = future.result()
-                except GaitsimError as error:
-                    place = ", ".join(f"{axis} {value}" for axis, value in cell.point.items())
-                    error.where = f"{error.where}; cell {place}" if error.where else place
-                    raise
-                file = io.BytesIO()
-                np.save(file, best, allow_pickle=False)
-                write_bytes(_file(folder, cell), file.getvalue())
-                yield cell
-    except BrokenProcessPool:
+        executor.check(cell.experiment for cell in ordered)
+        for place, best in executor.each(_run_cell, tasks):
+            file = io.BytesIO()
+            np.save(file, best, allow_pickle=False)
+            write_bytes(_file(folder, ordered[place]), file.getvalue())
+            yield ordered[place]
+    except WorkerLostError as error:
         raise GaitsimError(
-            f"a worker process died while running the study {folder}",
-            remedy="finished cells are kept; go on, with fewer --workers if memory was short",
+            f"{error.what}, a cell of the study {folder}",
+            remedy="give fewer --workers, if memory was short",
         ) from None
     finally:
-        # What still runs would not be written: whoever stops does not wait for it.
-        for worker in active_children() if running else ():
-            worker.kill()
-        pool.shutdown(cancel_futures=True)
+        if own is not None:
+            own.close()
+
+
+def _run_cell(task: tuple[Experiment, int, int]) -> Best:
+    return run_cell(*task)
 
 
 def _work(experiment: Experiment) -> int:

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.evaluation.executors import WorkerLostError
+from gaitsim.evaluation.processes import Processes
 from gaitsim.study.file import cells, parse_study, read_study
 from gaitsim.study.results import first_reached, table
 from gaitsim.study.running import finished, recorded, run_cell, run_cells
@@ -150,14 +152,30 @@ def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path) -> None:
     assert float(rows[0]["q25"]) <= float(rows[0]["median"]) <= float(rows[0]["q75"])
 
 
-def test_a_worker_that_dies_is_told(tmp_path) -> None:
+def test_the_cell_of_a_worker_that_dies_is_run_again(tmp_path) -> None:
     every = cells(parse_study(SMALL, "small.toml"))
-    some = run_cells(tmp_path, every, 4, 4, 1)
+    whole, hurt = tmp_path / "whole", tmp_path / "hurt"
+    whole.mkdir()
+    hurt.mkdir()
+    list(run_cells(whole, every, 4, 4, 1))
+    told: list[str] = []
+    some = run_cells(hurt, every, 4, 4, 2, told.append)
     next(some)
     for worker in active_children():
         worker.kill()
-    with pytest.raises(GaitsimError, match="a worker process died"):
-        list(some)
+    list(some)
+    assert told
+    for cell in every:
+        np.testing.assert_array_equal(finished(hurt, cell, 4, 4), finished(whole, cell, 4, 4))
+
+
+def test_a_cell_that_kills_its_workers_is_told(tmp_path, monkeypatch) -> None:
+    def lost(*_: object) -> None:
+        raise WorkerLostError("a worker process died 3 times over the same work")
+
+    monkeypatch.setattr(Processes, "each", lost)
+    with pytest.raises(GaitsimError, match="died 3 times over the same work, a cell of the study"):
+        list(run_cells(tmp_path, cells(parse_study(SMALL, "small.toml")), 4, 4, 2))
 
 
 def test_the_cheapest_cell_that_reaches_the_target() -> None:
