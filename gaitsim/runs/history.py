@@ -95,21 +95,22 @@ def read_islands(path: Path, islands: int) -> NDArray[np.float64]:
         RunError: it cannot be read, or a row is damaged.
     """
     data = _read(path)
-    rows = data[: data.rfind(b"\n") + 1].split(b"\n")[:-1]
+    head, *rows = data[: data.rfind(b"\n") + 1].split(b"\n")[:-1] or [b""]
+    if not head and not rows:
+        return np.empty((0, islands))
+    wrong = _damaged(path, f"it does not hold a row of numbers a generation for {islands} islands")
+    if head.decode(errors="replace") != ",".join(islands_header(islands)) or not all(rows):
+        raise wrong
     if not rows:
         return np.empty((0, islands))
     try:
-        names = tuple(next(csv.reader([rows[0].decode()])))
-        table = np.loadtxt([row.decode() for row in rows[1:]] or ["nan"], delimiter=",", ndmin=2)
-    except (UnicodeDecodeError, csv.Error, ValueError):
-        raise _damaged(path, "a row does not hold numbers alone") from None
-    table = table[: len(rows) - 1].reshape(len(rows) - 1, -1)
-    numbers = np.arange(1, len(rows))
-    if names != islands_header(islands) or (
-        len(table) and (table.shape[1] != len(names) or not np.array_equal(table[:, 0], numbers))
-    ):
-        raise _damaged(path, f"it does not hold a row a generation for {islands} islands")
-    return table[:, 1:] if len(table) else np.empty((0, islands))
+        table = np.loadtxt([row.decode() for row in rows], delimiter=",", comments=None, ndmin=2)
+    except (UnicodeDecodeError, ValueError):
+        raise wrong from None
+    numbers = np.arange(1, len(rows) + 1)
+    if table.shape != (len(rows), 1 + islands) or not np.array_equal(table[:, 0], numbers):
+        raise wrong
+    return table[:, 1:]
 
 
 def _quartiles(values: NDArray[np.float64]) -> list[float]:

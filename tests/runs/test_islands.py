@@ -1,0 +1,200 @@
+"""Runs with islands: what is kept of each, resumed, forked and verified."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import CheckpointError, ExperimentError, RunError
+from gaitsim.evaluation import judge
+from gaitsim.runs.checkpoint import pack, read_checkpoint
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.fork import fork_run
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import replay
+from gaitsim.runs.stages import stages_of
+from gaitsim.runs.start import champion_of
+from gaitsim.runs.verify import verify
+from gaitsim.runs.writer import RunWriter
+
+ISLANDS = (
+    "islands.number=3",
+    "islands.every=3",
+    "islands.migrants=1",
+    "evolution.generations=8",
+    "evolution.fitness_threshold=0",
+)
+
+
+def evolve(path, *overrides, generations=None, until=None, spread=False):
+    with RunWriter(path, overrides=overrides, generations=generations) as writer:
+        experiment = writer.experiment
+
+        def over(function, tasks, individuals=0):
+            return [function(experiment, task) for task in tasks]
+
+        for generation in writer.evolve(
+            lambda genomes: judge(experiment, genomes), over if spread else None
+        ):
+            if generation.number == until:
+                break
+    return Run(path)
+
+
+@pytest.fixture
+def new(puppet, tmp_path):
+    """Makes the folder of a run with islands."""
+    return lambda *overrides: create_run(puppet(*ISLANDS, *overrides), tmp_path / "run")
+
+
+@pytest.fixture
+def run(new):
+    """A run with islands, evolved to its end."""
+    return evolve(new())
+
+
+def test_each_islands_best_is_kept(run):
+    checkpoint = run.checkpoint()[0]
+    assert checkpoint.genomes.shape == (18, 3)
+    assert run.islands.shape == (8, 3)
+    assert np.array_equal(run.islands[-1], checkpoint.scores.reshape(3, 6).max(axis=1))
+    assert np.array_equal(run.islands.max(axis=1), run.history["best"])
+    assert run.history["evaluations"].tolist() == [18 * number for number in range(1, 9)]
+    text = (run.path / "islands.csv").read_text().splitlines()
+    assert text[0] == "generation,island 1,island 2,island 3"
+    assert text[8].startswith("8,")
+    for generation in (1, 8):
+        found = replay(run, generation)
+        assert judge(found.experiment, found.genome[None]).scores[0] == found.score
+    assert [*(run.path / "champions").iterdir()]
+
+
+def test_a_run_without_islands_keeps_no_such_file(puppet, tmp_path):
+    plain = evolve(create_run(puppet(), tmp_path / "plain"))
+    assert not (plain.path / "islands.csv").exists()
+    assert plain.islands.tolist() == plain.history["best"][:, None].tolist()
+
+
+@pytest.mark.parametrize("until", range(1, 8))
+@pytest.mark.parametrize("spread", [False, True])
+def test_stopped_anywhere_it_becomes_the_same_run(run, new, until, spread):
+    stopped = evolve(new(), until=until, spread=spread)
+    assert stopped.generation == until
+    again = evolve(stopped.path, spread=not spread)
+    assert again.fingerprint() == run.fingerprint()
+    assert (again.path / "islands.csv").read_text() == (run.path / "islands.csv").read_text()
+
+
+def test_killed_while_writing_it_becomes_the_same_run(run, new):
+    stopped = evolve(new(), until=5)
+    path = stopped.path / "islands.csv"
+    path.write_bytes(path.read_bytes() + b"6,0.5,0.25,0.125\n7,0.")
+    assert len(stopped.islands) == 5
+    assert evolve(stopped.path).fingerprint() == run.fingerprint()
+    assert path.read_text() == (run.path / "islands.csv").read_text()
+
+
+def test_lost_islands_are_told(run):
+    path = run.path / "islands.csv"
+    whole = path.read_text()
+    path.write_text("".join(whole.splitlines(keepends=True)[:4]))
+    for use in (lambda: run.islands, lambda: evolve(run.path, generations=9)):
+        with pytest.raises(RunError, match=r"islands\.csv ends at generation 3"):
+            use()
+    for text in (whole.replace("island 3", "island 4"), whole.replace("\n5,", "\n6,"), "\n\n"):
+        path.write_text(text)
+        with pytest.raises(RunError, match=r"islands\.csv"):
+            _ = run.islands
+
+
+def test_islands_are_verified(run):
+    verdict = verify(run, everything=True, workers=1)
+    assert verdict.identical, verdict.differences
+    sampled = verify(run, workers=1)
+    assert (sampled.identical, sampled.whole) == (True, (1, 8))
+    path = run.path / "islands.csv"
+    lines = path.read_text().splitlines()
+    cells = lines[4].split(",")
+    worse = 1 + int(np.argmin(run.islands[3]))
+    cells[worse] = repr(float(cells[worse]) - 1e-9)
+    lines[4] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+    assert [*verify(run, [1], workers=1).differences] == [4]
+    verdict = verify(run, everything=True, workers=1)
+    assert f"islands.csv: the best score of island {worse} is another" in verdict.differences[4]
+    (run.path / "digests.bin").unlink()
+    assert [*verify(run, everything=True, workers=1).differences] == [4]
+
+
+def test_stages_may_change_all_but_the_number(run):
+    overrides = ("islands.migrants=2", "islands.topology=all", "fitness.price=0.3")
+    with RunWriter(run.path, overrides=overrides, generations=12) as writer:
+        assert [change.key for change in writer.changes] == [
+            "fitness.price",
+            "islands.migrants",
+            "islands.topology",
+        ]
+    changed = evolve(run.path)
+    assert [stage.first for stage in stages_of(changed.checkpoint()[0])] == [1, 9]
+    assert verify(changed, everything=True, workers=1).identical
+    with pytest.raises(ExperimentError) as refused:
+        evolve(run.path, "islands.number=2")
+    (problem,) = refused.value.problems
+    assert problem.what == "a run that goes on keeps its islands"
+    assert "islands.number" in problem.where
+    with pytest.raises(ExperimentError, match="a problem") as refused:
+        evolve(run.path, "evolution.population=9")
+    assert refused.value.problems[0].allowed == "6"
+
+
+def test_a_plain_run_gets_no_islands(puppet, tmp_path):
+    plain = evolve(create_run(puppet(), tmp_path / "plain"))
+    with pytest.raises(ExperimentError):
+        evolve(plain.path, "islands.number=2", generations=9)
+    # What means nothing to it begins no stage.
+    evolve(plain.path, "islands.every=2", generations=9)
+    assert len(stages_of(plain.checkpoint()[0])) == 1
+
+
+def test_an_experiment_changed_by_hand_must_fit(run):
+    path = run.path / "experiment.toml"
+    text = path.read_text()
+    path.write_text(
+        text.replace("number = 3", "number = 2").replace("population = 6", "population = 9")
+    )
+    with pytest.raises(CheckpointError, match="asks for 2 islands"):
+        evolve(run.path)
+
+
+def test_a_fork_is_cut_to_the_checkpoint(run, new):
+    stopped = evolve(new(), until=4)
+    path = stopped.path / "islands.csv"
+    path.write_bytes(path.read_bytes() + b"5,0.5,0.25,0.125\n")
+    fork = Run(fork_run(stopped.path))
+    assert len((fork.path / "islands.csv").read_text().splitlines()) == 5
+    assert evolve(fork.path).fingerprint() == run.fingerprint()
+
+
+def test_islands_begin_with_an_individual(run, puppet, tmp_path):
+    begun = evolve(create_run(puppet(*ISLANDS), tmp_path / "begun", champion_of(run)))
+    first = begun.bests[0]
+    assert first["score"] >= champion_of(run).score
+    assert verify(begun, everything=True, workers=1).identical
+
+
+def test_an_older_checkpoint_has_one_island(puppet, tmp_path):
+    """As gaitsim wrote it that knew of none."""
+    plain = evolve(create_run(puppet(), tmp_path / "plain"))
+    before = plain.fingerprint()
+    path = plain.path / "population.pickle"
+    checkpoint = read_checkpoint(path)
+    text = checkpoint.experiment
+    start, end = text.index("[islands]"), text.index("[organism]")
+    older = text[:start] + text[end:]
+    path.write_bytes(pack(replace(checkpoint, experiment=older)))
+    (plain.path / "experiment.toml").write_text(older)
+    run = Run(plain.path)
+    assert run.fingerprint() == before
+    assert run.pending == ()
+    assert len(stages_of(evolve(plain.path, generations=7).checkpoint()[0])) == 1
+    assert verify(Run(plain.path), everything=True, workers=1).identical
