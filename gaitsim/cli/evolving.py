@@ -17,6 +17,7 @@ from gaitsim.cli.console import errors, notice
 from gaitsim.cli.progress import Display, display
 from gaitsim.cli.summary import summarise
 from gaitsim.evaluation import Evaluator, Executor
+from gaitsim.evolution import spreading
 from gaitsim.runs.folder import command, resumable
 from gaitsim.runs.writer import RunWriter
 
@@ -121,7 +122,7 @@ def _evolve(
             _begin_stage(writer, evaluator, shown)
             with shown:
                 interrupted.patient, interrupted.say = True, shown.stopping
-                for generation in writer.evolve(evaluator.evaluate):
+                for generation in writer.evolve(evaluator.evaluate, spreading(evaluator)):
                     shown.update(generation)
                     if generation.stop or interrupted.wanted:
                         return generation.stop

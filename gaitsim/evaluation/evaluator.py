@@ -115,6 +115,11 @@ class Evaluator:
         self._sharing.line.learn(len(genomes), seconds, self._near.workers)
         return joined(self.experiment, parts)
 
+    @property
+    def elsewhere(self) -> bool:
+        """Whether workers are other processes, which would rather be asked seldom."""
+        return self._far is not None
+
     def map(
         self,
         function: Callable[[Experiment, Task], Result],

@@ -2,7 +2,7 @@
 
 from gaitsim.evolution.breeding import breed, first_population
 from gaitsim.evolution.generation import Generation, Progress
-from gaitsim.evolution.islands import Spread
+from gaitsim.evolution.islands import Spread, spreading
 from gaitsim.evolution.loop import evolve, stop_reason
 from gaitsim.evolution.stage import rescored, stage_progress
 
@@ -14,6 +14,7 @@ __all__ = [
     "evolve",
     "first_population",
     "rescored",
+    "spreading",
     "stage_progress",
     "stop_reason",
 ]

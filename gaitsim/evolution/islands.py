@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, Genomes, GenomeSpace
-from gaitsim.evaluation import Evaluation, judge
+from gaitsim.evaluation import Evaluation, Evaluator, judge
 from gaitsim.evaluation.judge import joined
 from gaitsim.evolution.breeding import breed, first_population, population_from
 from gaitsim.experiment import Experiment, Islands
@@ -179,6 +179,17 @@ def stretch(experiment: Experiment, task: Stretch) -> list[Made]:
         made.append((population, evaluation))
         genomes, scores = population, evaluation.scores
     return made
+
+
+def spreading(evaluator: Evaluator) -> Spread | None:
+    """What spreads the evaluator's islands over its workers, at least one for each; else None.
+
+    Where there are fewer islands than workers, or these are threads, all islands are better
+    evolved here, generation by generation, and the workers move individuals.
+    """
+    number = evaluator.experiment.islands.number
+    worth = number > 1 and evaluator.elsewhere and number >= evaluator.workers
+    return evaluator.map if worth else None
 
 
 def spread_stretch(

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitsim.errors import CheckpointError
 from gaitsim.evaluation import Evaluation, Evaluator
-from gaitsim.evolution import Generation, evolve, rescored, stage_progress
+from gaitsim.evolution import Generation, evolve, rescored, spreading, stage_progress
 from gaitsim.experiment import Experiment
 from gaitsim.runs.checkpoint import Checkpoint
 from gaitsim.runs.digests import of_genomes, of_scores
@@ -91,7 +91,7 @@ def _goes_on(
                 if stage.rescored
                 else replace(last, progress=progress)
             )
-        yield from evolve(experiment, evaluator.evaluate, last, start)
+        yield from evolve(experiment, evaluator.evaluate, last, start, spreading(evaluator))
 
 
 def endless(experiment: Experiment, generations: int) -> Experiment:

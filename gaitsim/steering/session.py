@@ -11,6 +11,7 @@ from typing import Any
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
+from gaitsim.evolution import spreading
 from gaitsim.runs.folder import resumable
 from gaitsim.runs.writer import RunWriter
 from gaitsim.steering.protocol import State
@@ -89,7 +90,7 @@ def _evolve(
         evaluator.prepare()
         writer.begin(evaluator.evaluate)
         reporter.begins(writer.last, _champion(writer))
-        generations = writer.evolve(evaluator.evaluate)
+        generations = writer.evolve(evaluator.evaluate, spreading(evaluator))
         while True:
             wish = wishes.granted(reporter.state)
             if wish is not None:
