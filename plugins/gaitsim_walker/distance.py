@@ -12,7 +12,7 @@ class Distance(Fitness):
     """Metres gone forward, less a price in metres for all that no one would call walking."""
 
     fall_weight: float = option(
-        5.0, "price of falling at the start, and in proportion of falling later", unit="m", ge=0
+        10.0, "price of falling at the start, and in proportion of falling later", unit="m", ge=0
     )
     energy_weight: float = option(5.0, "price of a kilojoule of work", unit="m/kJ", ge=0)
     jerk_weight: float = option(
@@ -69,7 +69,7 @@ class Distance(Fitness):
             "energy": -self.energy_weight * motion["energy"][:, -1] / 1000,
             "jerk": -self.jerk_weight * _rms(jerk) / 100,
             "lag": -self.lag_weight * _rms(lag),
-            "impact": -self.impact_weight * _unevenness(motion["load"][..., 1].sum(axis=2)),
+            "impact": -self.impact_weight * _unevenness(motion),
             "low": -self.low_weight * _rms(low),
             "bounce": -self.bounce_weight * _rms(bounce),
             "pitch": -self.pitch_weight * _rms(motion["pitch"]),
@@ -85,8 +85,15 @@ def _rms(values: Array) -> Array:
     return np.array([math.sqrt(float(np.mean(np.square(one)))) for one in values])
 
 
-def _unevenness(loads: Array) -> Array:
-    """Root mean square of the load over its mean, less 1: 0 at rest, large in leaps."""
-    mean = np.array([float(np.mean(one)) for one in loads])
-    ratio: Array = np.divide(_rms(loads), mean, out=np.ones_like(mean), where=mean > 0)
-    return ratio - 1
+def _unevenness(motion: Motion) -> Array:
+    """Root mean square load on all feet over its mean, less 1: 0 at rest, large in leaps.
+
+    Until the fall; nothing is loaded after it.
+    """
+    uneven = np.zeros(motion.population)
+    for individual, lasted in enumerate(motion["lasted"]):
+        load = motion["load"][individual, : round(lasted * motion.frame_rate) + 1, :, 1].sum(axis=1)
+        mean = float(load.mean())
+        if mean > 0:
+            uneven[individual] = math.sqrt(float(np.mean(np.square(load)))) / mean - 1
+    return uneven

@@ -217,16 +217,15 @@ def roll_out(world: World, commands: Floats) -> Rollout:
     frames, joints = commands.shape
     machine = Machine(world, commands[0])
     torso = machine.torso
-    parts = list(
-        zip(
-            machine.motors,
-            machine.parents,
-            machine.limbs,
-            machine.rest,
-            machine.way,
-            strict=True,
+    bodies = [torso, *machine.limbs]
+    place = {id(part): number for number, part in enumerate(bodies)}
+    # Each body's angle is read once a step, not once a joint: pymunk's properties cost most.
+    parts = [
+        (motor, place[id(above)], below, rest, way)
+        for below, (motor, above, rest, way) in enumerate(
+            zip(machine.motors, machine.parents, machine.rest, machine.way, strict=True), start=1
         )
-    )
+    ]
     step, fastest = machine.space.step, world.speed_limit
     state, torque = np.zeros((frames, 5)), np.zeros((frames, joints))
     turned, work = np.zeros((frames, joints)), np.zeros(frames)
@@ -240,19 +239,22 @@ def roll_out(world: World, commands: Floats) -> Rollout:
             ]
             sums = [0.0] * joints
             for _ in range(STEPS):
+                angles = [part.angle for part in bodies]
                 for (motor, above, below, _, _), target in zip(parts, targets, strict=True):
-                    off = GAIN * (above.angle + target - below.angle)
+                    off = GAIN * (angles[above] + target - angles[below])
                     motor.rate = -min(max(off, -fastest), fastest)
                 step(STEP)
+                speeds = [part.angular_velocity for part in bodies]
                 for joint, (motor, above, below, _, _) in enumerate(parts):
                     pushed = motor.impulse
                     sums[joint] += pushed
-                    spent += pushed * abs(below.angular_velocity - above.angular_velocity)
+                    spent += pushed * abs(speeds[below] - speeds[above])
             torque[frame] = sums
         position, velocity = torso.position, torso.velocity
         state[frame] = (*position, *velocity, torso.angle)
         turned[frame] = [
-            way * (below.angle - above.angle - rest) for _, above, below, rest, way in parts
+            way * (bodies[below].angle - bodies[above].angle - rest)
+            for _, above, below, rest, way in parts
         ]
         work[frame] = spent
         load[frame] = machine.loads()
