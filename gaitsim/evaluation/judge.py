@@ -40,9 +40,12 @@ def judge(experiment: Experiment, genomes: Genomes) -> Evaluation:
     lent = genomes.copy()
     with containing(experiment.entries["organism"], "moving a population"):
         motion: object = experiment.organism.move(lent)
-    evaluation = judge_motion(experiment, motion, len(genomes))
     if not np.array_equal(lent, genomes):
         raise broken(experiment, "organism", "changes the genomes that it is given")
+    evaluation = judge_motion(experiment, motion, len(genomes))
+    # A channel may be a view of them.
+    if not np.array_equal(lent, genomes):
+        raise broken(experiment, "fitness", "changes the motion that it is given")
     return evaluation
 
 

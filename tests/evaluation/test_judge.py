@@ -112,6 +112,21 @@ def test_a_body_that_breaks_its_contract_is_named(puppet, puppets, monkeypatch, 
     assert error.value.remedy
 
 
+def test_a_fitness_that_changes_the_motion_is_named(puppet, puppets, monkeypatch):
+    def view(self, genomes):
+        return Motion(4.0, {"joint_angles": genomes, "reach": genomes[:, 0].copy()})
+
+    monkeypatch.setattr(puppets.Puppet, "move", view)
+
+    def halve(self, motion):
+        motion["joint_angles"][:] /= 2
+        return {"reach": motion["reach"]}
+
+    monkeypatch.setattr(puppets.Reach, "terms", halve)
+    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* changes the motion"):
+        judge(puppet(), GENOMES)
+
+
 TERMS = {
     "nothing": (None, "returned None"),
     "no terms": ({}, r"returned \{\}"),

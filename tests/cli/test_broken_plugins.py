@@ -1,0 +1,256 @@
+"""Whatever a package breaks: a message that names it, whole run folders, and all else works."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+# A third party's package of puppets, to be spoilt: each kind is called "odd".
+ODD = """
+import os
+import sys
+from typing import ClassVar
+import numpy as np
+from gaitsim.contracts import Motion, RealSpace
+from gaitsim_puppets import Best, Jitter, Mean, Puppet, Reach
+calls = []
+class Body(Puppet):
+    pass
+class Judge(Reach):
+    pass
+class Chooser(Best):
+    pass
+class Crosser(Mean):
+    pass
+class Mutator(Jitter):
+    pass
+"""
+CLASSES = {
+    "organism": "Body",
+    "fitness": "Judge",
+    "selection": "Chooser",
+    "crossover": "Crosser",
+    "mutation": "Mutator",
+}
+
+
+@pytest.fixture
+def odd(puppets, install, monkeypatch):
+    """Installs the package, with one class as given; returns its folder."""
+
+    def make(kind="organism", body="", head=""):
+        name = CLASSES[kind]
+        lines = "\n    ".join(body.strip("\n").splitlines()) or "pass"
+        source = ODD.replace(f"class {name}(", f"class Sound{name}(")
+        base = ODD.partition(f"class {name}(")[2].partition(")")[0]
+        source = f"{head}\n{source}class {name}({base}):\n    {lines}\n"
+        points = {key: {"odd": target} for key, target in CLASSES.items()}
+        folder = install("odd_package", source, points)
+        monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+        return folder
+
+    return make
+
+
+def odd_run(puppet_file, *kinds):
+    chosen = [part for kind in kinds for part in ("--set", f"{kind}.plugin=odd")]
+    return ["run", puppet_file, *chosen, "--out", "run"]
+
+
+BEFORE = {
+    "an import that fails": ("organism", "", "import no_such_thing", "No module named"),
+    "a syntax error": ("fitness", "", "def (", "SyntaxError"),
+    "an exit": ("mutation", "", "import sys; sys.exit(0)", "SystemExit: 0"),
+    "another class": ("selection", "", "", "no Selection"),
+}
+
+
+@pytest.mark.parametrize("name", BEFORE)
+def test_what_cannot_be_loaded_leaves_no_run(gaitsim, puppet_file, odd, name):
+    kind, body, head, says = BEFORE[name]
+    folder = odd(kind, body, head)
+    if name == "another class":
+        points = folder / "odd_package-1.0.dist-info/entry_points.txt"
+        points.write_text(points.read_text().replace("Chooser", "Mutator"))
+    done = gaitsim(*odd_run(puppet_file, kind), code=2)
+    assert "odd_package 1.0" in done.stderr
+    assert says in done.stderr
+    assert done.stdout == ""
+    assert not Path("run").exists()
+
+
+DURING = {
+    "another shape": (
+        "organism",
+        "def move(self, genomes):\n    return Motion(4.0, {'joint_angles': genomes[:1, None],"
+        " 'reach': genomes[:1, 0]})",
+        "the shape",
+    ),
+    "no motion": ("organism", "def move(self, genomes):\n    return 3", "moved to a int"),
+    "changed genomes": (
+        "organism",
+        "def move(self, genomes):\n    genomes += 1\n    return super().move(genomes)",
+        "changes the genomes",
+    ),
+    "terms for one": ("fitness", "def terms(self, motion):\n    return {'a': 1.0}", "the shape ()"),
+    "parents that are none": (
+        "selection",
+        "def parents(self, scores, pairs, rng):\n    return np.full((pairs, 2), 99, np.intp)",
+        "parents 99 to 99",
+    ),
+    "children too few": (
+        "crossover",
+        "def cross(self, mothers, fathers, space, rng):\n    return mothers[:1]",
+        "returned shape (1, 3)",
+    ),
+    "NaN among the genes": (
+        "mutation",
+        "def mutate(self, genomes, space, rng):\n    return genomes * np.nan",
+        "not finite",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DURING)
+def test_what_breaks_its_contract_ends_the_run_and_can_be_gone_on_with(
+    gaitsim, puppet_file, odd, name
+):
+    kind, body, says = DURING[name]
+    folder = odd(kind, body)
+    done = gaitsim(*odd_run(puppet_file, kind), code=2)
+    assert f"{kind} 'odd' of package odd_package 1.0" in done.stderr
+    assert says in done.stderr
+    assert "go on with: gaitsim resume run" in done.stderr
+    assert "Traceback" not in done.stderr
+    mend(folder)
+    assert gaitsim("resume", "run", "--json").stdout.count('"generation"') >= 4
+    assert fingerprint(gaitsim, "run") == fingerprint(gaitsim, sound(gaitsim, puppet_file, kind))
+
+
+def mend(folder):
+    """A release of the package that works, under the same version."""
+    (folder / "odd_package.py").write_text(ODD + "\n# mended\n")
+    forget()
+
+
+def forget():
+    import importlib
+    import sys
+
+    importlib.invalidate_caches()
+    sys.modules.pop("odd_package", None)
+
+
+def sound(gaitsim, puppet_file, kind):
+    gaitsim(*odd_run(puppet_file, kind)[:-1], "sound", "--json")
+    return "sound"
+
+
+def fingerprint(gaitsim, run):
+    return gaitsim("show", run, "--fingerprint").stdout.split()[0]
+
+
+LATE = """
+def {method}(self, *arguments):
+    calls.append(1)
+    if len(calls) > {after}:
+        raise ValueError("no strength left")
+    return super().{method}(*arguments)
+"""
+METHODS = {
+    "organism": "move",
+    "fitness": "terms",
+    "selection": "parents",
+    "crossover": "cross",
+    "mutation": "mutate",
+}
+
+
+@pytest.mark.parametrize("kind", METHODS)
+def test_an_exception_in_the_middle_costs_that_generation_alone(gaitsim, puppet_file, odd, kind):
+    folder = odd(kind, LATE.format(method=METHODS[kind], after=4 if kind in CALLED_FIRST else 2))
+    done = gaitsim(*odd_run(puppet_file, kind), "--json", code=2)
+    assert f"{kind} 'odd' of package odd_package 1.0 failed while" in done.stderr
+    assert "ValueError: no strength left" in done.stderr
+    assert "go on with: gaitsim resume run" in done.stderr
+    made = [json.loads(line) for line in done.stdout.splitlines()]
+    assert made[-1]["generation"] >= 2
+    mend(folder)
+    shown = gaitsim("show", "run", "--json").stdout
+    assert json.loads(shown)["generation"] == made[-1]["generation"]
+    gaitsim("resume", "run", "--json")
+    assert fingerprint(gaitsim, "run") == fingerprint(gaitsim, sound(gaitsim, puppet_file, kind))
+
+
+CALLED_FIRST = ("organism", "fitness")  # once to prepare
+
+
+def test_scores_that_are_not_finite_do_not_end_a_run(gaitsim, puppet_file, odd):
+    odd(
+        "fitness",
+        "def terms(self, motion):\n    return {'reach': np.full(motion.population, np.nan)}",
+    )
+    lines = gaitsim(*odd_run(puppet_file, "fitness"), "--json").stdout.splitlines()
+    rows = [json.loads(line) for line in lines]
+    assert len(rows) >= 5
+    assert rows[0]["best"] is None
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_plugins_print_is_not_among_the_results(
+    program, puppet_file, odd, workers, monkeypatch
+):
+    head = "import sys\nprint('imported')\nprint('seen', file=sys.stdout)\nsys.stdout.flush()"
+    body = (
+        "def move(self, genomes):\n    print('moving')\n    sys.stdout.write('on\\n')\n"
+        "    sys.stdout.writelines(['and on\\n'])\n    return super().move(genomes)"
+    )
+    odd("organism", body, head)
+    done = program(*odd_run(puppet_file, "organism"), "--json", "--workers", workers)
+    assert [json.loads(line)["generation"] for line in done.stdout.splitlines()][:5] == [
+        1, 2, 3, 4, 5,
+    ]  # fmt: skip
+    for text in ("imported", "seen", "moving", "on", "and on"):
+        assert text in done.stderr.splitlines()
+
+
+def test_all_else_works_beside_a_broken_package(gaitsim, puppet_file, odd):
+    odd("organism", head="raise RuntimeError('broken')")
+    listed = gaitsim("plugins", "list").stdout
+    assert listed.count("odd_package 1.0") == 5
+    assert "spider" in listed
+    assert "odd_package 1.0" in gaitsim("plugins", "show", "odd", code=2).stderr
+    assert gaitsim("plugins", "show", "puppet").stdout
+    assert gaitsim("experiments", "list").stdout
+    gaitsim("run", puppet_file, "--out", "run", "--json")
+    done = gaitsim("plugins", "check", "odd_package", code=1)
+    assert done.stdout.count("RuntimeError: broken (") == 5
+    assert gaitsim("plugins", "check", "puppet").stdout.startswith("✓")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_endless_loop_is_stopped_and_named(gaitsim, start, puppet_file, odd, workers):
+    endless = (
+        "def move(self, genomes):\n    calls.append(1)\n"
+        "    if len(calls) > 5:\n        print('looping', flush=True)\n        while True: pass\n"
+        "    return super().move(genomes)"
+    )
+    folder = odd("organism", endless)
+    process = start(*odd_run(puppet_file, "organism"), "--workers", workers)
+    while process.stderr.readline() != "looping\n":
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    while "again to stop at once" not in process.stderr.readline():
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "organism 'odd' of package odd_package 1.0 was moving a population" in stderr
+    assert "Go on with: gaitsim resume run" in stderr
+    mend(folder)
+    gaitsim("resume", "run", "--json")
+    reference = sound(gaitsim, puppet_file, "organism")
+    assert fingerprint(gaitsim, "run") == fingerprint(gaitsim, reference)
