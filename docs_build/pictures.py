@@ -9,6 +9,7 @@ import os
 import re
 import tempfile
 from collections.abc import Awaitable, Callable
+from itertools import islice
 from pathlib import Path
 
 from PIL import Image
@@ -19,24 +20,34 @@ from gaitsim.export.plots import LIGHT, picture
 from gaitsim.export.video import Look, Video
 from gaitsim.runs.reader import Run
 from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.screens.live import Live
+from gaitsim.tui.screens.replay import Replay
 
 HERE = Path(__file__).parents[1] / "docs" / "pictures"
 SCREEN = 190  # dots an inch: plots are 3.4 inches wide, so that letters are sharp on a page
-COLOURS = 64
+COLOURS = 128
 FONTS = re.compile(r"@font-face\s*\{[^}]*\}")
 
 
 def evolve() -> None:
     """The runs that are shown, in the folder runs/."""
-    for preset, seed in (("spider", 0), ("fly", 3), ("millipede", 1), ("walker", 0)):
-        for _ in gs.evolve(preset, seed=seed, out=f"runs/{preset}", **SHORT.get(preset, {})):
+    for name, preset, seed, more in RUNS:
+        for _ in gs.evolve(preset, seed=seed, out=f"runs/{name}", set=more):
             pass
-    for _ in gs.evolve("spider", generations=300, set=BOLD, out="runs/spider-bold"):
-        pass
+    # One that goes on on the live screen.
+    for generation in gs.evolve("spider", seed=1, out=LIVE):
+        if generation.number == 20:
+            break
 
 
-SHORT: dict[str, dict[str, int]] = {"spider": {"generations": 300}}
-BOLD = {"mutation.rate": 0.3}
+RUNS: tuple[tuple[str, str, int, dict[str, float]], ...] = (
+    ("spider", "spider", 0, {"evolution.generations": 300}),
+    ("fly", "fly", 3, {}),
+    ("millipede", "millipede", 1, {}),
+    ("walker", "walker", 0, {}),
+    ("spider-bold", "spider", 0, {"evolution.generations": 300, "mutation.rate": 0.3}),
+)
+LIVE = Path("runs/spider-1")
 
 
 def plots() -> None:
@@ -62,29 +73,28 @@ def _smaller(image: Image.Image, path: Path) -> None:
 
 def bodies() -> None:
     """Stills and short films of the champions."""
-    for name, seconds, view in (
-        ("spider", 4.2, "iso"),
-        ("millipede", 0.75, "iso"),
-        ("fly", 1.4, "iso"),
-        ("walker", 2.0, "side"),
-    ):
-        still = gs.load(name).champion.picture(seconds, view=view, size=(640, 360))
+    for name, seconds in (("spider", 4.2), ("millipede", 0.75)):
+        still = gs.load(name).champion.picture(seconds, size=(640, 360))
         _smaller(still, HERE / f"{name}.png")
-    _film("spider", "spider.gif", Look("gif", (400, 240), 15, 1, "iso", "light", False), 40)
-    _film("fly", "fly.gif", Look("gif", (400, 240), 15, 0.25, "iso", "light", False), 50)
+    _film("spider", Look("gif", (400, 240), 15, intro=False), 40)
+    _film("fly", Look("gif", (400, 240), 15, 0.25, intro=False), 45)
+    _film("walker", Look("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
     champion = gs.load("spider").champion.generation
     several = Video(Run(Path("runs/spider")), (1, 20, champion), Look(size=(960, 320), intro=False))
     _smaller(Image.fromarray(list(several.pictures())[-1]), HERE / "spider-generations.png")
 
 
-def _film(run: str, name: str, look: Look, pictures: int) -> None:
-    made = [
-        one
-        for _, one in zip(
-            range(pictures), Video(Run(Path("runs") / run), (), look).pictures(), strict=False
-        )
-    ]
-    encode(made, HERE / name, format="gif", size=look.pixels, fps=look.rate, samples=made[::12])
+def _film(run: str, look: Look, pictures: int) -> None:
+    """The first pictures of a champion's video."""
+    made = list(islice(Video(Run(Path("runs") / run), (), look).pictures(), pictures))
+    encode(
+        made,
+        HERE / f"{run}.gif",
+        format="gif",
+        size=look.pixels,
+        fps=look.rate,
+        samples=made[::12],
+    )
 
 
 def screens() -> None:
@@ -100,21 +110,29 @@ def screens() -> None:
         _screen(app, "tui-new")
 
     async def replay(app: GaitsimApp, press: Press) -> None:
-        await press(*["down"] * 2, "r")
+        app.push_screen(Replay(Path("runs/spider")))
         await asyncio.sleep(6)
         await press("space")
         _screen(app, "tui-replay")
 
-    for visit in (home, new, replay):
-        asyncio.run(_visit(visit))
+    async def live(app: GaitsimApp, press: Press) -> None:
+        screen = Live(LIVE, go=True)
+        app.push_screen(screen)
+        async with asyncio.timeout(120):
+            while not screen.is_mounted or screen.snapshot.generation < 150:
+                await asyncio.sleep(0.1)
+        _screen(app, "tui-live")
+
+    for visit, lines in ((home, 16), (new, 34), (replay, 34), (live, 40)):
+        asyncio.run(_visit(visit, lines))
 
 
 Press = Callable[..., Awaitable[None]]
 
 
-async def _visit(visit: Callable[[GaitsimApp, Press], Awaitable[None]]) -> None:
+async def _visit(visit: Callable[[GaitsimApp, Press], Awaitable[None]], lines: int) -> None:
     app = GaitsimApp(Path("runs"))
-    async with app.run_test(size=(120, 34)) as pilot:
+    async with app.run_test(size=(120, lines)) as pilot:
         await asyncio.sleep(3)
 
         async def press(*keys: str) -> None:
