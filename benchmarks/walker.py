@@ -10,8 +10,8 @@ from timing import medians, milliseconds, print_figure, print_machine, times
 from gaitsim.evaluation import Evaluator, judge
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
+from gaitsim_walker.machine import STEP, STEPS, Machine
 from gaitsim_walker.organism import Walker
-from gaitsim_walker.rollout import STEP, STEPS, Machine
 
 LEAST = 60  # times real time a core
 COUNT = 20

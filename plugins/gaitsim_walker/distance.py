@@ -12,7 +12,10 @@ class Distance(Fitness):
     """Metres gone forward, less a price in metres for all that no one would call walking."""
 
     fall_weight: float = option(
-        10.0, "price of falling at the start, and in proportion of falling later", unit="m", ge=0
+        10.0,
+        "price of falling at the start, and in proportion of falling later",
+        unit="m",
+        ge=0,
     )
     energy_weight: float = option(5.0, "price of a kilojoule of work", unit="m/kJ", ge=0)
     jerk_weight: float = option(
@@ -25,10 +28,16 @@ class Distance(Fitness):
         ge=0,
     )
     impact_weight: float = option(
-        5.0, "price of a root mean square load on the feet of twice its mean", unit="m", ge=0
+        5.0,
+        "price of a root mean square load on the feet of twice its mean",
+        unit="m",
+        ge=0,
     )
     low_altitude: float = option(
-        0.85, "share of the altitude at the start below which the torso is low", ge=0, le=1
+        0.85,
+        "share of the altitude at the start below which the torso is low",
+        ge=0,
+        le=1,
     )
     low_weight: float = option(
         40.0, "price of a metre, root mean square, that the torso is too low", ge=0

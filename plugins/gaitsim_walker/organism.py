@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -20,7 +20,10 @@ from gaitsim_walker import body
 from gaitsim_walker.body import PLANS, Floats, Plan
 from gaitsim_walker.encodings import FRAME_RATE, commands, space
 from gaitsim_walker.ground import ground
-from gaitsim_walker.rollout import Rollout, World, roll_out
+from gaitsim_walker.world import World
+
+if TYPE_CHECKING:
+    from gaitsim_walker.rollout import Rollout
 
 REACH = 5.0  # m/s; ground is laid for walkers as fast as that
 
@@ -143,6 +146,8 @@ class Walker(Organism):
 
     def _walked(self, courses: Iterable[Floats], frames: int) -> Motion:
         """The motion by what the servos are told, (frames, joints) rad of each individual."""
+        from gaitsim_walker.rollout import roll_out
+
         world = self.world(frames)
         told, rolled = [], []
         for course in courses:
@@ -156,7 +161,10 @@ class Walker(Organism):
         def all_of(name: str) -> Array:
             return np.stack([getattr(rollout, name) for rollout in rolled])
 
-        position, velocity = _in_space(all_of("position")), _in_space(all_of("velocity"))
+        position, velocity = (
+            _in_space(all_of("position")),
+            _in_space(all_of("velocity")),
+        )
         load = all_of("load")
         lasted = np.array([max(rollout.lasted, 1) - 1 for rollout in rolled]) / FRAME_RATE
         return Motion(
@@ -189,21 +197,29 @@ class Walker(Organism):
         return {
             "forward": Measure(forward, "m", "displacement of the torso"),
             "body lengths": Measure(
-                forward / body.TORSO_LENGTH, "", f"forward in torsos of {body.TORSO_LENGTH:g} m"
+                forward / body.TORSO_LENGTH,
+                "",
+                f"forward in torsos of {body.TORSO_LENGTH:g} m",
             ),
             "lasted": Measure(lasted, "s", "before the fall, or the whole rollout"),
             "cost of transport": Measure(
-                _ratio(energy, weight * np.abs(forward)), "", "work over weight times distance"
+                _ratio(energy, weight * np.abs(forward)),
+                "",
+                "work over weight times distance",
             ),
             "pitch range": Measure(
                 np.ptp(pitch, axis=1), "°", "between its highest and lowest nose"
             ),
             "altitude": Measure(motion["altitude"].mean(axis=1), "m", "of the torso, its mean"),
             "slip ratio": Measure(
-                _ratio(motion["slip"].sum(axis=1), path), "", "slide of the stance feet over path"
+                _ratio(motion["slip"].sum(axis=1), path),
+                "",
+                "slide of the stance feet over path",
             ),
             "duty factor": Measure(
-                motion["stance"].mean(axis=(1, 2)), "", "share of time that a foot is on the ground"
+                motion["stance"].mean(axis=(1, 2)),
+                "",
+                "share of time that a foot is on the ground",
             ),
         }
 
@@ -217,7 +233,10 @@ class Walker(Organism):
         corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * [half_x, half_z]
         cos, sin = np.cos(pitch)[:, None], np.sin(pitch)[:, None]
         outline = np.stack(
-            [cos * corners[:, 0] - sin * corners[:, 1], sin * corners[:, 0] + cos * corners[:, 1]],
+            [
+                cos * corners[:, 0] - sin * corners[:, 1],
+                sin * corners[:, 0] + cos * corners[:, 1],
+            ],
             axis=-1,
         )
         outline += position[:, None, [0, 2]]
@@ -239,7 +258,7 @@ class Walker(Organism):
         )
 
 
-def _seen(world: World, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
+def _seen(world: World, rollout: "Rollout") -> tuple[Floats, Floats, Floats]:
     """Altitude, (frames,), feet, (frames, legs, 3), and slip, (frames,), of one walker.
 
     Worked out for each alone, so that all arrays have one shape whoever else is moved.

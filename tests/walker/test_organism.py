@@ -177,18 +177,17 @@ def test_the_skeleton_stands_where_the_body_is():
 
 def test_the_recorded_pose_is_the_simulated_one():
     # Feet by kinematics from what is recorded, against pymunk's own bodies.
-    from gaitsim_walker.rollout import STEP, Machine
+    from gaitsim_walker.machine import STEP, Machine
 
     walker = Walker()
     machine = Machine(walker.world(10), np.radians([10.0, 20, -5, 0, 3, -20, 8, 30]))
-    machine.torso.angular_velocity = 1.0
+    machine.bodies[0].angular_velocity = 1.0
     for _ in range(10):
         machine.space.step(STEP)
-    position = np.array(machine.torso.position)
-    limbs = zip(machine.limbs, machine.parents, machine.rest, machine.way, strict=True)
-    joints = np.array([way * (b.angle - a.angle - rest) for b, a, rest, way in limbs])
-    feet = body.points(walker.plan, position, np.array(machine.torso.angle), joints)[:, 2]
-    simulated = [limb.local_to_world((0, -body.LIMB / 2)) for limb in machine.limbs[1::2]]
+    position = np.array(machine.bodies[0].position)
+    joints = np.array(machine.joint_angles())
+    feet = body.points(walker.plan, position, np.array(machine.bodies[0].angle), joints)[:, 2]
+    simulated = [limb.local_to_world((0, -body.LIMB / 2)) for limb in machine.bodies[2::2]]
     assert feet == pytest.approx(np.array(simulated), abs=1e-3)
 
 

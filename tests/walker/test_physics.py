@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from gaitsim_walker.machine import STEP, Machine
 from gaitsim_walker.organism import Walker
-from gaitsim_walker.rollout import STEP, Machine
 
 G = 9.81
 
@@ -16,31 +16,27 @@ def machine(pose=None, **options):
     return Machine(walker.world(600), np.zeros(2 * walker.legs) if pose is None else pose)
 
 
-def bodies(machine):
-    return [machine.torso, *machine.limbs]
-
-
 def lifted(machine, height=100.0):
     """The same machine high above the ground."""
-    for body in bodies(machine):
+    for body in machine.bodies:
         body.position += (0, height)
     return machine
 
 
 def total_mass(machine):
-    return sum(body.mass for body in bodies(machine))
+    return sum(body.mass for body in machine.bodies)
 
 
 def centre(machine):
     """Centre of mass, (2,) m."""
-    sums = sum(body.mass * np.array(body.position) for body in bodies(machine))
+    sums = sum(body.mass * np.array(body.position) for body in machine.bodies)
     return sums / total_mass(machine)
 
 
 def momentum(machine):
     """Linear momentum and angular momentum about the origin, (3,)."""
     whole = np.zeros(3)
-    for body in bodies(machine):
+    for body in machine.bodies:
         x, z = body.position
         push = body.mass * np.array(body.velocity)
         whole += [*push, body.moment * body.angular_velocity + x * push[1] - z * push[0]]
@@ -49,14 +45,15 @@ def momentum(machine):
 
 def energy(machine, gravity=G):
     """Kinetic and potential, J."""
-    return sum(body.kinetic_energy + body.mass * gravity * body.position.y for body in
-               bodies(machine))  # fmt: skip
+    return sum(
+        body.kinetic_energy + body.mass * gravity * body.position.y for body in machine.bodies
+    )
 
 
 def swing(machine, step):
     """Servos wave to and fro at different rates."""
-    for joint, motor in enumerate(machine.motors):
-        motor.rate = 3 * math.sin(step * STEP * (5 + joint))
+    for number, joint in enumerate(machine.joints):
+        joint.motor.rate = 3 * math.sin(step * STEP * (5 + number))
 
 
 @pytest.mark.parametrize("legs", [2, 4])
@@ -80,7 +77,7 @@ def test_servos_change_no_momentum(legs):
     for step in range(480):
         swing(floating, step)
         floating.space.step(STEP)
-        fastest = max(fastest, *(abs(body.angular_velocity) for body in bodies(floating)))
+        fastest = max(fastest, *(abs(body.angular_velocity) for body in floating.bodies))
         assert momentum(floating) == pytest.approx(0, abs=1e-3)
     assert fastest > 2  # rad/s: something moved
 
@@ -88,9 +85,9 @@ def test_servos_change_no_momentum(legs):
 def test_without_torque_and_contact_energy_stays():
     # Free joints that begin to turn: a chain whose parts trade kinetic energy.
     floating = lifted(machine(gravity=0, torque_limit=0))
-    floating.torso.angular_velocity = 2.0
-    for motor in floating.motors:
-        assert motor.max_force == 0
+    floating.bodies[0].angular_velocity = 2.0
+    for joint in floating.joints:
+        assert joint.motor.max_force == 0
     floating.space.step(STEP)  # the joints take up the jump
     before = energy(floating, gravity=0)
     for _ in range(60):
@@ -129,7 +126,7 @@ def test_sliding_feet_slow_it_by_mu_g(friction):
     sliding = machine(friction=friction, torque_limit=1000)
     for _ in range(240):
         sliding.space.step(STEP)
-    for body in bodies(sliding):
+    for body in sliding.bodies:
         body.velocity = (2.0, 0.0)
     steps, mass = 96, total_mass(sliding)
     for _ in range(steps):

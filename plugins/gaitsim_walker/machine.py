@@ -1,0 +1,179 @@
+"""The walker in pymunk: its bodies, joints, servos and feet, and the ground under them.
+
+Every individual gets a space of its own, built anew: nothing that the solver remembers, such as
+the impulses that it starts from, passes from one to the next.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pymunk
+
+from gaitsim_walker import body
+from gaitsim_walker.body import Floats
+from gaitsim_walker.encodings import FRAME_RATE
+from gaitsim_walker.ground import Ground
+from gaitsim_walker.world import World
+
+STEPS = 4  # of the physics a frame
+STEP = 1 / (STEPS * FRAME_RATE)  # s: 240 Hz
+ITERATIONS = 20  # of the solver a step
+TIPPED = math.radians(60)  # pitch from which a walker has fallen
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A hinge with its servo.
+
+    Attributes:
+        motor: pymunk's, which turns at a rate with a limited torque.
+        above: index of the body that it turns against.
+        below: index of the body that it turns.
+        rest: how far they are turned at the joint's angle 0, rad.
+        way: 1 where the angle counts as pymunk's does, else −1.
+    """
+
+    motor: pymunk.SimpleMotor
+    above: int
+    below: int
+    rest: float
+    way: int
+
+
+class Machine:
+    """A walker in a space of its own, in the pose that it is first told.
+
+    Args:
+        world: to walk in.
+        pose: joint angles at the start, (joints,) rad.
+
+    Attributes:
+        space: pymunk's.
+        bodies: the torso, then thigh and shank of each leg.
+        joints: hip and knee of each leg.
+    """
+
+    def __init__(self, world: World, pose: Floats) -> None:
+        self.plan, self.world = world.plan, world
+        self.space = pymunk.Space()
+        self.space.gravity = (0.0, -world.gravity)
+        self.space.iterations = ITERATIONS
+        self.space.collision_slop = 1e-4  # m; pymunk's own 0.1 is meant for pixels
+        self._lay(world.ground)
+        turned = body.limb_angles(self.plan, pose)
+        where = body.points(self.plan, np.zeros(2), np.zeros(()), pose)
+        feet = where[:, 2]
+        height = max(world.ground.height(float(x)) - float(z) + body.FOOT_RADIUS for x, z in feet)
+        where[..., 1] += height
+        width, depth = 2 * self.plan.half[0], 2 * self.plan.half[1]
+        torso = pymunk.Body(body.TORSO_MASS, pymunk.moment_for_box(body.TORSO_MASS, (width, depth)))
+        torso.position = (0.0, height)
+        self.space.add(torso)
+        self.bodies = [torso]
+        self.joints: list[Joint] = []
+        for number, leg in enumerate(self.plan.legs):
+            top, end = (0.0, body.LIMB / 2), (0.0, -body.LIMB / 2)
+            thigh = self._limb(body.THIGH_MASS, where[number, 0], turned[2 * number])
+            shank = self._limb(body.SHANK_MASS, where[number, 1], turned[2 * number + 1])
+            foot = pymunk.Circle(self.bodies[shank], body.FOOT_RADIUS, end)
+            foot.friction = world.friction
+            foot.filter = pymunk.ShapeFilter(group=1)  # legs pass each other
+            self.space.add(foot)
+            self._joint(0, leg.hip, thigh, top, leg.knee * body.BEND, 1, body.HIP_LIMIT)
+            self._joint(
+                thigh,
+                end,
+                shank,
+                top,
+                -leg.knee * 2 * body.BEND,
+                -leg.knee,
+                body.KNEE_LIMIT,
+            )
+
+    def _lay(self, ground: Ground) -> None:
+        corners = list(zip(ground.x, ground.z, strict=True))
+        for number in range(len(corners) - 1):
+            piece = pymunk.Segment(
+                self.space.static_body, corners[number], corners[number + 1], 0.0
+            )
+            piece.friction = 1.0  # pymunk multiplies the two: a foot's own is what counts
+            piece.set_neighbors(
+                corners[max(number - 1, 0)], corners[min(number + 2, len(corners) - 1)]
+            )
+            self.space.add(piece)
+
+    def _limb(self, mass: float, top: Floats, angle: float) -> int:
+        """Add a limb that hangs from `top`; its index."""
+        half = body.LIMB / 2
+        limb = pymunk.Body(mass, pymunk.moment_for_segment(mass, (0, -half), (0, half), 0))
+        x, z = top.tolist()
+        limb.position = (x + half * math.sin(angle), z - half * math.cos(angle))
+        limb.angle = float(angle)
+        self.space.add(limb)
+        self.bodies.append(limb)
+        return len(self.bodies) - 1
+
+    def _joint(
+        self,
+        above: int,
+        at: tuple[float, float],
+        below: int,
+        top: tuple[float, float],
+        rest: float,
+        way: int,
+        limit: float,
+    ) -> None:
+        one, other, reach = self.bodies[above], self.bodies[below], limit + body.STOP
+        motor = pymunk.SimpleMotor(one, other, 0.0)
+        motor.max_force = self.world.torque_limit
+        self.space.add(
+            pymunk.PivotJoint(one, other, at, top),
+            pymunk.RotaryLimitJoint(one, other, rest - reach, rest + reach),
+            motor,
+        )
+        self.joints.append(Joint(motor, above, below, rest, way))
+
+    def joint_angles(self) -> list[float]:
+        """Where the joints are, rad."""
+        angles = [part.angle for part in self.bodies]
+        return [
+            joint.way * (angles[joint.below] - angles[joint.above] - joint.rest)
+            for joint in self.joints
+        ]
+
+    def fallen(self) -> bool:
+        """Whether the torso or a knee is on the ground, or the torso has tipped over."""
+        torso = self.bodies[0]
+        pitch, (x, z) = torso.angle, torso.position
+        if abs(pitch) > TIPPED:
+            return True
+        height = self.world.ground.height
+        cos, sin = math.cos(pitch), math.sin(pitch)
+        half_x, half_z = self.plan.half
+        for side in (half_x, -half_x):
+            corner = x + side * cos + half_z * sin
+            if z + side * sin - half_z * cos < height(corner):
+                return True
+        for thigh in self.bodies[1::2]:
+            x, z = thigh.position
+            angle = thigh.angle
+            knee = z - body.LIMB / 2 * math.cos(angle) - body.KNEE_RADIUS
+            if knee < height(x + body.LIMB / 2 * math.sin(angle)):
+                return True
+        return False
+
+    def loads(self) -> list[tuple[float, float]]:
+        """Force of the ground on each foot in the last step, x and z in N."""
+        found: list[tuple[float, float]] = []
+
+        def add(arbiter: pymunk.Arbiter) -> None:
+            x, z = arbiter.total_impulse
+            way = math.copysign(1.0, z) / STEP  # which of the two it pushes is pymunk's affair
+            forces.append((x * way, z * way))
+
+        for shank in self.bodies[2::2]:
+            forces: list[tuple[float, float]] = []
+            shank.each_arbiter(add)
+            found.append((sum(x for x, _ in forces), sum(z for _, z in forces)))
+        return found

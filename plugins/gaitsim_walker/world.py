@@ -1,0 +1,27 @@
+"""What a walker walks in: its plan, the ground, gravity, friction, and what its servos can do."""
+
+from dataclasses import dataclass
+
+from gaitsim_walker.body import Plan
+from gaitsim_walker.ground import Ground
+
+
+@dataclass(frozen=True)
+class World:
+    """What a walker walks in and on.
+
+    Attributes:
+        plan: of the body.
+        ground: that it walks on.
+        gravity: m/s².
+        friction: of feet on the ground.
+        torque_limit: of each servo, N m.
+        speed_limit: of each servo, rad/s.
+    """
+
+    plan: Plan
+    ground: Ground
+    gravity: float
+    friction: float
+    torque_limit: float
+    speed_limit: float
