@@ -56,8 +56,11 @@ def _command(name: str, function: Callable[..., Any]) -> Iterator[str]:
         yield from (f"| {_code(row.metavar)} | {row.meaning} |" for row in arguments)
         yield ""
     if options:
-        yield "| option | what it does | default |\n| --- | --- | --- |"
-        yield from (f"| {row.names} | {row.meaning} | {row.default} |" for row in options)
+        defaults = any(row.default for row in options)
+        yield "| option | what it does |" + (" default |" if defaults else "")
+        yield "| --- | --- |" + (" --- |" if defaults else "")
+        for row in options:
+            yield f"| {row.names} | {row.meaning} |" + (f" {row.default} |" if defaults else "")
         yield ""
     lines = [line.strip() for line in examples.splitlines()[1:] if line.strip()]
     if lines:
