@@ -81,11 +81,11 @@ def test_a_body_of_one_frame_has_plots_of_its_scores(gaitsim, install, working, 
     install(
         "still",
         working,
-        {"organism": {"body": "Body"}, "fitness": {"distance": "Distance"}},
+        {"organism": {"body": "Body"}, "fitness": {"far": "Distance"}},
     )
     gaitsim(
         *("run", puppet_file, "--set", "organism.plugin=body"),
-        *("--set", "fitness.plugin=distance", "--out", "flights"),
+        *("--set", "fitness.plugin=far", "--out", "flights"),
     )
     done = gaitsim("plot", "flights", "--kind", "all")
     assert done.stdout.split() == ["flights/exports/fitness.png", "flights/exports/terms.png"]

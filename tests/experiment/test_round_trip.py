@@ -182,9 +182,9 @@ def odd(install, working, custom, parsed, **options):
     install(
         "fake",
         working + ODD_OPTIONS,
-        {"organism": {"odd": "Odd"}, "fitness": {"distance": "Distance"}},
+        {"organism": {"odd": "Odd"}, "fitness": {"far": "Distance"}},
     )
-    text = custom(organism="odd", fitness="distance")
+    text = custom(organism="odd", fitness="far")
     experiment = parsed(text=text)
     kind = type(experiment.organism)
     return dataclasses.replace(experiment, organism=kind(**options))

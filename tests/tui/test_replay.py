@@ -85,7 +85,7 @@ population = 6
 generations = 5
 elites = 1
 [organism]
-plugin = "walker"
+plugin = "stilt"
 [fitness]
 plugin = "far"
 [selection]
@@ -100,7 +100,7 @@ plugin = "gaussian"
 @pytest.fixture
 def walk(install, tmp_path, monkeypatch):
     """Makes a finished run of walkers."""
-    entries = {"organism": {"walker": "Walker"}, "fitness": {"far": "Far"}}
+    entries = {"organism": {"stilt": "Walker"}, "fitness": {"far": "Far"}}
     install("walkers", WALKERS, entries)
     monkeypatch.chdir(tmp_path)
 
