@@ -1,0 +1,70 @@
+"""A package as a third party ships it, installed into a fresh environment and used there."""
+
+import json
+from pathlib import Path
+
+import pytest
+from environment import Environment
+
+from gaitsim.testing import check_package
+
+ROWER = Path(__file__).parents[1] / "fixtures" / "gaitsim-rower"
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory):
+    """An environment with the package, from a wheel as a user gets it."""
+    made = Environment(tmp_path_factory.mktemp("environment") / "venv")
+    made.run(["pip", "install", ROWER], Path("/"))
+    return made
+
+
+def test_it_passes_before_it_is_installed():
+    reports = check_package(ROWER)
+    assert [report.entry.kind for report in reports] == [
+        "organism", "fitness", "selection", "crossover", "mutation", "experiments", "experiments",
+    ]  # fmt: skip
+    for report in reports:
+        assert report.findings == (), report
+        assert report.entry.source == "gaitsim-rower 2.3.0"
+
+
+def test_all_of_it_is_found_and_passes_where_it_is_installed(environment, tmp_path):
+    listed = environment.run(["gaitsim", "plugins", "list"], tmp_path).stdout
+    assert listed.count("gaitsim-rower 2.3.0") == 5
+    checked = environment.run(
+        ["gaitsim", "plugins", "check", "gaitsim-rower", "--strict"], tmp_path
+    )
+    assert checked.stdout.count("✓") == 7
+    shown = environment.run(["gaitsim", "plugins", "show", "rower"], tmp_path).stdout
+    assert "force of an oar" in shown
+
+
+def test_it_runs_alone_with_workers_and_is_gone_on_with(environment, tmp_path):
+    environment.run(["gaitsim", "run", "rower", "--out", "one", "--workers", "1"], tmp_path)
+    environment.run(["gaitsim", "run", "rower", "--out", "two", "--workers", "2"], tmp_path)
+    part = ["gaitsim", "run", "rower", "--out", "part", "--generations", "11"]
+    environment.run(part, tmp_path)
+    environment.run(["gaitsim", "resume", "part", "--generations", "30"], tmp_path)
+    one, two, resumed = (
+        environment.run(["gaitsim", "show", run, "--fingerprint"], tmp_path).stdout.split()[0]
+        for run in ("one", "two", "part")
+    )
+    assert one == two == resumed
+    shown = json.loads(environment.run(["gaitsim", "show", "one", "--json"], tmp_path).stdout)
+    assert shown["generation"] == 30
+
+
+def test_its_parts_work_with_the_bundled_ones(environment, tmp_path):
+    settings = ["--set", "selection.plugin=best-third", "--set", "crossover.plugin=beats"]
+    run = ["gaitsim", "run", "millipede", *settings, "--generations", "3", "--json"]
+    rows = environment.run(run, tmp_path).stdout.splitlines()
+    assert json.loads(rows[2])["generation"] == 3
+    refused = environment.run([*run, "--set", "organism.plugin=rower"], tmp_path, code=2)
+    assert "rower-distance" in refused.stderr
+
+
+def test_without_the_package_its_runs_say_what_is_missing(environment, tmp_path, gaitsim):
+    environment.run(["gaitsim", "run", "rower", "--generations", "2"], tmp_path)
+    done = gaitsim("resume", "rower", "--generations", "5", code=2)
+    assert "unknown organism plugin 'rower'" in done.stderr
