@@ -18,7 +18,7 @@ from rich.text import Text
 
 from gaitsim.cli.console import notice, number, output, print_json, table, visible
 from gaitsim.evolution import Generation
-from gaitsim.runs.history import MEAN, row
+from gaitsim.runs.history import MEAN, island_bests, row
 from gaitsim.runs.writer import RunWriter
 
 BLOCKS = "▁▂▃▄▅▆▇█"
@@ -60,7 +60,7 @@ def _stage_line(writer: RunWriter) -> str:
 def display(writer: RunWriter, json: bool) -> Display:
     """The display that fits where the output goes."""
     if json:
-        return JsonLines()
+        return JsonLines(writer)
     if output().is_terminal:
         return LiveView(writer)
     return PlainLines(writer)
@@ -86,7 +86,13 @@ class Silent:
 
 
 class JsonLines(Silent):
-    """One object a generation: the columns of the history; and one where a stage begins."""
+    """One object a generation: the columns of the history; and one where a stage begins.
+
+    With islands, the best score of each as well.
+    """
+
+    def __init__(self, writer: RunWriter) -> None:
+        self._islands = writer.experiment.islands.number
 
     def begin_stage(self, writer: RunWriter) -> None:
         """Print the stage's number, its first generation, and what it changes."""
@@ -96,7 +102,8 @@ class JsonLines(Silent):
 
     def update(self, generation: Generation) -> None:
         """Print the generation's row."""
-        print_json(row(generation))
+        bests = island_bests(generation, self._islands).tolist()
+        print_json({**row(generation), **({"islands": bests} if len(bests) > 1 else {})})
 
 
 class PlainLines(Silent):
@@ -104,6 +111,7 @@ class PlainLines(Silent):
 
     def __init__(self, writer: RunWriter, clock: Callable[[], float] = time.monotonic) -> None:
         self._total = writer.experiment.evolution.generations
+        self._islands = writer.experiment.islands.number
         self._clock = clock
         self._printed = -math.inf
         print(f"run {visible(str(writer.path))}", flush=True)
@@ -118,9 +126,11 @@ class PlainLines(Silent):
         if generation.stop or now - self._printed > 2:
             self._printed = now
             values = row(generation)
+            bests = island_bests(generation, self._islands).tolist()
+            more = "  islands " + " ".join(f"{b:.4f}" for b in bests) if len(bests) > 1 else ""
             print(
                 f"generation {generation.number}/{self._total}  best {values['best']:.4f}  "
-                f"mean {values['mean']:.4f}  diversity {values['diversity']:.3f}",
+                f"mean {values['mean']:.4f}  diversity {values['diversity']:.3f}{more}",
                 flush=True,
             )
 
@@ -145,6 +155,7 @@ class LiveView:
     ) -> None:
         self._name = visible(writer.path.name)
         self._total = writer.experiment.evolution.generations
+        self._islands = writer.experiment.islands.number
         self._generation = writer.last
         self._row = row(writer.last) if writer.last else {}
         history = writer.run.history if writer.last else {}
@@ -205,10 +216,14 @@ class LiveView:
         width = min(options.max_width, WIDEST)
         parts: list[RenderableType] = [self._head(width)]
         if self._generation is not None:
-            parts += [self._curves(width), self._foot(self._generation)]
+            parts.append(self._curves(width))
+            if self._islands > 1:
+                parts.append(self._bests(self._generation))
+            parts.append(self._foot(self._generation))
             # At the end, the summary tells of the champion.
             if not (self._ended and self._generation.stop):
                 rows = (options.height or console.height) - HEIGHT_ABOVE_TERMS
+                rows -= self._islands > 1
                 parts += ["", self._terms(self._generation, width, rows)]
         yield Constrain(Group(*parts), width)
 
@@ -245,6 +260,16 @@ class LiveView:
             curve = Text(sparkline(course, max(room, 1)), style=colour)
             curves.add_row(name, number(course[-1]), curve)
         return curves
+
+    def _bests(self, generation: Generation) -> Text:
+        """The best score of each island in a line, the best of them in bold."""
+        bests = island_bests(generation, self._islands)
+        line = Text("islands  ", no_wrap=True, overflow="ellipsis")
+        for best in bests.tolist():
+            line.append(
+                f" {number(best):>{VALUE}}", style="bold green" if best == bests.max() else ""
+            )
+        return line
 
     def _foot(self, generation: Generation) -> Text:
         foot = Text(style="dim", no_wrap=True, overflow="ellipsis")

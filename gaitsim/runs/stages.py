@@ -158,7 +158,7 @@ def options(experiment: str) -> dict[str, dict[str, Any]]:
 def islands_in(experiment: str) -> int:
     """How many islands a resolved experiment has; those of an older gaitsim say nothing of it."""
     number = options(experiment).get("islands", {}).get("number", 1)
-    return number if isinstance(number, int) else 1
+    return max(number, 1) if isinstance(number, int) else 1
 
 
 def threshold_in(experiment: str) -> float | None:

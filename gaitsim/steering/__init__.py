@@ -29,6 +29,8 @@ happens. Its keys; those after `generations_per_second` only where there is news
     rows          of the generations since the last snapshot: {column of the history: [numbers]};
                   where a reader is slow, the oldest are left out, and are to be had from the run
     top           of the last generation: [{"score": number, "terms": {term: number}}], best first
+    islands       the best score of each island in the last generation: [numbers]; only where
+                  there are several
     champion      the best so far: {"generation", "score", "genome": [numbers]}
     events        what happened: [{"generation", "kind", "text"}]; kinds are best, kept, stage
                   and warning

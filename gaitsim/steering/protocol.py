@@ -88,6 +88,7 @@ class Snapshot:
     generations_per_second: float = 0.0
     rows: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     top: tuple[Individual, ...] = ()
+    islands: tuple[float, ...] = ()
     champion: Best | None = None
     events: tuple[Event, ...] = ()
     error: GaitsimError | None = None
@@ -176,6 +177,7 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
                     if "top" in data
                     else before.top
                 ),
+                "islands": tuple(map(_number, data.get("islands", before.islands))),
                 "champion": (
                     Best(champion["generation"], champion["score"], tuple(champion["genome"]))
                     if champion

@@ -11,7 +11,7 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.evolution import Generation
 from gaitsim.runs.folder import champion_file
-from gaitsim.runs.history import row
+from gaitsim.runs.history import island_bests, row
 from gaitsim.runs.writer import RunWriter
 from gaitsim.steering.protocol import ENDED, State, plain_error, write_snapshot
 
@@ -61,6 +61,7 @@ class Reporter:
         self._rows: deque[dict[str, float]] = deque(maxlen=ROWS_KEPT)
         self._events: deque[dict[str, Any]] = deque(maxlen=EVENTS_KEPT)
         self._latest: Generation | None = None
+        self._islands = 1
         self._told: set[tuple[int, str, str]] = set()
         self._pace: deque[tuple[float, int, int]] = deque()
         self._wake, self._ending = threading.Event(), threading.Event()
@@ -71,6 +72,7 @@ class Reporter:
         """Tell how far a run is, what is planned, and the stage that begins."""
         last = writer.last
         with self._lock:
+            self._islands = writer.experiment.islands.number
             self._values["generations"] = writer.experiment.evolution.generations
             self._values["stage"] = writer.stage
             self._values["scored_from"] = _scored_from(writer)
@@ -171,6 +173,8 @@ class Reporter:
             news["rows"] = {name: [values.get(name) for values in rows] for name in names}
         if latest is not None:
             news["top"] = _top(latest)
+            if self._islands > 1:
+                news["islands"] = island_bests(latest, self._islands).tolist()
         if events:
             news["events"] = list(events)
         return taken | news

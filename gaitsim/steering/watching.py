@@ -17,7 +17,7 @@ from gaitsim.runs.folder import EXPERIMENT, HISTORY, kept_champions
 from gaitsim.runs.lock import is_locked
 from gaitsim.runs.opening import next_progress
 from gaitsim.runs.reader import Run
-from gaitsim.runs.stages import changes, comparable, stages_of
+from gaitsim.runs.stages import changes, comparable, islands_in, stages_of
 from gaitsim.steering.course import Course
 from gaitsim.steering.events import events_in
 from gaitsim.steering.protocol import Best, Event, Individual, Snapshot, State
@@ -116,6 +116,7 @@ class Watch:
             generations_per_second=generations_per_second,
             rows=rows,
             top=_top(checkpoint),
+            islands=_islands(checkpoint),
             champion=self._champion(run, checkpoint),
             events=tuple(told),
         )
@@ -158,6 +159,14 @@ def _evolution(run: Run) -> Evolution:
             where="section evolution",
             remedy="take back what was changed in it; the checkpoint holds its text, too",
         ) from None
+
+
+def _islands(checkpoint: Checkpoint) -> tuple[float, ...]:
+    """The best score of each island; () where there is one population."""
+    number = islands_in(checkpoint.experiment)
+    if number == 1 or len(checkpoint.scores) % number:
+        return ()
+    return tuple(checkpoint.scores.reshape(number, -1).max(axis=1).tolist())
 
 
 def _top(checkpoint: Checkpoint) -> tuple[Individual, ...]:

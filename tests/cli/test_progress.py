@@ -17,6 +17,7 @@ from rich.console import Console
 from gaitsim.cli.progress import BLOCKS, STOPPING, JsonLines, LiveView, PlainLines, sparkline
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress
+from gaitsim.experiment import Islands
 from gaitsim.runs.stages import Change
 
 CLASSIC = {
@@ -49,10 +50,17 @@ def generation(
     )
 
 
-def writer(total: int = 300, last: Generation | None = None, **history: list[float]) -> Any:
+def writer(
+    total: int = 300,
+    last: Generation | None = None,
+    islands: int = 1,
+    **history: list[float],
+) -> Any:
     return SimpleNamespace(
         path=Path("runs/spider"),
-        experiment=SimpleNamespace(evolution=SimpleNamespace(generations=total)),
+        experiment=SimpleNamespace(
+            evolution=SimpleNamespace(generations=total), islands=Islands(number=islands)
+        ),
         last=last,
         run=SimpleNamespace(
             history={name: np.array(values) for name, values in history.items()}, comparable=1
@@ -141,8 +149,21 @@ class TestPlainLines:
         assert STOPPING not in printed.out
 
 
+def test_the_best_of_each_island_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with PlainLines(writer(islands=4)) as lines:
+        lines.update(generation(1))
+    assert capsys.readouterr().out.splitlines()[1] == (
+        "generation 1/300  best 1.0000  mean 0.9905  diversity 0.250"
+        "  islands 1.0000 0.9950 0.9900 0.9850"
+    )
+    with JsonLines(writer(islands=4)) as json_lines:
+        json_lines.update(generation(1))
+    found = json.loads(capsys.readouterr().out)["islands"]
+    assert found == pytest.approx([1.0, 0.995, 0.99, 0.985])
+
+
 def test_json_lines_are_the_history(capsys: pytest.CaptureFixture[str]) -> None:
-    with JsonLines() as lines:
+    with JsonLines(writer()) as lines:
         lines.update(generation(1))
     row = json.loads(capsys.readouterr().out)
     assert row["best"] == 1.0
@@ -172,6 +193,17 @@ class TestLiveView:
         assert max(map(len, lines)) <= min(width, 100)
         assert not any("…" in line for line in lines[1:])
         assert any(line.startswith("angle change") for line in lines)
+
+    @pytest.mark.parametrize(("width", "height"), [(40, 12), (80, 24)])
+    def test_shows_the_best_of_each_island(self, clock: Clock, width: int, height: int) -> None:
+        view = LiveView(writer(islands=4), Console(file=io.StringIO()), clock)
+        clock.now += 1.0
+        view.update(generation(1, CLASSIC))
+        lines = drawn(view, width, height)
+        shown = "islands     4.514   4.479   4.444   4.409"
+        assert lines[4].rstrip() == (shown if width > 40 else f"{shown[:39]}…")
+        assert len(lines) < height
+        assert max(map(len, lines)) <= width
 
     def test_numbers_stand_below_one_another(self, clock: Clock) -> None:
         lines = drawn(at_work(clock, CLASSIC))

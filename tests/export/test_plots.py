@@ -145,3 +145,11 @@ def test_kept_champions_are_marked(puppet_run):
     assert marks["kept champion"].get_xdata().tolist() == kept
     number, score, _ = run.champion()
     assert marks["champion"].get_xydata().tolist() == [[number, score]]
+
+
+def test_the_best_of_each_island_is_drawn(puppet_run):
+    run = puppet_run("islands.number=3", "islands.migrants=1")
+    (axes,) = fitness_figure(run).axes
+    drawn = [line.get_ydata().tolist() for line in axes.lines[:3]]
+    assert drawn == run.islands.T.tolist()
+    assert [line.get_label() for line in axes.lines[:2]] == ["best of each of 3 islands", "_child1"]

@@ -242,3 +242,10 @@ def test_a_reader_who_is_gone_stops_the_run(begun):
     wishes = Wishes()
     reporter = Reporter(Gone(), lost=lambda: wishes.add(Command("stop")))
     assert evolve_steered(path, wishes, reporter) == "stopped"
+
+
+def test_the_best_of_each_island_is_told(begun):
+    path = begun("run", "islands.number=3", "islands.migrants=1", generations=12)
+    last = steer(path)[-1]
+    assert last.islands == tuple(Run(path).islands[-1])
+    assert steer(begun("plain", generations=3))[-1].islands == ()

@@ -134,3 +134,9 @@ def test_a_tail_is_read_once_and_anew_where_columns_came(begun, tmp_path):
     assert tail.read(9)["generation"].tolist() == [5]
     path.write_text(f"{head},b\n" + "".join(f"{n},{row},0\n" for n in range(1, 7)))
     assert tail.read(9)["generation"].tolist() == [1, 2, 3, 4, 5, 6]
+
+
+def test_the_best_of_each_island_is_seen(begun):
+    path = begun("run", "islands.number=3", "islands.migrants=1")
+    evolve(path, 5)
+    assert Watch(path).look().islands == tuple(Run(path).islands[-1])

@@ -51,6 +51,7 @@ def fitness_figure(
     with styled(theme):
         figure = Figure(figsize=size)
         axes = figure.subplots()
+        _draw_islands(axes, history, run.islands, theme)
         _draw(axes, history, theme)
         _mark_champions(axes, run, history, theme)
         starts = mark_stages(axes, history, theme)
@@ -96,6 +97,26 @@ def _draw(axes: "Axes", history: History, theme: Theme) -> None:
                 label=name if first else None,
                 # A line of one point would not be seen.
                 marker="." if len(generations[part]) == 1 else None,
+            )
+
+
+def _draw_islands(
+    axes: "Axes", history: History, islands: NDArray[np.float64], theme: Theme
+) -> None:
+    """The best of each island, where there are several."""
+    if islands.shape[1] == 1:
+        return
+    for island, bests in enumerate(islands.T):
+        for index, part in enumerate(stages(history)):
+            axes.plot(
+                history["generation"][part],
+                bests[part],
+                color=theme.colours[1],
+                alpha=0.5,
+                linewidth=0.5,
+                label=f"best of each of {islands.shape[1]} islands"
+                if island + index == 0
+                else None,
             )
 
 
