@@ -1,6 +1,7 @@
 """The live screen: a run steered from here, followed, or at rest."""
 
 import asyncio
+import dataclasses
 import os
 import re
 import shutil
@@ -543,6 +544,23 @@ class TestWords:
         assert "123,456 evaluations/s" in line
         assert "16:27 min left" in line
         assert line.endswith("stage 12")
+
+    def test_the_table_says_the_best_of_each_island(self):
+        snapshot = dataclasses.replace(self.SNAPSHOT, islands=(0.5, 2.25, np.nan, -1.0))
+        for width, rows in ((36, 1), (30, 2), (9, 4)):
+            *_, head = [
+                at
+                for at, line in enumerate(words.table(snapshot, Course(), width, STYLES))
+                if line.plain.startswith("best of each island")
+            ]
+            lines = words.table(snapshot, Course(), width, STYLES)[head + 1 :]
+            assert len(lines) == rows
+            assert " ".join(line.plain for line in lines).split() == [
+                "0.500",
+                "2.250",
+                "–",
+                "−1.000",
+            ]
 
     def test_the_table_says_what_is_no_number(self):
         lines = words.table(self.SNAPSHOT, Course(), 120, STYLES)

@@ -105,6 +105,22 @@ def table(snapshot: Snapshot, course: Course, width: int, styles: Styles) -> lis
         for value in (_last(course, mean), *values):
             line.append((number(value, 3) if math.isfinite(value) else "–").rjust(VALUE))
         lines.append(line)
+    return lines + islands(snapshot, width, styles)
+
+
+def islands(snapshot: Snapshot, width: int, styles: Styles) -> list[Text]:
+    """The best score of each island in the last generation; no line of a single population."""
+    bests = snapshot.islands
+    if not bests:
+        return []
+    lines = [Text("best of each island", styles["dim"], no_wrap=True, end="")]
+    most, fit = max(filter(math.isfinite, bests), default=0.0), max(width // VALUE, 1)
+    for first in range(0, len(bests), fit):
+        line = Text(no_wrap=True, end="")
+        for best in bests[first : first + fit]:
+            text = number(best, 3) if math.isfinite(best) else "–"
+            line.append(text.rjust(VALUE), styles["spark-score"] if best == most else "")
+        lines.append(line)
     return lines
 
 
