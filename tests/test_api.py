@@ -121,6 +121,21 @@ def test_leaving_a_loop_frees_the_workers_and_the_run(tmp_path: Path) -> None:
         assert writer.last.number == 3
 
 
+def test_workers_do_not_import_the_script_that_runs(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import gaitsim as gs\n"
+        "print('once')\n"
+        "small = {'organism.duration': 1.0, 'evolution.elites': 1}\n"
+        "for one in gs.evolve('walker', generations=2, population=4, set=small, workers=2):\n"
+        "    print(one.number)\n"
+    )
+    run = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (run.stdout, run.stderr) == ("once\n1\n2\n", "")
+
+
 def test_an_error_in_a_loop_leaves_a_run_that_goes_on(tmp_path: Path) -> None:
     out = tmp_path / "left"
     search = gs.evolve("spider", generations=4, population=24, seed=2, out=out)

@@ -1,10 +1,13 @@
 """Tasks in worker processes of this machine."""
 
 import multiprocessing
+import sys
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from types import ModuleType
 from typing import cast
 
 from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError
@@ -41,7 +44,8 @@ class Processes(Executor):
             while waiting or places:
                 while waiting and self._idle:
                     pool = self._idle.pop()
-                    future: Future[object] = pool.submit(function, tasks[waiting[0]])
+                    with _without_script():
+                        future: Future[object] = pool.submit(function, tasks[waiting[0]])
                     self._busy[future] = pool
                     places[future] = waiting.popleft()
                 for future in self._done():
@@ -86,6 +90,21 @@ class Processes(Executor):
 
 def _died(future: Future[object]) -> bool:
     return not future.cancelled() and isinstance(future.exception(), BrokenProcessPool)
+
+
+@contextmanager
+def _without_script() -> Iterator[None]:
+    """Let a process that begins meanwhile not import the script that runs here.
+
+    It needs nothing of it, and would do again what the script does where that is not
+    under `if __name__ == "__main__":`.
+    """
+    script = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = script
 
 
 def _pool() -> ProcessPoolExecutor:
