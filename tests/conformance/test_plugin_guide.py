@@ -1,0 +1,58 @@
+"""The plugin guide works as it stands: its files are written, its commands run, in its order."""
+
+import re
+from pathlib import Path
+
+from environment import Environment
+
+GUIDE = Path(__file__).parents[2] / "docs" / "plugins.md"
+# A path in backticks at the end of a line, before a block, is the file that the block is.
+BLOCK = re.compile(
+    r"(?:`(?P<file>[\w./-]+)`:\n\n(?:<!-- not run -->\n)?)?"
+    r"^```(?P<language>\w+)\n(?P<text>.*?)^```$",
+    re.DOTALL | re.MULTILINE,
+)
+
+
+def steps():
+    """Files to write and commands to run: what it is, and the text."""
+    for block in BLOCK.finditer(GUIDE.read_text(encoding="utf-8")):
+        if block["language"] == "sh":
+            yield "", block["text"]
+        elif block["file"]:
+            yield block["file"], block["text"]
+
+
+def test_the_guide_leads_to_a_hopper_that_hops(tmp_path):
+    environment = Environment(tmp_path / "venv")
+    folder = tmp_path / "work"
+    folder.mkdir()
+    printed = {}
+    for file, text in steps():
+        if file:
+            assert (folder / file).is_file(), "the guide edits what 'plugins new' wrote"
+            (folder / file).write_text(text, encoding="utf-8")
+        else:
+            for command in text.splitlines():
+                printed[command] = environment.run(command, folder).stdout
+    assert sum(bool(file) for file, _ in steps()) == 3
+    assert printed["gaitsim plugins check ./hopper"].count("✓") == 3
+    assert "3 passed" in printed["cd hopper && pytest -q"]
+    assert "power at which energy is gathered" in printed["gaitsim plugins show hopper"]
+    assert "40 generations are done" in printed["gaitsim run hopper"]
+    assert (folder / "runs/moon/experiment.toml").is_file()
+
+
+def test_the_findings_that_it_shows_are_what_the_check_says(install):
+    """Its example of a finding is one."""
+    from gaitsim.registry import find
+    from gaitsim.testing.examine import examine
+
+    (text,) = [text for file, text in steps() if file.endswith("__init__.py")]
+    spoilt = text.replace("x = hops", "x = genomes.mean() + hops")
+    assert spoilt != text
+    install("gaitsim_hopper", spoilt, {"organism": {"hopper": "HopperBody"}})
+    (finding,) = examine(find("organism", "hopper"), {}).findings
+    shown = " ".join(GUIDE.read_text(encoding="utf-8").split())
+    for part in (finding.expected, finding.came, finding.remedy):
+        assert part in shown
