@@ -1,7 +1,7 @@
-"""Walkers of the preset, 10 s each, on one core and on all; beside them the physics engine alone.
+"""Walkers of the presets, 10 s each, on one core and on all; beside them the physics engine alone.
 
-The floor is `Space.step` in a loop, of the same bodies, joints and ground, while the walker stands:
-no servo is told anything, nothing is read or recorded.
+The floor is `Space.step` in a loop: the same bodies, joints and ground, standing on four legs for
+10 s, without a command, and nothing read or recorded.
 """
 
 import numpy as np
@@ -20,33 +20,43 @@ COUNT = 20
 def main() -> None:
     """Print the figures."""
     print_machine()
-    experiment = load_experiment("walker")
+    for preset in ("walker", "walker-four"):
+        walking(preset)
+    floor(Walker(legs=4))
+
+
+def walking(preset: str) -> None:
+    """Twenty that do not fall, which would end their work early, and their scores."""
+    experiment = load_experiment(preset)
     walker = experiment.organism
     assert isinstance(walker, Walker)
     genomes = first_population(experiment, experiment.space())
-    lasted = walker.move(genomes)["lasted"]
-    # Walkers that do not fall: a fall would end their work early.
-    whole = genomes[lasted == walker.duration][:COUNT]
-    seconds = len(whole) * walker.duration
-    commands = np.zeros((1, walker.frames, 2 * walker.legs))
-    world, rest = walker.world(walker.frames), np.zeros(2 * walker.legs)
+    lasting = genomes[walker.move(genomes)["lasted"] == walker.duration]
+    whole = np.resize(lasting, (COUNT, genomes.shape[1]))
+    seconds = COUNT * walker.duration
+    with Evaluator(experiment) as every:
+        every.prepare()
+        alone, together = medians(
+            lambda: judge(experiment, whole), lambda: every.evaluate(whole), repeats=1
+        )
+    print_figure(f"{preset}, one core", times(seconds / alone), f"real time; at least {LEAST} ×")
+    print_figure("all cores", times(seconds / together), "real time")
+    print_figure("a walker of 10 s", milliseconds(alone / COUNT))
 
-    def floor() -> None:
-        machine = Machine(world, rest)
+
+def floor(walker: Walker) -> None:
+    """One that stands, by `play` and by the physics engine alone."""
+    commands = np.zeros((1, walker.frames, 2 * walker.legs))
+    world = walker.world(walker.frames)
+
+    def bare() -> None:
+        machine = Machine(world, commands[0, 0])
         for _ in range((walker.frames - 1) * STEPS):
             machine.space.step(STEP)
 
-    with Evaluator(experiment) as every:
-        every.prepare()
-        alone, stands, bare = medians(
-            lambda: judge(experiment, whole), lambda: walker.play(commands), floor, repeats=1
-        )
-        (together,) = medians(lambda: every.evaluate(whole), repeats=1)
-    print_figure("one core", times(seconds / alone), f"real time; at least {LEAST} ×")
-    print_figure("a walker of 10 s", milliseconds(alone / len(whole)))
-    print_figure("one that stands", milliseconds(stands))
-    print_figure("the physics engine alone", milliseconds(bare), f"{stands / bare:.1f} × as fast")
-    print_figure("all cores", times(seconds / together), "real time")
+    stands, alone = medians(lambda: walker.play(commands), bare, repeats=5)
+    print_figure("one that stands on four legs for 10 s", milliseconds(stands))
+    print_figure("the physics engine alone", milliseconds(alone), times(stands / alone))
 
 
 if __name__ == "__main__":

@@ -33,9 +33,9 @@ class Distance(Fitness):
         unit="m",
         ge=0,
     )
-    low_altitude: float = option(
+    low_height: float = option(
         0.85,
-        "share of the altitude at the start below which the torso is low",
+        "share of the height at the start below which the torso is low",
         ge=0,
         le=1,
     )
@@ -43,7 +43,7 @@ class Distance(Fitness):
         40.0, "price of a metre, root mean square, that the torso is too low", ge=0
     )
     bounce_weight: float = option(
-        20.0, "price of a metre, root mean square, that the altitude varies", ge=0
+        20.0, "price of a metre, root mean square, that the height varies", ge=0
     )
     pitch_weight: float = option(
         5.0, "price of a radian of root mean square pitch of the torso", unit="m", ge=0
@@ -54,9 +54,9 @@ class Distance(Fitness):
         "joint_angles",
         "joint_positions",
         "torque",
-        "position",
+        "torso",
         "pitch",
-        "altitude",
+        "height",
         "slip",
         "load",
         "energy",
@@ -65,11 +65,11 @@ class Distance(Fitness):
 
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Forward, fall, energy, jerk, lag, impact, low, bounce, pitch and slip, all in metres."""
-        forward = motion["position"][:, -1, 0] - motion["position"][:, 0, 0]
+        forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
         whole = (motion["pitch"].shape[1] - 1) / motion.frame_rate
-        altitude = motion["altitude"]
-        low = np.maximum(self.low_altitude * altitude[:, :1] - altitude, 0.0)
-        bounce = altitude - altitude.mean(axis=1, keepdims=True)
+        height = motion["height"]
+        low = np.maximum(self.low_height * height[:, :1] - height, 0.0)
+        bounce = height - height.mean(axis=1, keepdims=True)
         jerk = np.diff(motion["torque"][:, 1:], axis=1) * motion.frame_rate
         lag = motion["joint_angles"] - motion["joint_positions"]
         return {

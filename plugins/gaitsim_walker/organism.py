@@ -66,11 +66,11 @@ class Walker(Organism):
         "a leg, from the stance at rest",
         "joint_positions": "(population, frames, joints) rad, where the joints really are",
         "torque": "(population, frames, joints) N m, size of its mean since the frame before",
-        "position": "(population, frames, 3) m, middle of the torso; y is 0, z is up",
-        "velocity": "(population, frames, 3) m/s, of the middle of the torso",
+        "torso": "(population, frames, 3) m, middle of the torso; y is 0, z is up",
+        "torso_velocity": "(population, frames, 3) m/s, of the middle of the torso",
         "pitch": "(population, frames) rad, of the torso, nose up",
-        "altitude": "(population, frames) m, middle of the torso above the ground below it",
-        "feet": "(population, frames, legs, 3) m, middle of the feet's round ends in the world",
+        "height": "(population, frames) m, middle of the torso above the ground under it",
+        "foot_positions": "(population, frames, legs, 3) m, middles of round ends, in the world",
         "stance": "(population, frames, legs) bool, feet on the ground",
         "load": "(population, frames, legs, 2) N, x and z of the force of the ground on each foot",
         "slip": "(population, frames) m, mean slide of the stance feet since the frame before",
@@ -173,11 +173,11 @@ class Walker(Organism):
                 "joint_angles": np.stack(told),
                 "joint_positions": all_of("joints"),
                 "torque": all_of("torque"),
-                "position": position,
-                "velocity": velocity,
+                "torso": position,
+                "torso_velocity": velocity,
                 "pitch": all_of("pitch"),
-                "altitude": np.stack([altitude for altitude, _, _ in seen]),
-                "feet": np.stack([feet for _, feet, _ in seen]),
+                "height": np.stack([height for height, _, _ in seen]),
+                "foot_positions": np.stack([feet for _, feet, _ in seen]),
                 "stance": load[..., 1] > 0,
                 "load": load,
                 "slip": np.stack([slip for _, _, slip in seen]),
@@ -189,10 +189,10 @@ class Walker(Organism):
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Distance, how long it lasted, steadiness, effort, slip and duty factor."""
-        forward = motion["position"][:, -1, 0] - motion["position"][:, 0, 0]
+        forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
         lasted, energy = motion["lasted"], motion["energy"][:, -1]
         weight = self.plan.mass * self.gravity
-        path = np.abs(np.diff(motion["position"][..., 0], axis=1)).sum(axis=1)
+        path = np.abs(np.diff(motion["torso"][..., 0], axis=1)).sum(axis=1)
         pitch = np.degrees(motion["pitch"])
         return {
             "forward": Measure(forward, "m", "displacement of the torso"),
@@ -210,7 +210,9 @@ class Walker(Organism):
             "pitch range": Measure(
                 np.ptp(pitch, axis=1), "°", "between its highest and lowest nose"
             ),
-            "altitude": Measure(motion["altitude"].mean(axis=1), "m", "of the torso, its mean"),
+            "torso height": Measure(
+                motion["height"].mean(axis=1), "m", "of its middle above the ground, mean"
+            ),
             "slip ratio": Measure(
                 _ratio(motion["slip"].sum(axis=1), path),
                 "",
@@ -228,7 +230,7 @@ class Walker(Organism):
 
         z = 0 is the lowest ground that there is; the bumps of rough ground are not drawn.
         """
-        position, pitch = motion["position"][individual], motion["pitch"][individual]
+        position, pitch = motion["torso"][individual], motion["pitch"][individual]
         half_x, half_z = self.plan.half
         corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * [half_x, half_z]
         cos, sin = np.cos(pitch)[:, None], np.sin(pitch)[:, None]
@@ -251,7 +253,7 @@ class Walker(Organism):
             _in_space(segments),
             ("front", "bottom", "back", "top", *names),
             motion.frame_rate,
-            contacts=motion["feet"][individual],
+            contacts=motion["foot_positions"][individual],
             touching=motion["stance"][individual],
             contact_names=tuple(leg.name for leg in self.plan.legs),
             centre=position,
@@ -259,7 +261,7 @@ class Walker(Organism):
 
 
 def _seen(world: World, rollout: "Rollout") -> tuple[Floats, Floats, Floats]:
-    """Altitude, (frames,), feet, (frames, legs, 3), and slip, (frames,), of one walker.
+    """Height, (frames,), feet, (frames, legs, 3), and slip, (frames,), of one walker.
 
     Worked out for each alone, so that all arrays have one shape whoever else is moved.
     """

@@ -18,9 +18,9 @@ def motion(**changed):
         "joint_angles": np.zeros((1, FRAMES, 4)),
         "joint_positions": np.zeros((1, FRAMES, 4)),
         "torque": np.full((1, FRAMES, 4), 2.0),
-        "position": np.zeros((1, FRAMES, 3)),
+        "torso": np.zeros((1, FRAMES, 3)),
         "pitch": np.zeros((1, FRAMES)),
-        "altitude": np.full((1, FRAMES), 0.5),
+        "height": np.full((1, FRAMES), 0.5),
         "slip": np.zeros((1, FRAMES)),
         "load": np.full((1, FRAMES, 2, 2), 40.0),
         "energy": np.zeros((1, FRAMES)),
@@ -50,7 +50,7 @@ OFF = np.full((FRAMES, 4), 0.1)
 @pytest.mark.parametrize(
     ("term", "changed", "expected"),
     [
-        ("forward", {"position": path(along(1, 3))}, 2.0),
+        ("forward", {"torso": path(along(1, 3))}, 2.0),
         ("fall", {"lasted": np.array(0.25)}, -7.5),
         ("energy", {"energy": along(0, 200)}, -1.0),
         ("jerk", {"torque": np.repeat(along(0, 10)[:, None], 4, axis=1)}, -0.05),
@@ -58,8 +58,8 @@ OFF = np.full((FRAMES, 4), 0.1)
         ("impact", {"load": LEAPS}, -5 * (np.sqrt(61 / 31) - 1)),
         ("pitch", {"pitch": np.full(FRAMES, -0.2)}, -1.0),
         ("slip", {"slip": np.full(FRAMES, 0.01)}, -0.61),
-        ("bounce", {"altitude": 0.5 + 0.02 * np.cos(np.arange(FRAMES) * np.pi)}, -0.4),
-        ("low", {"altitude": np.append(0.5, np.full(FRAMES - 1, 0.325))}, -4 * np.sqrt(60 / 61)),
+        ("bounce", {"height": 0.5 + 0.02 * np.cos(np.arange(FRAMES) * np.pi)}, -0.4),
+        ("low", {"height": np.append(0.5, np.full(FRAMES - 1, 0.325))}, -4 * np.sqrt(60 / 61)),
     ],
 )
 def test_each_term_charges_what_it_says(term, changed, expected):
@@ -78,7 +78,7 @@ def test_what_comes_after_a_fall_is_no_leap():
 
 def test_weights_of_nothing_leave_the_distance():
     weights = {name: 0.0 for name in Distance.model_fields if name.endswith("weight")}
-    terms = Distance(**weights).terms(motion(position=path(along(0, 2)), lasted=np.array(0.1)))
+    terms = Distance(**weights).terms(motion(torso=path(along(0, 2)), lasted=np.array(0.1)))
     assert sum(float(values[0]) for values in terms.values()) == pytest.approx(2.0)
 
 

@@ -196,9 +196,9 @@ def test_after_a_fall_nothing_moves():
     motion = walker.play(np.zeros((1, 301, 4)))  # nothing balances it
     fell = round(motion["lasted"][0] * 60) + 1
     assert 20 < fell < 200
-    for name in ("joint_angles", "joint_positions", "position", "pitch", "energy", "feet"):
+    for name in ("joint_angles", "joint_positions", "torso", "pitch", "energy", "foot_positions"):
         assert (motion[name][0, fell:] == motion[name][0, fell]).all(), name
-    for name in ("velocity", "torque", "load", "slip"):
+    for name in ("torso_velocity", "torque", "load", "slip"):
         assert (motion[name][0, fell + 1 :] == 0).all(), name
 
 

@@ -103,7 +103,7 @@ def test_at_rest_the_ground_bears_the_weight():
     load = motion["load"][0, settled]
     assert load[..., 1].sum(axis=1) == pytest.approx(walker.plan.mass * G, rel=1e-3)
     assert load[..., 0].sum(axis=1) == pytest.approx(0, abs=0.05)
-    position = motion["position"][0, settled]
+    position = motion["torso"][0, settled]
     assert np.ptp(position, axis=0) == pytest.approx(0, abs=1e-4)
     assert np.abs(motion["pitch"]).max() < 1e-4
     assert motion["slip"][0, settled].sum() < 1e-4
@@ -150,7 +150,7 @@ def test_servos_keep_their_torque_limit():
 
 def test_weak_servos_cannot_hold_the_body():
     held, dropped = (
-        Walker(torque_limit=limit).play(np.zeros((1, 61, 8)))["altitude"][0] for limit in (15, 0.2)
+        Walker(torque_limit=limit).play(np.zeros((1, 61, 8)))["height"][0] for limit in (15, 0.2)
     )
     assert held.min() > 0.99 * held[0]
     assert dropped.min() < 0.7 * dropped[0]  # down to the mechanical stops
