@@ -123,3 +123,38 @@ def test_the_command_that_shows_it_is_copied(look):
         assert driver.app.clipboard == "gaitsim experiments show fly"
 
     look(test)
+
+
+def test_the_check_tells_its_verdict(look, install, working, monkeypatch):
+    broken = "class X(Body):\n    def move(self, genomes):\n        return 'no [b]motion'\n"
+    folder = install("odd", working + broken, {"organism": {"odd": "X"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+
+    async def test(driver):
+        await go(driver, "mutation gaussian")
+        await driver.press("c")
+        assert "Checking …" in shown(driver)
+        await go(driver, "organism odd")
+        await driver.press("c")
+        await driver.until(lambda: "✗ It breaks its contract" in shown(driver))
+        assert "expected: move() returns a gaitsim.contracts.Motion" in shown(driver)
+        assert "came: a str" in shown(driver)
+        await go(driver, "mutation gaussian")
+        await driver.until(lambda: "✓ It keeps its contract" in shown(driver))
+
+    look(test)
+
+
+def test_a_check_that_is_under_way_ends_with_the_screen(look, install, working, monkeypatch):
+    loops = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
+    folder = install("odd", working + loops, {"organism": {"odd": "X"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+
+    async def test(driver):
+        await go(driver, "organism odd")
+        await driver.press("c")
+        await driver.press("escape")
+        await driver.at("Home")
+        assert not driver.app.workers._workers
+
+    look(test)

@@ -1,6 +1,6 @@
 """What is installed: bodies, fitness functions, operators, ready experiments, and from where."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from rich.console import Group, RenderableType
 from rich.text import Text
@@ -14,6 +14,7 @@ from textual.widgets.option_list import Option
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.widgets.conformance import checked, verdict_view
 from gaitsim.tui.widgets.plugin_view import plugin_view, preset_view
 from gaitsim.tui.words import visible
 
@@ -31,16 +32,19 @@ Everything that a run is made of comes from installed packages: the bundled ones
 On the left is what there is, a ✗ before what cannot be used; on the right where it comes from,
 what it is, and its options with their defaults and bounds.
 
-Enter begins a **new run** with a body or a ready experiment.
+Enter begins a **new run** with a body or a ready experiment. c **checks** whether what is
+highlighted keeps its contract, and says what is to be mended.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("n", "new", "New run", id="plugins.new", tooltip="A new run with it"),
+        Binding("c", "check", "Check", id="plugins.check", tooltip="Does it keep its contract?"),
     ]
 
     def __init__(self) -> None:
         super().__init__()
         self._catalogue: Catalogue | None = None
         self._found: dict[str, list[Entry]] = {}
+        self._reports: dict[tuple[str, str], dict[str, Any] | None] = {}  # None: under way
 
     def compose(self) -> ComposeResult:
         """The list, and what is highlighted."""
@@ -116,11 +120,27 @@ Enter begins a **new run** with a body or a ready experiment.
         )
         for claim in claims:
             head.append(visible(f"{claim.source}  {claim.target}") + "\n", style="dim")
+        if (kind, name) in self._reports:
+            head = Text.assemble(head, verdict_view(self._reports[kind, name], colours), "\n")
         if self._catalogue is None:
             return head
         if kind == EXPERIMENTS:
             return Group(head, preset_view(name, self._catalogue, colours))
         return Group(head, plugin_view(kind, name, self._catalogue, colours))
+
+    def action_check(self) -> None:
+        """Hold it to its contract, in the background."""
+        chosen = self._chosen()
+        if chosen is not None and self._reports.get(chosen, {}) is not None:
+            self._check(*chosen)
+
+    @work
+    async def _check(self, kind: str, name: str) -> None:
+        self._reports[kind, name] = None
+        self._show()
+        self._reports[kind, name] = await checked(kind, name)
+        if self._chosen() == (kind, name):
+            self._show()
 
     @on(OptionList.OptionSelected, "#installed")
     def action_new(self) -> None:

@@ -1,0 +1,63 @@
+"""Whether a plugin keeps its contract: `gaitsim plugins check`, and its verdict."""
+
+import asyncio
+import json
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from rich.text import Text
+
+from gaitsim.tui.widgets.plugin_view import visible_lines
+from gaitsim.tui.words import visible
+
+COMMAND = ("plugins", "check")
+
+
+async def checked(kind: str, name: str) -> dict[str, Any]:
+    """What the check says of a plugin, as its JSON has it; 'failure' where it could not work.
+
+    Cancelled, it ends the process, which ends those that it began.
+    """
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "gaitsim", *COMMAND, name, "--json"),
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+        start_new_session=True,
+    )
+    try:
+        output, errors = await process.communicate()
+    finally:
+        with suppress(ProcessLookupError):
+            process.terminate()
+    for line in output.decode().splitlines():
+        report: dict[str, Any] = json.loads(line)
+        if report["kind"] == kind:
+            return report
+    return {"failure": errors.decode(errors="replace").strip() or "the check ended"}
+
+
+def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -> Text:
+    """The verdict and each finding; None is a check that is under way."""
+    if report is None:
+        return Text("Checking …", colours["secondary"])
+    if "failure" in report:
+        return Text(visible_lines(report["failure"]), colours["error"])
+    text = Text()
+    if report["ok"]:
+        text.append("✓ It keeps its contract", colours["success"])
+    else:
+        text.append("✗ It breaks its contract", colours["error"])
+    rate = report["figures"].get("individuals_per_second")
+    if rate:
+        text.append(f"  {rate:,.0f} individuals a second", "dim")
+    for finding in report["findings"]:
+        colour = colours["error" if finding["level"] == "error" else "warning"]
+        text.append(f"\n{finding['level']}: {finding['rule']}", f"bold {colour}")
+        for title, key in (("expected", "expected"), ("came", "came"), ("mend", "remedy")):
+            if finding[key]:
+                text.append(f"\n  {title}: ", "dim")
+                text.append(visible(finding[key]))
+    return text
