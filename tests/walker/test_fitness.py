@@ -94,7 +94,7 @@ def test_presets_evolve(preset):
 
 
 def test_two_legs_walk_within_twelve_generations():
-    experiment = load_experiment("walker", ["evolution.generations=12"])
+    experiment = load_experiment("walker", ["evolution.generations=12", "evolution.population=100"])
     with Evaluator(experiment, 1) as evaluator:
         for generation in evolve(experiment, evaluator.evaluate):
             last = generation
