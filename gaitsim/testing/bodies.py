@@ -1,27 +1,19 @@
-"""Rules for a body: its genomes, how it moves them, and how it is drawn."""
+"""Rules for a body: its genomes, and how it moves them."""
 
 import math
 import time
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import (
-    BitSpace,
-    Genomes,
-    GenomeSpace,
-    Measure,
-    Motion,
-    Organism,
-    RealSpace,
-    Skeleton,
-)
+from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Motion, Organism, RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.experiment.model import space_of
 from gaitsim.registry import Entry
-from gaitsim.testing.bits import differing, rows, same
+from gaitsim.testing.bits import same
+from gaitsim.testing.repeats import repeated
 from gaitsim.testing.report import Finding, advice, error
+from gaitsim.testing.views import drawn, measured, played
 
 COUNT = 6  # individuals that are moved
 SLOW = 0.5  # seconds for an individual: 300 generations of 100 take 4 hours
@@ -34,7 +26,7 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
     space = space_of(entry, body)
     found = list(_space(body, space))
     yield from found
-    if found:
+    if any(finding.level == "error" for finding in found):
         return
     genomes = some_genomes(space)
     motion, seconds = _timed(body, genomes)
@@ -45,10 +37,10 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
         return
     assert isinstance(motion, Motion)
     yield from _channels(body, motion)
-    yield from _repeats(body, genomes, motion)
-    yield from _drawing(body, motion)
-    yield from _measures(body, motion)
-    yield from _playing(body, motion)
+    yield from repeated(body, genomes, motion)
+    yield from drawn(body, motion)
+    yield from measured(body, motion)
+    yield from played(body, motion)
     yield from _speed(body, space, figures)
 
 
@@ -196,128 +188,6 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
             "(population, frames, joints) radians, and a name for each joint in joint_names()",
             f"shape {angles.shape}, {len(names)} names",
             "give both the same joints in the same order, or call the channel something else",
-        )
-
-
-def _repeats(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    """The same bits again, alone, in another order, and genomes left as they are."""
-    whole = rows(motion, range(COUNT))
-    lent = genomes.copy()
-    again = body.move(lent)
-    for name in again:  # read, as some channels are worked out only then
-        again[name]
-    if not same(lent, genomes):
-        yield error(
-            "inputs",
-            "genomes as they were given",
-            "move() changes them",
-            "begin with genomes = genomes.copy()",
-        )
-    name = differing(whole, rows(again, range(COUNT)))
-    if name:
-        yield error(
-            "determinism",
-            "the same motion for the same genomes, to the bit",
-            f"{name} differs when the same genomes move once more",
-            "use no random numbers but from a seed that is an option, and remember nothing",
-        )
-        return  # the next ones would say it again
-    order = list(reversed(range(COUNT)))
-    orders = {"in reverse order": order, "alone": [2], "in a chunk of two": [4, 1]}
-    for how, chosen in orders.items():
-        part = body.move(genomes[chosen])
-        name = differing(rows(motion, chosen), rows(part, range(len(chosen))))
-        if name:
-            yield error(
-                "chunks",
-                "an individual's motion depends on its own genome alone, to the bit",
-                f"{name} differs when individuals move {how}",
-                "use nothing of the whole population, such as its mean; a matrix product may round "
-                "otherwise for another number of rows",
-            )
-            return
-    if body.threads:
-        yield from _threads(body, genomes, motion)
-
-
-def _threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    from concurrent.futures import ThreadPoolExecutor
-
-    def moved(_: int) -> dict[str, Any]:
-        return rows(body.move(genomes.copy()), range(COUNT))
-
-    with ThreadPoolExecutor(2) as pool:
-        name = next(
-            filter(
-                None, (differing(rows(motion, range(COUNT)), m) for m in pool.map(moved, [1] * 6))
-            ),
-            "",
-        )
-    if name:
-        yield error(
-            "threads",
-            "the same bits when two threads move populations at once, as 'threads' says",
-            f"{name} differs",
-            "keep nothing between calls, or take 'threads = True' out",
-        )
-
-
-def _drawing(body: Organism, motion: Motion) -> Iterator[Finding]:
-    for individual in (0, COUNT - 1):
-        try:
-            drawn: object = body.skeleton(motion, individual)
-        except ValueError as problem:
-            if "Skeleton" not in str(problem):
-                raise
-            yield error("skeleton", "shapes that fit each other", str(problem), "see Skeleton")
-            return
-        if not isinstance(drawn, Skeleton):
-            yield error("skeleton", "a gaitsim.contracts.Skeleton", f"a {type(drawn).__name__}", "")
-            return
-        points = [drawn.segments, drawn.path]
-        points += [] if drawn.contacts is None else [drawn.contacts]
-        finite = individual in motion.failures or all(np.isfinite(p).all() for p in points)
-        if not (len(drawn.segments) and drawn.names and finite and drawn.frame_rate > 0):
-            yield error(
-                "skeleton",
-                "at least one frame and one segment, finite points, a frame rate above 0",
-                f"{len(drawn.segments)} frames, {len(drawn.names)} segments, "
-                f"{drawn.frame_rate} Hz{'' if finite else ', points that are not finite'}",
-                "give both ends of each segment in metres, (frames, segments, 2, 3)",
-            )
-            return
-
-
-def _measures(body: Organism, motion: Motion) -> Iterator[Finding]:
-    for name, measure in body.measures(motion).items():
-        shape = np.shape(measure.values) if isinstance(measure, Measure) else None
-        if shape != (COUNT,):
-            yield error(
-                "measures",
-                f"{name}: Measure(values, unit, help) with values (population,) = ({COUNT},)",
-                f"a {type(measure).__name__}" if shape is None else f"shape {shape}",
-                "one number an individual",
-            )
-
-
-def _playing(body: Organism, motion: Motion) -> Iterator[Finding]:
-    if type(body).play is Organism.play or "joint_angles" not in motion:
-        return
-    angles = motion["joint_angles"].copy()
-    lent = angles.copy()
-    played: object = body.play(lent)
-    if not same(lent, angles):
-        yield error("play", "joint angles as they were given", "play() changes them", "copy them")
-    if not isinstance(played, Motion):
-        yield error("play", "a Motion", f"a {type(played).__name__}", "return what move() does")
-        return
-    shape = np.shape(played["joint_angles"]) if "joint_angles" in played else ()
-    if shape != angles.shape:
-        yield error(
-            "play",
-            f"the channel joint_angles as it was played, {angles.shape}",
-            f"shape {shape}",
-            "put it in the Motion",
         )
 
 

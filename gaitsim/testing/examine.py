@@ -16,17 +16,14 @@ from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, containing, load_entry
 from gaitsim.testing.bits import digest
 from gaitsim.testing.bodies import body_rules, moved_by, some_genomes
+from gaitsim.testing.common import spaces
 from gaitsim.testing.declared import declared, rebuilt, round_trip
 from gaitsim.testing.fitnesses import fitness_rules
-from gaitsim.testing.operators import (
-    crossover_rules,
-    mutation_rules,
-    selection_rules,
-    spaces,
-)
+from gaitsim.testing.operators import crossover_rules, mutation_rules
 from gaitsim.testing.partners import partner
 from gaitsim.testing.presets import preset_rules, two_generations
 from gaitsim.testing.report import Finding, Report, advice, error
+from gaitsim.testing.selections import selection_rules
 
 SLOW_IMPORT = 3.0  # seconds, the libraries that gaitsim itself needs left out
 

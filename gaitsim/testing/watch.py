@@ -2,13 +2,14 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, replace
 from queue import Empty, SimpleQueue
 from types import TracebackType
@@ -120,7 +121,9 @@ class _Child:
     def _end(self) -> None:
         if self._process is None:
             return
-        self._process.kill()
+        with suppress(ProcessLookupError):
+            # With whatever it began itself; it leads a group of its own.
+            os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._errors):
             if stream is not None:

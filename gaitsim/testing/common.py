@@ -1,0 +1,71 @@
+"""What the rules of selection, crossover and mutation share."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Plugin, RealSpace
+from gaitsim.testing.report import Finding, error
+
+GENERATIONS = (1, 2, 1000, 1_000_000)
+
+ANEW = "draw from the generator 'rng' alone, and remember nothing between calls"
+
+
+def _at_most_half(genomes: Genomes) -> Genomes:
+    """A repair: clears the last half of genomes of which more than half is set."""
+    repaired = genomes.copy()
+    repaired[genomes.sum(axis=1) > genomes.shape[1] / 2, genomes.shape[1] // 2 :] = 0
+    return repaired
+
+
+def spaces() -> dict[str, GenomeSpace]:
+    """Genome spaces to try an operator on, by what they are."""
+    lower = np.array([-1.0, 0.0, 1e-3, -np.pi, 10.0])
+    width = np.array([2.0, 1e-6, 1.0, 2 * np.pi, 1e6])
+    labels = tuple("abcde")
+    return {
+        "real genes": RealSpace(lower, lower + width, labels),
+        "real genes, one periodic": RealSpace(
+            lower, lower + width, labels, spread=width / 4, periodic=np.array([0, 0, 0, 1, 0], bool)
+        ),
+        "a single real gene": RealSpace(lower[:1], lower[:1] + 1, labels[:1]),
+        "bits": BitSpace(tuple("abcdefg")),
+        "bits with a repair": BitSpace(tuple("abcdefg"), _at_most_half),
+    }
+
+
+def schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
+    """What `at` returns for early and late generations."""
+    for generation in GENERATIONS:
+        scheduled: object = plugin.at(generation)
+        if not isinstance(scheduled, contract):
+            yield error(
+                "schedule",
+                f"at({generation}) returns a {contract.__name__}",
+                f"a {type(scheduled).__name__}",
+                "return self.model_copy(update={…})",
+            )
+            return
+
+
+def array(
+    method: str, what: str, thing: object, shape: tuple[int, ...], dtype: np.dtype[Any]
+) -> Iterator[Finding]:
+    """That something is an array of that shape and dtype."""
+    expected = f"{method} returns an array of shape {shape}, dtype {dtype} ({what})"
+    if not isinstance(thing, np.ndarray):
+        yield error("shapes", expected, f"a {type(thing).__name__}", "return a NumPy array")
+    elif thing.shape != shape:
+        yield error("shapes", expected, f"shape {thing.shape}", "see the contract's docstring")
+    elif thing.dtype != dtype:
+        yield error("dtypes", expected, f"dtype {thing.dtype}", f"end with .astype({dtype.name!r})")
+
+
+def rate(work: Callable[..., object], arguments: Sequence[object], count: int) -> float:
+    """How many individuals a second one call makes that makes `count`."""
+    begun = time.perf_counter()
+    work(*arguments)
+    return count / max(time.perf_counter() - begun, 1e-9)
