@@ -2,6 +2,7 @@
 
 import logging
 import re
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -69,17 +70,28 @@ class Cluster(Executor):
                 threads_per_worker=1,
                 processes=True,
                 host="127.0.0.1",
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 silence_logs=logging.CRITICAL + 1,
                 preload=["gaitsim.evaluation.preload"],
             )
         return self._own
 
     def _connect(self, distributed: Any, where: Any) -> Any:
-        try:
-            client = distributed.Client(where, timeout=PATIENCE, set_as_default=False)
-        except (OSError, ValueError, TypeError, ImportError) as error:
-            raise _unreachable(self.address, str(error) or type(error).__name__) from None
+        def connect() -> None:
+            try:
+                made.append(distributed.Client(where, timeout=PATIENCE, set_as_default=False))
+            except (OSError, ValueError, TypeError, ImportError) as error:
+                reasons.append(str(error) or type(error).__name__)
+
+        made: list[Any] = []
+        reasons: list[str] = []
+        # In a thread, as it would wait for ever for something else that listens there.
+        connecting = threading.Thread(target=connect, daemon=True)
+        connecting.start()
+        connecting.join(PATIENCE + 2)
+        if not made:
+            raise _unreachable(self.address, reasons[0] if reasons else "nothing that is Dask's")
+        client = made[0]
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
