@@ -13,7 +13,7 @@ NAMES = {
     "mutation": "Still",
 }
 HEAD = '''
-import time, random
+import random, threading
 from gaitsim.contracts import Measure
 calls = []
 class X({base}):
@@ -55,6 +55,15 @@ CROSS = "def cross(self, mothers, fathers, space, rng):\n    %s"
 MUTATE = "def mutate(self, genomes, space, rng):\n    %s"
 PARENTS = "def parents(self, scores, pairs, rng):\n    %s"
 PAIRS = "np.zeros((pairs, 2), np.intp)"
+
+JOINTS = """
+channels: ClassVar = {"joint_angles": "rad", "distance": "m"}
+def joint_names(self):
+    return ("a", "b", "c")
+def move(self, genomes):
+    return Motion(1.0, {"joint_angles": genomes[:, None].copy(), "distance": genomes[:, 0]})
+def play(self, joint_angles):
+"""
 
 ERRORS = {
     "labels twice": (
@@ -132,6 +141,20 @@ ERRORS = {
         "chunks",
         "in reverse order",
     ),
+    "other threads": (
+        "organism",
+        "threads: ClassVar = True\n"
+        + MOVES % "genomes[:, 0] + (threading.current_thread() is not threading.main_thread())",
+        "threads",
+        "distance differs",
+    ),
+    "played angles that are changed": (
+        "organism",
+        JOINTS + "    joint_angles *= 0\n    return self.move(joint_angles[:, 0])",
+        "play",
+        "play() changes them",
+    ),
+    "nothing played": ("organism", JOINTS + "    return None", "play", "a NoneType"),
     "a drawing of nothing": (
         "organism",
         "def skeleton(self, motion, individual):\n"
@@ -243,6 +266,13 @@ ERRORS = {
         PARENTS % f"scores.sort(); return {PAIRS}",
         "inputs",
         "changes them",
+    ),
+    "others for several populations": (
+        "selection",
+        "def parents_each(self, scores, pairs, rng):\n"
+        "    return np.ones((len(scores), pairs, 2), np.intp)",
+        "parents_each",
+        "something else",
     ),
     "no objection": (
         "selection",

@@ -1,5 +1,10 @@
 """Examinations happen in processes of their own: what happens to these is told, and no more."""
 
+import os
+import signal
+import time
+from contextlib import suppress
+
 import pytest
 
 from gaitsim.errors import PluginError
@@ -133,3 +138,48 @@ def test_a_package_by_its_name(install, working):
     install("fake_legs", working, {"mutation": {"a": "Still"}, "organism": {"b": "Body"}})
     with chosen("Fake-Legs") as found:
         assert [entry.name for entry in found.entries] == ["b", "a"]
+
+
+LASTING = """
+import os
+from pathlib import Path
+class X(Still):
+    def mutate(self, *_):
+        Path(os.environ["MARKER"]).write_text(str(os.getpid()))
+        while True: pass
+"""
+
+
+def until(holds):
+    """Wait a minute for something to hold."""
+    end = time.monotonic() + 60
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def is_alive(number):
+    with suppress(ProcessLookupError):
+        os.kill(number, 0)
+        return True
+    return False
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_check_that_is_stopped_takes_its_processes_with_it(
+    install, working, start, tmp_path, monkeypatch, number
+):
+    folder = install("fake", working + LASTING, {"mutation": {"x": "X"}})
+    marker = tmp_path / "marker"
+    monkeypatch.setenv("MARKER", str(marker))
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+    process = start("plugins", "check", "x")
+    until(lambda: marker.is_file() and marker.read_text())
+    child = int(marker.read_text())
+    assert is_alive(child)
+    process.send_signal(number)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode in (130, -signal.SIGKILL)
+    assert stderr == ""
+    until(lambda: not is_alive(child))
