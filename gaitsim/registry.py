@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
+from types import TracebackType
 from typing import TYPE_CHECKING, NoReturn
 
 from gaitsim.at_work import Noting
@@ -144,24 +145,35 @@ def find(kind: str, name: str) -> Entry:
     return claims[0]
 
 
-@contextmanager
-def containing(entry: Entry, doing: str) -> Iterator[None]:
+class containing(Noting):
     """Turn whatever a plugin raises into a `GaitsimError` that names its package.
 
     What it prints meanwhile goes to standard error.
+
+    Args:
+        entry: the plugin.
+        doing: what it is asked to do.
     """
-    try:
-        with Noting(entry, doing):
-            yield
-    except GaitsimError as error:
-        # The plugin's own words, or ours; either way it is said whose they are.
-        error.where = error.where or f"{entry}, {entry.target}"
-        raise
-    except (KeyboardInterrupt, GeneratorExit):
-        raise
-    # SystemExit, too: a plugin does not end the program.
-    except BaseException as error:
-        blame(entry, doing, error)
+
+    __slots__ = ("_doing", "_entry")
+
+    def __init__(self, entry: Entry, doing: str) -> None:
+        super().__init__(entry, doing)
+        self._entry, self._doing = entry, doing
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        super().__exit__(kind, error, trace)
+        if isinstance(error, GaitsimError):
+            # The plugin's own words, or ours; either way it is said whose they are.
+            error.where = error.where or f"{self._entry}, {self._entry.target}"
+        # SystemExit, too: a plugin does not end the program.
+        elif error is not None and not isinstance(error, KeyboardInterrupt | GeneratorExit):
+            blame(self._entry, self._doing, error)
 
 
 def blame(entry: Entry, doing: str, error: BaseException) -> NoReturn:

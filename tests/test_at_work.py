@@ -8,6 +8,12 @@ import pytest
 from gaitsim.at_work import Noting, stopped
 
 
+@pytest.fixture(autouse=True)
+def nobody():
+    """Who was stopped by another test is forgotten."""
+    stopped()
+
+
 def test_what_is_printed_within_goes_to_standard_error(capsys):
     before = sys.stdout
     print("before")
