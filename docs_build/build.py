@@ -41,7 +41,7 @@ API = {
         ],
     ),
     "contracts.md": (
-        "# Contracts of plugins",
+        "# Contracts of plugins, and their check",
         [
             "gaitsim.contracts.Plugin",
             "gaitsim.contracts.option",
@@ -56,6 +56,10 @@ API = {
             "gaitsim.contracts.Motion",
             "gaitsim.contracts.Measure",
             "gaitsim.contracts.Skeleton",
+            "gaitsim.testing.check",
+            "gaitsim.testing.check_package",
+            "gaitsim.testing.report.Report",
+            "gaitsim.testing.report.Finding",
         ],
     ),
 }
