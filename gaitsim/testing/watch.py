@@ -15,11 +15,13 @@ from queue import Empty, SimpleQueue
 from types import TracebackType
 from typing import Any, Self
 
+from gaitsim.errors import GaitsimError
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, Report, error
 
 SECONDS = 120.0  # for one plugin: compiling its kernels takes up to 20 s, more where others work
 _START = 120.0
+_DAY = 86_400
 
 
 class _Lost(Exception):
@@ -157,7 +159,14 @@ def watch(
         options: their options where they are not the defaults.
         seconds: for each.
         path: folders to import from first.
+
+    Raises:
+        GaitsimError: `seconds` is no time limit.
     """
+    if not 0 < seconds <= _DAY:
+        raise GaitsimError(
+            f"{seconds:g} s is no time limit for a plugin", allowed=f"above 0, at most {_DAY:,}"
+        )
     given = options or {}
     with ExitStack() as stack:
         first, second = (stack.enter_context(_Child(path, seed)) for seed in (1, 2))

@@ -160,3 +160,9 @@ def test_an_unknown_name_is_refused(gaitsim):
     done = gaitsim("plugins", "check", "spidr", code=2)
     assert "no plugin, package or folder is called 'spidr'" in done.stderr
     assert "did you mean 'spider'?" in done.stderr
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "1e9"])
+def test_a_time_limit_that_is_none_is_refused(gaitsim, seconds):
+    done = gaitsim("plugins", "check", "rank", "--seconds", seconds, code=2)
+    assert "is no time limit" in done.stderr

@@ -23,7 +23,7 @@ def check(
             show_default=False,
         ),
     ] = None,
-    seconds: Annotated[float, typer.Option(min=0.1, help="Time limit for each plugin.")] = 120.0,
+    seconds: Annotated[float, typer.Option(help="Time limit for each plugin.")] = 120.0,
     strict: Annotated[
         bool, typer.Option("--strict", help="Let advice, too, end with exit code 1.")
     ] = False,
