@@ -1,5 +1,6 @@
 """What there is to check: installed plugins, an installed package's, or those of a folder."""
 
+import os
 import re
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -59,7 +60,8 @@ def chosen(reference: str | Path | None) -> Iterator[Chosen]:
     is_path = isinstance(reference, Path) or folder.name != reference or reference in (".", "..")
     if not is_path and (named or packaged):
         yield Chosen(named or packaged)
-    elif is_path or (folder / "pyproject.toml").is_file():
+    # os.path, unlike pathlib, answers for names that no file can have, too.
+    elif is_path or os.path.isfile(folder / "pyproject.toml"):  # noqa: PTH113
         with TemporaryDirectory(prefix="gaitsim-") as metadata:
             yield _of_folder(folder.resolve(), Path(metadata))
     else:
@@ -137,7 +139,8 @@ def _sources(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
 
 def _install(metadata: Path, name: str, version: str, points: dict[str, Any]) -> None:
     """Write what an installation would: name, version and entry points."""
-    info = metadata / f"{re.sub(r'[^A-Za-z0-9.]+', '_', name)}-{version}.dist-info"
+    full = re.sub(r"[^A-Za-z0-9.+-]+", "_", f"{name.replace('-', '_')}-{version}")
+    info = metadata / f"{full}.dist-info"
     info.mkdir()
     (info / "METADATA").write_text(
         f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n", encoding="utf-8"

@@ -129,6 +129,33 @@ def test_a_folder_that_is_no_package_is_refused(gaitsim, files, says):
     assert says in done.stderr
 
 
+@pytest.mark.parametrize("reference", ["a" * 5000, "./" + "a" * 5000, "", "\x1b[31m"])
+def test_what_can_be_no_name_is_refused(gaitsim, reference):
+    done = gaitsim("plugins", "check", reference, code=2)
+    assert done.stderr.startswith("Error: ")
+    assert "\x1b" not in done.stderr
+
+
+STRANGE = """
+[project]
+name = "x/../y"
+version = "1/2"
+[project.entry-points.'gaitsim.mutation']
+a = 3
+b = ""
+c = "a b:c [d]"
+d = "os.path"
+"""
+
+
+def test_strange_entry_points_are_findings(gaitsim):
+    Path("there").mkdir()
+    Path("there/pyproject.toml").write_text(STRANGE)
+    done = gaitsim("plugins", "check", "./there", code=1)
+    assert done.stdout.count("✗ mutation") == 4
+    assert "Traceback" not in done.stderr
+
+
 def test_a_folder_whose_module_is_missing(gaitsim):
     gaitsim("plugins", "new", "hopper", "--kind", "mutation")
     Path("hopper/src/gaitsim_hopper").rename("hopper/src/gaitsim_other")
