@@ -4,6 +4,7 @@ import re
 from typing import Any
 
 from latex2mathml.converter import convert
+from pymdownx.superfences import SuperFencesException
 
 FUNCTION = re.compile(r"<mi>(sin|cos|tanh)</mi>")
 BAR = '<mo stretchy="false">&#x0007C;</mo>'
@@ -18,5 +19,6 @@ def block(
     made = FUNCTION.sub(r'<mspace width="0.17em"></mspace><mi>\1</mi>', made)
     made = made.replace(BAR, BAR.replace("<mo ", '<mo lspace="0" rspace="0" '))
     if "\\" in made:
-        raise ValueError(f"LaTeX that cannot be set: {source}")
+        # Of other errors there would only be a block of code where the equation should be.
+        raise SuperFencesException(f"LaTeX that cannot be set: {source}")
     return f'<div class="equation">{made}</div>'
