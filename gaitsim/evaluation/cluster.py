@@ -10,7 +10,7 @@ from typing import Any
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError, cores
 from gaitsim.evaluation.packages import asking, compare, needed
-from gaitsim.evaluation.processes import Tell
+from gaitsim.evaluation.processes import Tell, without_script
 from gaitsim.experiment import Experiment
 
 LOCAL = "local"
@@ -64,7 +64,10 @@ class Cluster(Executor):
     def _begin(self, distributed: Any, workers: int) -> Any:
         import dask
 
-        with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS - 1}):
+        with (
+            dask.config.set({"distributed.scheduler.allowed-failures": DEATHS - 1}),
+            without_script(),
+        ):
             self._own = distributed.LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,

@@ -66,7 +66,10 @@ class Evaluator:
         )
         self._far = cluster or self._own
         wanted = cluster is not None or workers is not None
-        self._sharing = Sharing(self._near.workers, self.workers, begun=wanted)
+        self._wanted = wanted
+        self._sharing = Sharing(self._near.workers, self.workers, wanted)
+        # The same of other tasks, as if one were an individual.
+        self._mapping = Sharing(self._near.workers, self.workers, wanted)
         self._paced = False
         self._tell = tell if wanted else None
         self._portable = Portable(experiment)
@@ -121,19 +124,16 @@ class Evaluator:
         return self._far is not None
 
     def map(
-        self,
-        function: Callable[[Experiment, Task], Result],
-        tasks: Sequence[Task],
-        individuals: int = 0,
+        self, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
     ) -> list[Result]:
         """Do something else with the experiment over the same workers.
+
+        Worker processes that were not asked for are begun when they would have paid.
 
         Args:
             function: is called with the experiment and a task; a function of a module, or
                 a `functools.partial` of one. What it gives depends on these two alone.
             tasks: picklable, as are the results. Both stay as they are.
-            individuals: how many are moved for a task, by which it is decided whether
-                workers pay; 0 where that is not known, for workers if there are any.
 
         Returns:
             The results in the tasks' order.
@@ -141,10 +141,13 @@ class Evaluator:
         Raises:
             GaitsimError: the function did, or a task ended its workers again and again.
         """
-        shared = self._chunks(len(tasks) * individuals) > 1 if individuals else self._far
+        shared = self._wanted or self._mapping.chunks(len(tasks)) > 1
         if self._far is not None and shared and len(tasks) > 1:
             return self._over(self._far, function, tasks)
-        return self._near.map(partial(function, self.experiment), tasks)
+        start = time.perf_counter()
+        results = self._near.map(partial(function, self.experiment), tasks)
+        self._mapping.line.learn(len(tasks), time.perf_counter() - start)
+        return results
 
     def _cut(self, genomes: Genomes) -> list[Genomes]:
         """The chunks for this process."""

@@ -44,7 +44,7 @@ class Processes(Executor):
             while waiting or places:
                 while waiting and self._idle:
                     pool = self._idle.pop()
-                    with _without_script():
+                    with without_script():
                         future: Future[object] = pool.submit(function, tasks[waiting[0]])
                     self._busy[future] = pool
                     places[future] = waiting.popleft()
@@ -93,7 +93,7 @@ def _died(future: Future[object]) -> bool:
 
 
 @contextmanager
-def _without_script() -> Iterator[None]:
+def without_script() -> Iterator[None]:
     """Let a process that begins meanwhile not import the script that runs here.
 
     It needs nothing of it, and would do again what the script does where that is not

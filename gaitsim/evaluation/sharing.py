@@ -20,7 +20,11 @@ GAIN = 0.9
 STARTUP = 1.5
 """Seconds that worker processes take to begin: imports, and loading compiled code."""
 
-PINGS = 64  # tasks at the most, to measure the workers by
+DOUBT = 0.1
+"""Seconds that workers that were asked for have to save before they get anything: a busy
+machine makes a single measurement many times too long."""
+
+PINGS = 32  # tasks to measure the workers by
 
 
 @dataclass(frozen=True)
@@ -42,10 +46,10 @@ PROCESSES = Pace(0.0005, 0.0003)
 
 def measured(executor: Executor) -> Pace:
     """The pace of workers, which are begun by it."""
-    many = min(2 * executor.workers, PINGS)
-    executor.map(_ping, range(many))
+    executor.map(_ping, range(PINGS))
     one = min(_seconds(executor, 1) for _ in range(5))
-    task = max(0.0, min(_seconds(executor, many) for _ in range(3)) - one) / (many - 1)
+    all_ = min(_seconds(executor, PINGS) for _ in range(3))
+    task = max(0.0, all_ - one) / (PINGS - 1)
     return Pace(max(0.0, one - task), task)
 
 
@@ -129,16 +133,17 @@ class Sharing:
     Attributes:
         line: what is known of the body.
         pace: of the workers.
-        begun: whether they are there already, or are wanted whatever their beginning costs.
 
     Args:
         near: how many work at a time where the work is not shared.
         workers: how many would, if it were.
+        wanted: whether workers were asked for, whatever their beginning costs.
     """
 
-    def __init__(self, near: int, workers: int, begun: bool) -> None:
-        self.line, self.pace, self.begun = Line(), PROCESSES, begun
+    def __init__(self, near: int, workers: int, wanted: bool) -> None:
+        self.line, self.pace = Line(), PROCESSES
         self._near, self._workers = near, workers
+        self._threshold = DOUBT if wanted else STARTUP
         self._lost = 0.0  # seconds that workers would have saved so far
 
     def alone(self, individuals: int) -> float:
@@ -148,17 +153,15 @@ class Sharing:
     def chunks(self, individuals: int) -> int:
         """Into how many chunks to cut a population; 1 where it is not to be shared.
 
-        Workers that are not begun are begun when they would have saved what that takes:
-        so the beginning at the most doubles what a run loses without them.
+        Workers are begun when they would have saved what that takes: so the beginning at
+        the most doubles what a run loses without them.
         """
-        # One individual does not tell what many take, unless it is very long.
+        # One individual does not tell what many take, unless that is very long.
         if individuals < 2 or (not self.line.known and self.alone(individuals) < STARTUP):
             return 1
         shares = best_shares(individuals, self._workers, self.line, self.pace)
-        saved = self.alone(individuals) - shares.seconds
-        if shares.seconds > GAIN * self.alone(individuals):
+        alone = self.alone(individuals)
+        if shares.seconds > GAIN * alone:
             return 1
-        if not self.begun:
-            self._lost += saved
-            self.begun = self._lost > STARTUP
-        return shares.chunks if self.begun else 1
+        self._lost += alone - shares.seconds
+        return shares.chunks if self._lost > self._threshold else 1

@@ -38,3 +38,8 @@ def sleep_for(seconds):
 
 def seeded(experiment, seed):
     return experiment.name, experiment.seed, seed
+
+
+def whose_process(_experiment, seconds):
+    time.sleep(seconds)
+    return os.getpid()

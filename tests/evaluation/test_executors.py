@@ -101,3 +101,12 @@ def test_an_experiment_travels_as_its_text(puppet):
 def test_an_evaluator_does_other_work_with_its_experiment(puppet, workers):
     with Evaluator(puppet("seed=7"), workers) as evaluator:
         assert evaluator.map(chores.seeded, [1, 2, 3]) == [("puppet", 7, n) for n in (1, 2, 3)]
+
+
+def test_workers_that_were_not_asked_for_begin_when_tasks_pay(puppet, monkeypatch):
+    monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
+    with Evaluator(puppet()) as evaluator:
+        assert {evaluator.map(chores.whose_process, [0, 0])[0] for _ in range(3)} == {os.getpid()}
+        everyone = [evaluator.map(chores.whose_process, [0.7, 0.7])[0] for _ in range(6)]
+    assert everyone[0] == os.getpid()
+    assert everyone[-1] != os.getpid()

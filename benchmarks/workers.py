@@ -1,0 +1,138 @@
+"""What sharing a population costs: threads, worker processes, Dask workers on this machine.
+
+Prints what a chunk costs beyond its work, and where that leaves the walker, which gains by
+workers, and the spider, which does not. Without `distributed`, Dask is left out.
+"""
+
+import importlib.util
+import pickle
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+import numpy as np
+from timing import medians, milliseconds, print_figure, print_machine, times
+
+from gaitsim.contracts import Genomes
+from gaitsim.evaluation import Evaluator, Executor, judge
+from gaitsim.evaluation.executors import Threads
+from gaitsim.evaluation.processes import Processes
+from gaitsim.evaluation.sharing import Line, Pace, best_shares, measured
+from gaitsim.evolution import first_population
+from gaitsim.experiment import Experiment, load_experiment
+
+WORKERS = 2
+
+
+@contextmanager
+def kinds() -> Iterator[dict[str, Executor]]:
+    """The ways to share, by name."""
+    with ExitStack() as held:
+        found: dict[str, Executor] = {
+            "threads": held.enter_context(Threads(WORKERS)),
+            "processes": held.enter_context(Processes(WORKERS)),
+        }
+        if importlib.util.find_spec("distributed") is not None:
+            from gaitsim.evaluation.cluster import Cluster
+
+            found["Dask"] = held.enter_context(Cluster("local", WORKERS))
+        yield found
+
+
+def population(experiment: Experiment) -> Genomes:
+    """A first one."""
+    return first_population(experiment, experiment.space())
+
+
+def serialisation(experiment: Experiment, genomes: Genomes) -> tuple[float, int]:
+    """Seconds to pickle a chunk and its evaluation, and to read both again; their bytes."""
+    sent, answer = pickle.dumps(genomes, 5), pickle.dumps(judge(experiment, genomes), 5)
+    evaluation = pickle.loads(answer)
+
+    def work() -> None:
+        pickle.loads(pickle.dumps(genomes, 5))
+        pickle.loads(pickle.dumps(evaluation, 5))
+
+    return medians(work, repeats=100)[0], len(sent) + len(answer)
+
+
+def line(experiment: Experiment, genomes: Genomes) -> Line:
+    """How long the body takes."""
+    found = Line()
+    one, all_ = medians(
+        lambda: judge(experiment, genomes[:1]), lambda: judge(experiment, genomes), repeats=1
+    )
+    found.learn(1, one)
+    found.learn(len(genomes), all_)
+    return found
+
+
+def print_chunks(name: str, executors: dict[str, Executor], paces: dict[str, Pace]) -> None:
+    """What a chunk of the size that is chosen costs beyond its work."""
+    experiment = load_experiment(name)
+    genomes = population(experiment)
+    known = line(experiment, genomes)
+    print(
+        f"\n{name}: {len(genomes)} individuals, {milliseconds(known.seconds(len(genomes)))} alone"
+    )
+    seconds, size = serialisation(experiment, np.array_split(genomes, 2 * WORKERS)[0])
+    print_figure("  pickling a quarter and its scores", milliseconds(seconds), f"{size:,} bytes")
+    for kind, executor in executors.items():
+        pace = paces[kind]
+        shares = best_shares(len(genomes), executor.workers, known, pace)
+        work = known.seconds(len(genomes) // shares.chunks)
+        beyond = pace.task + pace.latency / shares.chunks
+        print_figure(
+            f"  {kind}: beyond a chunk's work, {shares.chunks} chunks",
+            milliseconds(beyond),
+            f"{100 * beyond / work:.2g} % of its {milliseconds(work)}",
+        )
+
+
+def print_gain(name: str, repeats: int) -> None:
+    """One worker and two, in turns."""
+    experiment = load_experiment(name)
+    genomes = population(experiment)
+    with Evaluator(experiment, 1) as one, Evaluator(experiment, WORKERS) as two:
+        for evaluator in (one, two):
+            evaluator.prepare()
+            evaluator.evaluate(genomes)
+        alone, shared = medians(
+            lambda: one.evaluate(genomes), lambda: two.evaluate(genomes), repeats=repeats
+        )
+    print_figure(f"{name}: a population, one worker", milliseconds(alone))
+    print_figure(f"{name}: {WORKERS} workers", milliseconds(shared), times(alone / shared))
+
+
+def print_idle(name: str, cluster: Executor) -> None:
+    """What a cluster costs that is not worth the way."""
+    experiment = load_experiment(name)
+    genomes = population(experiment)
+    with Evaluator(experiment) as near, Evaluator(experiment, cluster=cluster) as asked:
+        for evaluator in (near, asked):
+            evaluator.prepare()
+            evaluator.evaluate(genomes)
+        without, beside = medians(
+            lambda: near.evaluate(genomes), lambda: asked.evaluate(genomes), repeats=50
+        )
+    print_figure(f"{name}: without a cluster", milliseconds(without))
+    print_figure(f"{name}: with one that idles", milliseconds(beside), times(beside / without))
+
+
+def main() -> None:
+    """Print the figures."""
+    print_machine()
+    with kinds() as executors:
+        paces = {kind: measured(executor) for kind, executor in executors.items()}
+        for kind, pace in paces.items():
+            beside = f"and {milliseconds(pace.latency)} a population"
+            print_figure(f"{kind}: a task that does nothing", milliseconds(pace.task), beside)
+        for name in ("walker", "spider-recurrence"):
+            print_chunks(name, executors, paces)
+        print()
+        print_gain("walker", 2)
+        if "Dask" in executors:
+            print_idle("spider-recurrence", executors["Dask"])
+
+
+if __name__ == "__main__":
+    main()
