@@ -5,13 +5,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
+from traceback import walk_tb
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
 from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Selection
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, containing, load_entry
 from gaitsim.testing.bits import digest
@@ -49,30 +50,32 @@ def examine(entry: Entry, options: Mapping[str, Any], say: Say = lambda text: No
             with containing(entry, "computing it all once more"):
                 found = outcome(entry, options)
     except GaitsimError as problem:
-        findings.append(_of(problem))
+        findings.append(_of(entry, problem))
     return Report(entry, tuple(findings), figures, found)
 
 
-def _of(problem: GaitsimError) -> Finding:
-    came = f"{problem}" if not problem.allowed and not problem.remedy else problem.what
-    cause = problem.__cause__
-    place = _place(cause) if cause is not None else ""
-    return error(
-        "failure",
-        problem.allowed or "a plugin that does its work without an exception",
-        f"{came}{place}",
-        problem.remedy if place == "" else "mend the line",
-    )
+def _of(entry: Entry, problem: GaitsimError) -> Finding:
+    """A finding out of an error."""
+    came, remedy, cause = problem.what, problem.remedy, problem.__cause__
+    if isinstance(problem, ExperimentError):
+        came = str(problem)
+    place = _place(entry, cause) if cause is not None else ""
+    if place:
+        came, remedy = f"{came} ({place})", "mend it there"
+    elif isinstance(cause, ModuleNotFoundError):
+        remedy = f"put the module in place, or correct the entry point, {entry.target!r}"
+    expected = problem.allowed or "work that is done without an exception"
+    return error("failure", expected, came, remedy)
 
 
-def _place(cause: BaseException) -> str:
-    """Where an exception was raised: file and line."""
-    trace = cause.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    if trace is None:
-        return ""
-    return f" ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})"
+def _place(entry: Entry, cause: BaseException) -> str:
+    """Where in the plugin's own package an exception came from: file and line; or ''."""
+    package = entry.target.partition(":")[0].partition(".")[0]
+    place = ""
+    for frame, line in walk_tb(cause.__traceback__):
+        if str(frame.f_globals.get("__name__")).partition(".")[0] == package:
+            place = f"{frame.f_code.co_filename}, line {line}"
+    return place
 
 
 def _rules(

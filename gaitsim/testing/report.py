@@ -28,12 +28,12 @@ class Finding:
     remedy: str
 
     def __str__(self) -> str:
-        lines = [
-            f"{self.level}: {self.rule}",
-            f"  expected: {self.expected}",
-            f"  came:     {self.came}",
-        ]
-        return "\n".join([*lines, f"  mend:     {self.remedy}"] if self.remedy else lines)
+        parts = {"expected": self.expected, "came": self.came, "mend": self.remedy}
+        lines = [f"{self.level}: {self.rule}"]
+        for title, text in parts.items():
+            if text:
+                lines.append(f"  {title + ':':<9} " + text.replace("\n", "\n" + 12 * " "))
+        return "\n".join(lines)
 
 
 def error(rule: str, expected: str, came: str, remedy: str) -> Finding:

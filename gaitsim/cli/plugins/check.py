@@ -17,7 +17,7 @@ def check(
     reference: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME|FOLDER]",
+            metavar="NAME|FOLDER",
             help="A plugin, a package, or a package's folder, which need not be installed. "
             "Default: all that is installed.",
             show_default=False,

@@ -8,7 +8,10 @@ import typer
 
 
 def new(
-    name: Annotated[str, typer.Argument(help="What the plugin is to be called, such as hopper.")],
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="What the plugin is to be called, such as hopper."),
+    ],
     kind: Annotated[
         str,
         typer.Option(metavar="KIND", help="organism, fitness, selection, crossover or mutation."),
