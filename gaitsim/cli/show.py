@@ -69,6 +69,7 @@ def _print_json(run: "Run") -> None:
             "generations": experiment.evolution.generations,
             "evaluations": int(history["evaluations"][-1]) if history else 0,
             "seconds": float(history["seconds"].sum()) if history else 0.0,
+            "islands": experiment.islands.model_dump() if experiment.islands.number > 1 else None,
             "start": {"generation": start.generation, "score": start.score} if start else None,
             "stages": [
                 {
@@ -99,6 +100,13 @@ def _print(run: "Run") -> None:
     console.print(f"{experiment.name}: {experiment.description}", markup=False)
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
     console.print(f"seed {experiment.seed}  {parts}", markup=False)
+    islands = experiment.islands
+    if islands.number > 1:
+        where = "on a ring" if islands.topology == "ring" else "all neighbours"
+        console.print(
+            f"{islands.number:,} islands {where}; every {islands.every:,} generations the best "
+            f"{islands.migrants:,} of each go on"
+        )
     start = read_start(run)
     if start is not None:
         console.print(

@@ -34,7 +34,6 @@ class Spread(Protocol):
         self,
         function: "Callable[[Experiment, Stretch], list[Made]]",
         tasks: "Sequence[Stretch]",
-        individuals: int = 0,
     ) -> "list[list[Made]]":
         """The results in the tasks' order."""
 
@@ -50,18 +49,15 @@ class Stretch:
         island: its number, from 0.
         first: the first generation to make.
         last: the last one.
-        genomes: what the first one is bred from, (population, genes), its immigrants among
-            them; None where the first one is drawn.
+        genomes: what the first one is bred from, (population, genes), its immigrants among them.
         scores: of these, (population,).
-        start: a genome, (genes,), that generation 1 is made of; None draws it.
     """
 
     island: int
     first: int
     last: int
-    genomes: Genomes | None
-    scores: Scores | None
-    start: Array | None
+    genomes: Genomes
+    scores: Scores
 
 
 def by_island(islands: Islands, values: Array) -> Array:
@@ -99,57 +95,56 @@ def migrated(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genome
     return genomes, scores
 
 
-def next_population(
-    experiment: Experiment,
-    space: GenomeSpace,
-    number: int,
-    genomes: Genomes | None,
-    scores: Scores | None,
-    start: Array | None,
-) -> Genomes:
-    """Generation `number` of all islands, (individuals, genes).
+def first_islands(experiment: Experiment, space: GenomeSpace, start: Array | None) -> Genomes:
+    """Generation 1 of all islands, (individuals, genes).
 
     Args:
         experiment: its scheme and seed.
         space: the genome space.
-        number: of the generation that is made.
-        genomes: the generation before, (individuals, genes); None for the first one.
-        scores: of these, (individuals,).
-        start: a genome, (genes,), that generation 1 is made of; None draws it.
+        start: a genome, (genes,), that each is made of; None draws them.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
-    tasks = _stretches(experiment, number, number, genomes, scores, start)
-    return np.concatenate([_bred(experiment, space, task, number) for task in tasks])
+    islands = range(experiment.islands.number)
+    if start is None:
+        return np.concatenate([first_population(experiment, space, one) for one in islands])
+    return np.concatenate([population_from(experiment, space, start, one) for one in islands])
 
 
-def _bred(experiment: Experiment, space: GenomeSpace, task: Stretch, number: int) -> Genomes:
-    """One island's population of a generation."""
-    if task.genomes is not None and task.scores is not None:
-        return breed(experiment, space, task.genomes, task.scores, number, task.island)
-    if task.start is not None:
-        return population_from(experiment, space, task.start, task.island)
-    return first_population(experiment, space, task.island)
+def breed_islands(
+    experiment: Experiment, space: GenomeSpace, genomes: Genomes, scores: Scores, number: int
+) -> Genomes:
+    """Generation `number` of all islands, (individuals, genes), after a migration if one is due.
+
+    Args:
+        experiment: its scheme and seed.
+        space: the genome space.
+        genomes: the generation before, (individuals, genes); not changed.
+        scores: of these, (individuals,).
+        number: of the generation that is made, from 2.
+
+    Raises:
+        PluginError: an operator fails or breaks its contract; names its package.
+    """
+    return np.concatenate(
+        [
+            breed(experiment, space, one.genomes, one.scores, number, one.island)
+            for one in _stretches(experiment, genomes, scores, number, number)
+        ]
+    )
 
 
 def _stretches(
-    experiment: Experiment,
-    first: int,
-    last: int,
-    genomes: Genomes | None,
-    scores: Scores | None,
-    start: Array | None,
+    experiment: Experiment, genomes: Genomes, scores: Scores, first: int, last: int
 ) -> list[Stretch]:
     """Each island's stretch of generations, after the migration if one is due before it."""
     islands = experiment.islands
-    if genomes is None or scores is None:
-        return [Stretch(island, first, last, None, None, start) for island in range(islands.number)]
     populations, values = by_island(islands, genomes), by_island(islands, scores)
     if (first - 1) % islands.every == 0:
         populations, values = migrated(islands, populations, values)
     return [
-        Stretch(island, first, last, populations[island], values[island], None)
+        Stretch(island, first, last, populations[island], values[island])
         for island in range(islands.number)
     ]
 
@@ -173,11 +168,10 @@ def stretch(experiment: Experiment, task: Stretch) -> list[Made]:
     made: list[Made] = []
     genomes, scores = task.genomes, task.scores
     for number in range(task.first, task.last + 1):
-        here = Stretch(task.island, number, number, genomes, scores, task.start)
-        population = _bred(experiment, space, here, number)
-        evaluation = judge(experiment, population)
-        made.append((population, evaluation))
-        genomes, scores = population, evaluation.scores
+        genomes = breed(experiment, space, genomes, scores, number, task.island)
+        evaluation = judge(experiment, genomes)
+        scores = evaluation.scores
+        made.append((genomes, evaluation))
     return made
 
 
@@ -193,14 +187,16 @@ def spreading(evaluator: Evaluator) -> Spread | None:
 
 
 def spread_stretch(
-    experiment: Experiment,
-    spread: Spread,
-    first: int,
-    genomes: Genomes | None,
-    scores: Scores | None,
-    start: Array | None,
+    experiment: Experiment, spread: Spread, genomes: Genomes, scores: Scores, first: int
 ) -> Iterator[Made]:
     """Generations of all islands from `first` to the next migration, an island a task.
+
+    Args:
+        experiment: its scheme and seed.
+        spread: does the tasks.
+        genomes: the generation before, (individuals, genes).
+        scores: of these, (individuals,).
+        first: the first generation that is made, from 2.
 
     Yields:
         Each generation of all islands and its evaluation.
@@ -209,8 +205,7 @@ def spread_stretch(
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     last = until_migration(experiment, first)
-    tasks = _stretches(experiment, first, last, genomes, scores, start)
-    each = experiment.evolution.population * (last - first + 1)
-    for islands in zip(*spread(stretch, tasks, each), strict=True):
+    tasks = _stretches(experiment, genomes, scores, first, last)
+    for islands in zip(*spread(stretch, tasks), strict=True):
         populations = np.concatenate([population for population, _ in islands])
         yield populations, joined(experiment, [evaluation for _, evaluation in islands])

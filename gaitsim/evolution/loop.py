@@ -16,7 +16,13 @@ from gaitsim.contracts import Array, Genomes
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.judge import hold_terms
 from gaitsim.evolution.generation import Generation, Progress
-from gaitsim.evolution.islands import Made, Spread, next_population, spread_stretch
+from gaitsim.evolution.islands import (
+    Made,
+    Spread,
+    breed_islands,
+    first_islands,
+    spread_stretch,
+)
 from gaitsim.experiment import Evolution, Experiment
 from gaitsim.registry import containing
 
@@ -83,16 +89,20 @@ def _populations(
 ) -> Iterator[tuple[Genomes, Evaluation, float]]:
     """The populations after a generation, judged, without end; and the seconds that each took."""
     space = experiment.space()
-    number = after.number if after else 0
-    genomes, scores = (after.genomes, after.scores) if after else (None, None)
+    number, genomes, scores = (
+        (after.number, after.genomes, after.scores) if after else (0, None, None)
+    )
     while True:
         begun = time.perf_counter()
         several: list[Made]
-        if spread is None:
-            population = next_population(experiment, space, number + 1, genomes, scores, start)
-            several = [(population, evaluate(population))]
+        if genomes is None or scores is None:
+            genomes = first_islands(experiment, space, start)
+            several = [(genomes, evaluate(genomes))]
+        elif spread is None:
+            genomes = breed_islands(experiment, space, genomes, scores, number + 1)
+            several = [(genomes, evaluate(genomes))]
         else:
-            several = [*spread_stretch(experiment, spread, number + 1, genomes, scores, start)]
+            several = [*spread_stretch(experiment, spread, genomes, scores, number + 1)]
         seconds = (time.perf_counter() - begun) / len(several)
         for population, evaluation in several:
             number += 1

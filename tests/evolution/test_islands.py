@@ -22,10 +22,10 @@ def here(experiment):
 
 
 def in_turn(experiment):
-    """As `Evaluator.map`, in this thread; what is sent and comes back counted."""
+    """As `Evaluator.map`, in this thread; it counts the tasks and their generations."""
 
-    def spread(function, tasks, individuals=0):
-        spread.calls.append((len(tasks), individuals))
+    def spread(function, tasks):
+        spread.calls.append((len(tasks), tasks[0].last - tasks[0].first + 1))
         return [function(experiment, task) for task in tasks]
 
     spread.calls = []
@@ -170,8 +170,10 @@ def test_stretches_make_the_same_generations(puppet, every, topology):
     spread = in_turn(experiment)
     whole = list(evolve(experiment, here(experiment)))
     same(whole, evolve(experiment, here(experiment), spread=spread))
-    lengths = [len(range(first, min(first + every, 8))) for first in range(1, 8, every)]
-    assert spread.calls == [(3, 6 * length) for length in lengths]
+    # Each to the next migration; the first generation is bred of none, and made here.
+    ends = [min(first + every - 1, 7) for first in range(1, 8, every)]
+    lengths = [end - max(begin, 1) for begin, end in itertools.pairwise([0, *ends])]
+    assert spread.calls == [(3, length) for length in lengths if length]
     # And from anywhere: the next stretch then ends where it would have ended.
     for begun in whole[:-1]:
         same(
@@ -209,11 +211,14 @@ def test_what_a_worker_is_given_and_gives_can_travel(puppet):
     experiment = puppet(*THREE)
     tasks = []
 
-    def spread(function, given, individuals=0):
+    def spread(function, given):
         tasks.extend(given)
         return [function(experiment, task) for task in given]
 
-    next(evolve(experiment, here(experiment), spread=spread))
+    generations = evolve(experiment, here(experiment), spread=spread)
+    next(generations)
+    assert not tasks
+    next(generations)
     assert pickle.loads(pickle.dumps(stretch)) is stretch
     for task in tasks:
         ((genomes, evaluation), *_) = pickle.loads(

@@ -30,7 +30,7 @@ def evolve(path, *overrides, generations=None, until=None, spread=False):
     with RunWriter(path, overrides=overrides, generations=generations) as writer:
         experiment = writer.experiment
 
-        def over(function, tasks, individuals=0):
+        def over(function, tasks):
             return [function(experiment, task) for task in tasks]
 
         for generation in writer.evolve(

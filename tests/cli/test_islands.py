@@ -1,0 +1,109 @@
+"""Islands from the command line: the same bits over any workers, killed or not."""
+
+import json
+import os
+import time
+
+import pytest
+
+SLOW = """
+import time
+from gaitsim_puppets import Puppet
+class Slow(Puppet):
+    def move(self, genomes):
+        time.sleep(0.004 * len(genomes))
+        return super().move(genomes)
+"""
+ISLANDS = (
+    "--set",
+    "organism.plugin=slow",
+    "--set",
+    "islands.number=4",
+    "--set",
+    "islands.migrants=1",
+    "--set",
+    "islands.every=5",
+    "--generations",
+    23,
+)
+
+
+@pytest.fixture(autouse=True)
+def slow(puppets, install, monkeypatch):
+    """A puppet that takes its time, each individual as much, for which workers pay."""
+    folder = install("slow", SLOW, {"organism": {"slow": "Slow"}})
+    paths = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
+    monkeypatch.setenv("PYTHONPATH", paths)
+
+
+@pytest.fixture
+def evolve(program, gaitsim, puppet_file):
+    """Runs with islands and gives the fingerprint."""
+
+    def evolve(out, *arguments):
+        program("run", puppet_file, *ISLANDS, "--out", out, *arguments)
+        return gaitsim("show", out, "--fingerprint").stdout
+
+    return evolve
+
+
+@pytest.fixture
+def spreads(monkeypatch):
+    """The stretches of islands that are handed to workers, each by its first and last one."""
+    from gaitsim.evaluation import Evaluator
+
+    handed, real = [], Evaluator._over
+
+    def over(self, far, function, tasks):
+        if hasattr(tasks[0], "island"):
+            handed.append((len(tasks), tasks[0].first, tasks[0].last))
+        return real(self, far, function, tasks)
+
+    monkeypatch.setattr(Evaluator, "_over", over)
+    return handed
+
+
+def test_the_same_bits_here_and_in_processes(evolve, gaitsim, puppet_file, spreads):
+    alone = evolve("alone", "--workers", 1)
+    assert evolve("three", "--workers", 3) == alone
+    gaitsim("run", puppet_file, *ISLANDS, "--out", "two", "--workers", 2)
+    assert gaitsim("show", "two", "--fingerprint").stdout == alone
+    # An island's stretch from one migration to the next was a worker's task.
+    assert spreads == [(4, 2, 5), (4, 6, 10), (4, 11, 15), (4, 16, 20), (4, 21, 23)]
+    assert "identical" in gaitsim("verify", "two", "--all", "--workers", 1).stdout
+    (line,) = [
+        line for line in gaitsim("show", "two").stdout.splitlines() if line.startswith("4 islands")
+    ]
+    assert line == "4 islands on a ring; every 5 generations the best 1 of each go on"
+
+
+def test_the_same_bits_over_dask(evolve):
+    pytest.importorskip("distributed")
+    assert evolve("cluster", "--dask", "local", "--workers", 2) == evolve("alone", "--workers", 1)
+
+
+def test_killed_in_a_stretch_it_becomes_the_same_run(evolve, start, gaitsim, puppet_file, tmp_path):
+    alone = evolve("alone", "--workers", 1)
+    process = start("run", puppet_file, *ISLANDS, "--out", "killed", "--workers", 2)
+    history = tmp_path / "killed/history.csv"
+    end = time.monotonic() + 60
+    while not (history.exists() and history.read_text().count("\n") > 6):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+    # Of the stretch that it was in, nothing is kept but what was written.
+    found = json.loads(gaitsim("show", "killed", "--json").stdout)
+    assert 5 <= found["generation"] <= 23
+    gaitsim("resume", "killed", "--workers", 1)
+    assert gaitsim("show", "killed", "--fingerprint").stdout == alone
+
+
+def test_experiments_with_islands_are_compared(gaitsim, puppet_file, tmp_path):
+    (tmp_path / "islands.toml").write_text(
+        puppet_file.read_text() + "[islands]\nnumber = 2\nmigrants = 1\n"
+    )
+    done = gaitsim("compare", "puppet.toml", "islands.toml", "--repeats", 3, "--workers", 1)
+    assert "puppet (2)" in done.stdout
+    rows = (tmp_path / "comparisons/puppet-against-puppet/results.csv").read_text()
+    assert ",12," in rows  # twice the evaluations a generation
