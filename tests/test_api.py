@@ -6,6 +6,7 @@ import sys
 import threading
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -123,17 +124,31 @@ def test_leaving_a_loop_frees_the_workers_and_the_run(tmp_path: Path) -> None:
 
 def test_workers_do_not_import_the_script_that_runs(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    script.write_text(
-        "import gaitsim as gs\n"
-        "print('once')\n"
-        "small = {'organism.duration': 1.0, 'evolution.elites': 1}\n"
-        "for one in gs.evolve('walker', generations=2, population=4, set=small, workers=2):\n"
-        "    print(one.number)\n"
-    )
+    script.write_text(f"""
+import gaitsim as gs
+print("once")
+for one in gs.evolve("walker", **{ISLANDS}, workers=2):
+    print(one.scores.tolist())
+""")
     run = subprocess.run(
         [sys.executable, script], capture_output=True, text=True, check=False, timeout=120
     )
-    assert (run.stdout, run.stderr) == ("once\n1\n2\n", "")
+    alone = [f"{one.scores.tolist()}\n" for one in gs.evolve("walker", **ISLANDS, workers=1)]
+    assert (run.stdout, run.stderr) == ("once\n" + "".join(alone), "")
+
+
+ISLANDS: dict[str, Any] = {
+    "generations": 3,
+    "population": 4,
+    "set": {
+        "organism.duration": 0.5,
+        "evolution.elites": 1,
+        "islands.number": 2,
+        "islands.every": 2,
+        "islands.migrants": 1,
+    },
+}
+"""Two small islands, which are evolved each by a worker."""
 
 
 def test_an_error_in_a_loop_leaves_a_run_that_goes_on(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from gaitsim import evolution, toml
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evolution import Generation
+from gaitsim.evolution import Generation, spreading
 from gaitsim.experiment import Experiment, load_experiment, with_overrides
 from gaitsim.facts import Fact, Facts
 from gaitsim.notebook.individual import Individual
@@ -88,9 +88,9 @@ def _plain(value: Any) -> Any:
 # The generations are functions' and not methods': a search that is left in the middle of its
 # loop is then freed at once, and with it the workers and the run's lock.
 def _unrecorded(experiment: Experiment, workers: int | None) -> Iterator[Generation]:
-    with Evaluator(experiment, workers) as evaluator:
+    with Evaluator(experiment, workers, _warn) as evaluator:
         evaluator.prepare()
-        yield from evolution.evolve(experiment, evaluator.evaluate)
+        yield from evolution.evolve(experiment, evaluator.evaluate, spread=spreading(evaluator))
 
 
 def _recorded(
@@ -101,12 +101,16 @@ def _recorded(
 ) -> Iterator[Generation]:
     with RunWriter(path, overrides=overrides, generations=generations) as writer:
         if writer.warning:
-            warnings.warn(writer.warning, stacklevel=3)
+            _warn(writer.warning)
         if writer.done:
             return
-        with resumable(path), Evaluator(writer.experiment, workers) as evaluator:
+        with resumable(path), Evaluator(writer.experiment, workers, _warn) as evaluator:
             evaluator.prepare()
-            yield from writer.evolve(evaluator.evaluate)
+            yield from writer.evolve(evaluator.evaluate, spreading(evaluator))
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, stacklevel=2)
 
 
 def resumed(
