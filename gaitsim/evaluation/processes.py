@@ -23,14 +23,14 @@ class Processes(Executor):
     it is known which.
 
     Args:
-        workers: how many; each begins with its first task.
+        workers: how many at the most; each begins when there is work for it.
         tell: is told of workers that died.
     """
 
     def __init__(self, workers: int, tell: Tell = lambda text: None) -> None:
         self.workers = workers
         self._tell = tell
-        self._idle = [_pool() for _ in range(workers)]
+        self._idle: list[ProcessPoolExecutor] = []
         self._busy: dict[Future[object], ProcessPoolExecutor] = {}
 
     def each(
@@ -42,8 +42,8 @@ class Processes(Executor):
         deaths: Counter[int] = Counter()
         try:
             while waiting or places:
-                while waiting and self._idle:
-                    pool = self._idle.pop()
+                while waiting and len(self._busy) < self.workers:
+                    pool = self._idle.pop() if self._idle else _pool()
                     with without_script():
                         future: Future[object] = pool.submit(function, tasks[waiting[0]])
                     self._busy[future] = pool
@@ -63,14 +63,14 @@ class Processes(Executor):
                 future.cancel()
 
     def _done(self) -> list[Future[object]]:
-        """Wait for some; their workers are idle again, or there are new ones for them."""
+        """Wait for some; their workers are idle again, but for those that died."""
         done = list(wait(self._busy, return_when=FIRST_COMPLETED).done)
         for future in done:
             pool = self._busy.pop(future)
             if _died(future):
                 pool.shutdown()
-                pool = _pool()
-            self._idle.append(pool)
+            else:
+                self._idle.append(pool)
         return done
 
     def _bear(self, deaths: int) -> None:
