@@ -1,0 +1,135 @@
+"""A generation on clusters of growing size, simulated from what was measured on this machine.
+
+A scheduler hands out tasks one after the other; a worker that is done gets the next one.
+The times of individuals vary, as a walker that falls is done sooner. Nothing is guessed
+but the cluster's size: work, its variation, and what a task and its way cost are measured,
+the way by Dask workers of this machine; a network adds its round trip, an option.
+
+    python benchmarks/scaling.py [--task MS --latency MS] [--round-trip MS]
+"""
+
+import argparse
+import heapq
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from timing import milliseconds, print_machine, stopwatch
+
+from gaitsim.evaluation import judge
+from gaitsim.evaluation.sharing import Line, Pace, best_shares, measured
+from gaitsim.evolution import first_population
+from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.runs.folder import create_run
+from gaitsim.runs.writer import RunWriter
+
+SIZES = (1, 2, 8, 32, 100, 316, 1000, 3162, 10_000)
+STRETCH = 10  # generations between two migrations
+ISLAND = 100  # individuals
+
+
+def individual_seconds(experiment: Experiment, count: int = 60) -> NDArray[np.float64]:
+    """How long individuals of a first population take, each alone, CPU seconds."""
+    genomes = first_population(experiment, experiment.space())[:count]
+    judge(experiment, genomes[:1])
+    found = []
+    for place in range(len(genomes)):
+        start = time.process_time()
+        judge(experiment, genomes[place : place + 1])
+        found.append(time.process_time() - start)
+    return np.array(found)
+
+
+def recording_seconds(population: int) -> float:
+    """What a generation of so many walkers takes to be bred and recorded, judging left out."""
+    experiment = load_experiment(
+        "walker", [f"evolution.population={population}", "evolution.generations=3"]
+    )
+    evaluation = judge(experiment, first_population(experiment, experiment.space())[:1])
+
+    def evaluate(genomes: NDArray[np.float64]) -> object:
+        many = len(genomes)
+        scores = np.linspace(0, 1, many)
+        return type(evaluation)(scores, dict.fromkeys(evaluation.terms, scores), {})
+
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        RunWriter(create_run(experiment, Path(folder) / "run")) as writer,
+    ):
+        taken = stopwatch(lambda: [*writer.evolve(evaluate)])  # type: ignore[arg-type]
+    return taken / 3
+
+
+def simulated(tasks: NDArray[np.float64], workers: int, pace: Pace) -> float:
+    """Seconds until the last of the tasks is back."""
+    free = [0.0] * min(workers, len(tasks))  # when each worker is free again
+    sent, end = 0.0, 0.0
+    for seconds in tasks.tolist():
+        sent = max(sent + pace.task, heapq.heappop(free))
+        heapq.heappush(free, sent + seconds)
+        end = max(end, sent + seconds)
+    return end + pace.latency
+
+
+def one_population(each: NDArray[np.float64], size: int, workers: int, pace: Pace) -> float:
+    """Seconds of a generation of one population, cut as gaitsim would."""
+    if workers == 1:
+        return float(each.mean() * size)
+    line = Line()
+    line.learn(1, float(each.mean()))
+    line.learn(size, float(each.mean() * size))
+    chunks = best_shares(size, workers, line, pace).chunks
+    drawn = np.random.default_rng(0).choice(each, size)
+    return simulated(
+        np.array([part.sum() for part in np.array_split(drawn, chunks)]), workers, pace
+    )
+
+
+def islands(each: NDArray[np.float64], workers: int, pace: Pace) -> float:
+    """Seconds a generation of as many islands as workers, each task one stretch."""
+    drawn = np.random.default_rng(0).choice(each, (workers, STRETCH * ISLAND)).sum(axis=1)
+    return simulated(drawn, workers, pace) / STRETCH
+
+
+def measure_pace() -> Pace:
+    """Of two Dask workers on this machine."""
+    from gaitsim.evaluation.cluster import Cluster
+
+    with Cluster("local", 2) as cluster:
+        return measured(cluster)
+
+
+def main() -> None:
+    """Print the curves."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--task", type=float, help="a task's cost in ms, instead of measuring")
+    parser.add_argument("--latency", type=float, default=0.0, help="of a population, ms")
+    parser.add_argument("--round-trip", type=float, default=0.0, help="of the network, ms")
+    given = parser.parse_args()
+    print_machine()
+    pace = Pace(given.latency / 1e3, given.task / 1e3) if given.task else measure_pace()
+    pace = Pace(pace.latency + given.round_trip / 1e3, pace.task)
+    each = individual_seconds(load_experiment("walker"))
+    mean, spread = each.mean(), each.std() / each.mean()
+    print(f"an individual of the walker: {milliseconds(mean)}, varying by {spread:.0%}")
+    print(f"a task: {milliseconds(pace.task)}; a population: {milliseconds(pace.latency)}\n")
+    print(f"{'workers':>8} {'100':>16} {'10,000':>16} {'1,000,000':>16}   an island of 100 each")
+    for workers in SIZES:
+        cells = []
+        for size in (100, 10_000, 1_000_000):
+            seconds = one_population(each, size, workers, pace)
+            gain = mean * size / seconds
+            cells.append(f"{gain:>8.1f} × {gain / workers:>4.0%}")
+        seconds = islands(each, workers, pace)
+        gain = mean * ISLAND * workers / seconds
+        print(f"{workers:>8,} {' '.join(f'{cell:>16}' for cell in cells)}", end="   ")
+        print(f"{gain:>8.1f} × {gain / workers:>4.0%}")
+    print("\nspeed-up over one worker, and its part of what so many could do\n")
+    for size in (100, 10_000, 1_000_000):
+        print(f"breeding and recording {size:,} walkers: {milliseconds(recording_seconds(size))}")
+
+
+if __name__ == "__main__":
+    main()
