@@ -10,7 +10,7 @@ from timing import medians, milliseconds, print_figure, print_machine, times
 from gaitsim.evaluation import Evaluator, judge
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
-from gaitsim_walker.machine import STEP, STEPS, Machine
+from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
 
 LEAST = 60  # times real time a core
@@ -51,8 +51,8 @@ def floor(walker: Walker) -> None:
 
     def bare() -> None:
         machine = Machine(world, commands[0, 0])
-        for _ in range((walker.frames - 1) * STEPS):
-            machine.space.step(STEP)
+        for _ in range((walker.frames - 1) * world.steps):
+            machine.space.step(world.step)
 
     stands, alone = medians(lambda: walker.play(commands), bare, repeats=5)
     print_figure("one that stands on four legs for 10 s", milliseconds(stands))

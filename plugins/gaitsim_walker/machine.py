@@ -12,12 +12,9 @@ import pymunk
 
 from gaitsim_walker import body
 from gaitsim_walker.body import Floats
-from gaitsim_walker.encodings import FRAME_RATE
 from gaitsim_walker.ground import Ground
 from gaitsim_walker.world import World
 
-STEPS = 4  # of the physics a frame
-STEP = 1 / (STEPS * FRAME_RATE)  # s: 240 Hz
 ITERATIONS = 20  # of the solver a step
 TIPPED = math.radians(60)  # pitch from which a walker has fallen
 
@@ -169,7 +166,9 @@ class Machine:
 
         def add(arbiter: pymunk.Arbiter) -> None:
             x, z = arbiter.total_impulse
-            way = math.copysign(1.0, z) / STEP  # which of the two it pushes is pymunk's affair
+            way = (
+                math.copysign(1.0, z) / self.world.step
+            )  # which of the two it pushes is pymunk's affair
             forces.append((x * way, z * way))
 
         for shank in self.bodies[2::2]:

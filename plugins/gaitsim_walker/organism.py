@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from gaitsim.contracts import (
     Array,
@@ -20,7 +21,7 @@ from gaitsim_walker import body
 from gaitsim_walker.body import PLANS, Floats, Plan
 from gaitsim_walker.encodings import FRAME_RATE, commands, space
 from gaitsim_walker.ground import ground
-from gaitsim_walker.world import World
+from gaitsim_walker.world import STEP, World
 
 if TYPE_CHECKING:
     from gaitsim_walker.rollout import Rollout
@@ -46,6 +47,13 @@ class Walker(Organism):
         2.5, "upper bound of the gene for strides a second", unit="Hz", gt=0.5, le=5
     )
     duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
+    dt: float = option(
+        STEP,
+        "time step of the physics, a whole number of which make 1/60 s",
+        unit="s",
+        ge=2e-4,
+        le=1 / 60,
+    )
     torque_limit: float = option(15.0, "largest torque of a servo", unit="N m", ge=0, le=1000)
     speed_limit: float = option(
         10.0, "largest angular speed that a servo asks for", unit="rad/s", ge=0, le=100
@@ -78,6 +86,16 @@ class Walker(Organism):
         "as spent",
         "lasted": "(population,) s, before the fall, or the whole rollout",
     }
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        steps = 1 / (FRAME_RATE * self.dt)
+        if not math.isclose(steps, round(steps), rel_tol=1e-3):
+            near = 1 / (FRAME_RATE * round(steps))
+            raise ValueError(
+                f"dt {self.dt:g} s makes no whole number of steps in 1/60 s; {near:.4g} s does"
+            )
+        return self
 
     @property
     def plan(self) -> Plan:
@@ -142,6 +160,7 @@ class Walker(Organism):
             self.friction,
             self.torque_limit,
             self.speed_limit,
+            round(1 / (FRAME_RATE * self.dt)),
         )
 
     def _walked(self, courses: Iterable[Floats], frames: int) -> Motion:

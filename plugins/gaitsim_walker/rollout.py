@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim_walker.body import Floats
 from gaitsim_walker.encodings import FRAME_RATE
-from gaitsim_walker.machine import STEP, STEPS, Machine
+from gaitsim_walker.machine import Machine
 from gaitsim_walker.world import World
 
 GAIN = 15.0  # 1/s: speed that a servo asks for a radian that it is off
@@ -55,7 +55,7 @@ def roll_out(world: World, commands: Floats) -> Rollout:
     bodies, torso, hinges = machine.bodies, machine.bodies[0], machine.joints
     # Bodies are read once a step, not once a joint: pymunk's properties cost most.
     parts = [(hinge.motor, hinge.above, hinge.below) for hinge in hinges]
-    step, fastest = machine.space.step, world.speed_limit
+    step, dt, fastest = machine.space.step, world.step, world.speed_limit
     state, torque = np.zeros((frames, 5)), np.zeros((frames, joints))
     turned, work = np.zeros((frames, joints)), np.zeros(frames)
     load = np.zeros((frames, joints // 2, 2))
@@ -68,12 +68,12 @@ def roll_out(world: World, commands: Floats) -> Rollout:
                 for hinge, angle in zip(hinges, told[frame], strict=True)
             ]
             sums = [0.0] * joints
-            for _ in range(STEPS):
+            for _ in range(world.steps):
                 angles = [part.angle for part in bodies]
                 for (motor, above, below), target in zip(parts, targets, strict=True):
                     off = GAIN * (angles[above] + target - angles[below])
                     motor.rate = -min(max(off, -fastest), fastest)
-                step(STEP)
+                step(dt)
                 speeds = [part.angular_velocity for part in bodies]
                 for joint, (motor, above, below) in enumerate(parts):
                     pushed = motor.impulse

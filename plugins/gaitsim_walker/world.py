@@ -3,7 +3,10 @@
 from dataclasses import dataclass
 
 from gaitsim_walker.body import Plan
+from gaitsim_walker.encodings import FRAME_RATE
 from gaitsim_walker.ground import Ground
+
+STEP = 1 / (4 * FRAME_RATE)  # s: 240 Hz, four steps a frame
 
 
 @dataclass(frozen=True)
@@ -17,6 +20,7 @@ class World:
         friction: of feet on the ground.
         torque_limit: of each servo, N m.
         speed_limit: of each servo, rad/s.
+        steps: of the physics a frame.
     """
 
     plan: Plan
@@ -25,3 +29,9 @@ class World:
     friction: float
     torque_limit: float
     speed_limit: float
+    steps: int
+
+    @property
+    def step(self) -> float:
+        """Time step of the physics, s."""
+        return 1 / (self.steps * FRAME_RATE)

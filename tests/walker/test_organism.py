@@ -128,6 +128,7 @@ def test_angles_that_are_not_finite_are_refused():
         {"encoding": "recurrence"},
         {"duration": 0},
         {"duration": 1e9},
+        {"dt": 0.005},
         {"friction": -0.1},
         {"roughness": 0.5},
         {"torque_limit": float("nan")},
@@ -177,7 +178,8 @@ def test_the_skeleton_stands_where_the_body_is():
 
 def test_the_recorded_pose_is_the_simulated_one():
     # Feet by kinematics from what is recorded, against pymunk's own bodies.
-    from gaitsim_walker.machine import STEP, Machine
+    from gaitsim_walker.machine import Machine
+    from gaitsim_walker.world import STEP
 
     walker = Walker()
     machine = Machine(walker.world(10), np.radians([10.0, 20, -5, 0, 3, -20, 8, 30]))

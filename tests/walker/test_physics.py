@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from gaitsim_walker.machine import STEP, Machine
+from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
+from gaitsim_walker.world import STEP
 
 G = 9.81
 
@@ -165,3 +166,15 @@ def test_a_servo_turns_a_leg_that_hangs_free_to_where_it_is_told():
     reached = motion["joint_positions"][0, :, 1]
     seconds = np.arange(31) / 60
     assert reached == pytest.approx(0.4 * (1 - np.exp(-15 * seconds)), abs=0.03)
+
+
+def test_finer_steps_change_a_gait_little():
+    # Four legs that trot on the spot, well before small differences grow.
+    seconds = np.arange(61) / 60
+    told = np.zeros((1, 61, 8))
+    for leg, phase in enumerate((0.0, math.pi, math.pi, 0.0)):
+        told[0, :, 2 * leg + 1] = 0.3 * np.sin(2 * math.pi * 1.5 * seconds + phase)
+    coarse, fine = (Walker(dt=dt).play(told) for dt in (STEP, STEP / 4))
+    assert coarse["height"] == pytest.approx(fine["height"], abs=0.01)
+    assert coarse["joint_positions"] == pytest.approx(fine["joint_positions"], abs=0.1)
+    assert coarse["energy"][0, -1] == pytest.approx(fine["energy"][0, -1], rel=0.2)
