@@ -14,6 +14,14 @@ _stacks: dict[int, list[tuple[object, str]]] = {}
 _interrupted: list[tuple[object, str]] = []
 
 
+_watched: list[bool] = []
+
+
+def leave_together() -> None:
+    """From here on leave what plugins print in standard output, for who looks at that."""
+    _watched.append(True)
+
+
 class _Parted:
     """Standard output, but standard error for threads that are in a plugin.
 
@@ -25,7 +33,9 @@ class _Parted:
         self._stream = stream
 
     def _mine(self) -> Any:
-        return sys.stderr if threading.get_ident() in _stacks else self._stream
+        if _watched or threading.get_ident() not in _stacks:
+            return self._stream
+        return sys.stderr
 
     def write(self, text: str) -> int:
         """Write to whichever stream is this thread's."""

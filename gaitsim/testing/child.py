@@ -4,6 +4,7 @@ A process of its own, as what it examines may never end, end the process, or pri
 printed is kept from the answers, and told of in the findings.
 """
 
+import io
 import json
 import os
 import sys
@@ -35,6 +36,7 @@ def _listen(asked: BinaryIO, questions: Questions) -> None:
 
 def _answer(questions: Questions, answers: int) -> None:
     sys.path[:0] = [folder for folder in questions.get()["path"] if folder not in sys.path]
+    from gaitsim.at_work import leave_together
     from gaitsim.errors import GaitsimError
     from gaitsim.registry import Entry
     from gaitsim.testing.examine import examine, outcome
@@ -42,6 +44,9 @@ def _answer(questions: Questions, answers: int) -> None:
     def tell(**answer: Any) -> None:
         os.write(answers, json.dumps(answer).encode() + b"\n")
 
+    leave_together()
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # in order with what other programs print
     tell(ready=True)
     while True:
         question = questions.get()
@@ -64,7 +69,7 @@ def _printed() -> str:
     if sys.stdout is not None:
         sys.stdout.flush()
     os.lseek(1, 0, os.SEEK_SET)
-    text = os.read(1, 60).decode(errors="replace")
+    text = os.read(1, 200).decode(errors="replace")
     os.ftruncate(1, 0)
     os.lseek(1, 0, os.SEEK_SET)
     return text

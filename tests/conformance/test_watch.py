@@ -79,6 +79,7 @@ def test_what_is_printed_is_told_and_harms_nobody(install, working):
     assert loud.ok
     (finding,) = loud.findings
     assert (finding.level, finding.rule) == ("advice", "standard output")
+    assert "mutating" in finding.came
     assert "a child of it" in finding.came
     assert quiet.findings == ()
 
