@@ -122,6 +122,10 @@ def screens() -> None:
             while not screen.is_mounted or screen.snapshot.generation < 150:
                 await asyncio.sleep(0.1)
         _screen(app, "tui-live")
+        await press("s")
+        async with asyncio.timeout(60):
+            while screen.snapshot.state != "stopped":
+                await asyncio.sleep(0.1)
 
     for visit, lines in ((home, 16), (new, 34), (replay, 34), (live, 40)):
         asyncio.run(_visit(visit, lines))
