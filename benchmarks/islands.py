@@ -1,0 +1,70 @@
+"""What islands find for the same evaluations as one population, over repeats.
+
+    python benchmarks/islands.py [BODY] [REPEATS] [SEED]
+
+The four searches differ in nothing but how the individuals are parted, and the fly's elites with
+them. p is that of a Mann-Whitney test against one population.
+"""
+
+import sys
+
+import numpy as np
+from scipy.stats import mannwhitneyu
+
+from gaitsim.evaluation import Evaluator
+from gaitsim.evolution.repeats import evolve_repeats
+from gaitsim.experiment import load_experiment
+
+ISLANDS = 4
+# Individuals, generations, elites of one population, and of each island.
+BUDGETS = {"spider": (200, 150, 2, 2), "fly": (100, 60, 4, 1)}
+SEARCHES = {
+    "one population": (),
+    "apart": (f"islands.number={ISLANDS}", "islands.migrants=0"),
+    "ring": (f"islands.number={ISLANDS}",),
+    "all": (f"islands.number={ISLANDS}", "islands.topology=all"),
+}
+
+
+def finals(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
+    """The best score of each repeat at the end, (repeats,)."""
+    individuals, generations, *elites = BUDGETS[body]
+    parts = ISLANDS if SEARCHES[search] else 1
+    experiment = load_experiment(
+        body,
+        [
+            f"seed={seed}",
+            f"evolution.generations={generations}",
+            f"evolution.population={individuals // parts}",
+            f"evolution.elites={elites[parts > 1]}",
+            *SEARCHES[search],
+        ],
+    )
+    with Evaluator(experiment) as evaluator:
+        *_, last = evolve_repeats(experiment, evaluator.evaluate, repeats)
+    return last.best
+
+
+def main() -> None:
+    """Print a line a search."""
+    bodies = sys.argv[1:2] or [*BUDGETS]
+    repeats, seed = (int(text) for text in [*sys.argv[2:4], "12", "0"][:2])
+    for body in bodies:
+        individuals, generations, *_ = BUDGETS[body]
+        print(f"{body}: {individuals * generations:,} evaluations, {repeats} repeats, seed {seed}")
+        print(f"{'':<16}{'median':>8}{'quartiles':>18}{'worst':>8}{'best':>8}{'p':>8}")
+        first: np.ndarray | None = None
+        for search in SEARCHES:
+            best = finals(body, search, repeats, seed)
+            first = best if first is None else first
+            low, middle, high = np.quantile(best, [0.25, 0.5, 0.75])
+            p = f"{mannwhitneyu(first, best).pvalue:8.3f}" if best is not first else ""
+            print(
+                f"{search:<16}{middle:>8.2f}{low:>9.2f}{high:>9.2f}"
+                f"{best.min():>8.2f}{best.max():>8.2f}{p}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
