@@ -11,11 +11,11 @@ the way by Dask workers of this machine; a network adds its round trip, an optio
 import argparse
 import heapq
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from processor import processor_seconds
 from timing import milliseconds, print_machine, stopwatch
 
 from gaitsim.evaluation import judge
@@ -34,12 +34,9 @@ def individual_seconds(experiment: Experiment, count: int = 60) -> NDArray[np.fl
     """How long individuals of a first population take, each alone, CPU seconds."""
     genomes = first_population(experiment, experiment.space())[:count]
     judge(experiment, genomes[:1])
-    found = []
-    for place in range(len(genomes)):
-        start = time.process_time()
-        judge(experiment, genomes[place : place + 1])
-        found.append(time.process_time() - start)
-    return np.array(found)
+    return np.array(
+        [processor_seconds(experiment, genomes[at : at + 1]) for at in range(len(genomes))]
+    )
 
 
 def recording_seconds(population: int) -> float:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
 import numpy as np
+from processor import processor_seconds
 from timing import medians, milliseconds, print_figure, print_machine, times
 
 from gaitsim.contracts import Genomes
@@ -99,8 +100,15 @@ def print_gain(name: str, repeats: int) -> None:
         alone, shared = medians(
             lambda: one.evaluate(genomes), lambda: two.evaluate(genomes), repeats=repeats
         )
+        halves = [
+            max(two.map(processor_seconds, np.array_split(genomes, WORKERS))) for _ in range(5)
+        ]
+        whole = [processor_seconds(experiment, genomes) for _ in range(5)]
     print_figure(f"{name}: a population, one worker", milliseconds(alone))
     print_figure(f"{name}: {WORKERS} workers", milliseconds(shared), times(alone / shared))
+    print_figure("  the same in processor time, one worker", milliseconds(min(whole)))
+    gain = min(whole) / min(halves)
+    print_figure("  the busiest of them", milliseconds(min(halves)), f"{gain:.2f} × by processor time")
 
 
 def print_idle(name: str, cluster: Executor) -> None:
