@@ -108,7 +108,9 @@ def print_gain(name: str, repeats: int) -> None:
     print_figure(f"{name}: {WORKERS} workers", milliseconds(shared), times(alone / shared))
     print_figure("  the same in processor time, one worker", milliseconds(min(whole)))
     gain = min(whole) / min(halves)
-    print_figure("  the busiest of them", milliseconds(min(halves)), f"{gain:.2f} × by processor time")
+    print_figure(
+        "  the busiest of them", milliseconds(min(halves)), f"{gain:.2f} × by processor time"
+    )
 
 
 def print_idle(name: str, cluster: Executor) -> None:
