@@ -94,7 +94,7 @@ class Board(Vertical):
         self.set_interval(1 / FPS, self._tick)
 
     def _tick(self) -> None:
-        """Draw. While the run evolves, the body and the panels wait their turn; the status does not.
+        """Draw. While the run evolves, body and panels wait their turn; the status does not.
 
         What is drawn is the search's time, which takes all cores: a body's picture of a third
         of the screen, through all of Textual, is 15 ms. Whoever focuses the body wants it all.
