@@ -15,6 +15,8 @@ from gaitsim.experiment import Experiment
 
 LOCAL = "local"
 ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.")
+LOGGERS = ("distributed", "distributed.client")  # the second has a level of its own
+SILENT = logging.CRITICAL + 1
 PATIENCE = 10  # seconds for a scheduler to answer, and for its first worker to come
 
 
@@ -50,9 +52,9 @@ class Cluster(Executor):
         self._closing = False
         self._own: Any = None
         distributed = _distributed()
-        self._logged = logging.getLogger("distributed").level
         # What goes wrong is told by our messages; its own would stand among them.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)
+        for name in LOGGERS:
+            logging.getLogger(name).setLevel(SILENT)
         try:
             where = self._begin(distributed, workers or cores()) if address == LOCAL else address
             self._client = self._connect(distributed, where)
@@ -74,7 +76,7 @@ class Cluster(Executor):
                 processes=True,
                 host="127.0.0.1",
                 dashboard_address="127.0.0.1:0",
-                silence_logs=logging.CRITICAL + 1,
+                silence_logs=SILENT,
                 preload=["gaitsim.evaluation.preload"],
             )
         return self._own
@@ -178,7 +180,6 @@ class Cluster(Executor):
         if self._own is not None:
             with suppress(Exception):
                 self._own.close(timeout=5)
-        logging.getLogger("distributed").setLevel(self._logged)
 
 
 def _distributed() -> Any:
