@@ -18,12 +18,12 @@ from pydantic_core import to_jsonable_python
 from gaitsim import options, toml
 from gaitsim.declarations import PLUGIN
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment import Evolution, Experiment, load_experiment, parse_experiment
+from gaitsim.experiment import Evolution, Experiment, Islands, load_experiment, parse_experiment
 from gaitsim.registry import KINDS
 from gaitsim.runs.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 
-SECTIONS = ("evolution", *KINDS)
+SECTIONS = ("evolution", "islands", *KINDS)
 _KEY = re.compile(r"\bkey ([\w.-]+)")
 _SECTION = re.compile(r"\bsection (\w+)")
 
@@ -207,7 +207,7 @@ def key_of(problem: GaitsimError) -> str:
 
 
 def _form(section: str, draft: Draft, catalogue: Catalogue) -> Form:
-    model: type[BaseModel] = Evolution
+    model: type[BaseModel] = Islands if section == "islands" else Evolution
     plugin = about = ""
     values: Mapping[str, Any] = draft.ready.values[section]
     if section in KINDS:

@@ -60,11 +60,13 @@ def known_options(run: Run) -> list[Known]:
     experiment = run.experiment
     models: dict[str, BaseModel] = {kind: experiment.plugin(kind) for kind in reversed(KINDS)}
     models["evolution"] = experiment.evolution
+    if experiment.islands.number > 1:
+        models["islands"] = experiment.islands
     found = []
     for section, model in models.items():
         given = options.values(model)
         for name, declared in type(model).model_fields.items():
-            if f"{section}.{name}" == "evolution.population":
+            if f"{section}.{name}" in ("evolution.population", "islands.number"):
                 continue  # of a run that goes on, it stays
             value = options.written(declared, given[name]) if name in given else options.NOT_SET
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"

@@ -26,7 +26,7 @@ from gaitsim.tui.widgets.verdict import Verdict
 from gaitsim.tui.words import visible
 
 FIRST = "spider"  # the preset that is taken where none is asked for
-TITLES = {"evolution": "Search", "organism": "Body"} | {
+TITLES = {"evolution": "Search", "islands": "Islands", "organism": "Body"} | {
     kind: kind.capitalize() for kind in KINDS[1:]
 }
 FILE = "file"
