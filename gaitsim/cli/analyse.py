@@ -58,7 +58,9 @@ def analyse(
     opened = Run(find_run(run))
     subject = _subject(opened, generation, gait)
     history = opened.history
-    found = analyse_gait(subject.skeleton, subject.joint_angles)
+    found = analyse_gait(
+        subject.skeleton, subject.joint_angles, dynamic=subject.experiment.organism.dynamic
+    )
     if figure is not None:
         from gaitsim.export.gait_figure import plot_gait
 

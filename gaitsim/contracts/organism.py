@@ -20,10 +20,13 @@ class Organism(Plugin):
         threads: whether moving and judging release the interpreter's lock for most of
             their time, as compiled kernels can, so that threads share the work. A body
             written in Python leaves it False and is shared among processes.
+        dynamic: whether forces move it, so that it falls where nothing holds it. What a body
+            without inertia would do only by an exploit, such as a leap, is then earned.
     """
 
     channels: ClassVar[Mapping[str, str]]
     threads: ClassVar[bool] = False
+    dynamic: ClassVar[bool] = False
 
     @abstractmethod
     def genome_space(self) -> GenomeSpace:

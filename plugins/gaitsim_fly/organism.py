@@ -93,6 +93,7 @@ class Fly(Organism):
     )
 
     threads: ClassVar[bool] = True
+    dynamic: ClassVar[bool] = True
     channels: ClassVar[Mapping[str, str]] = {
         "position": "(population, frames, trials, 3) m, of the centre of mass; z is up",
         "altitude": "(population, frames, trials) m, z of the position",

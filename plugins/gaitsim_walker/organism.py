@@ -69,6 +69,7 @@ class Walker(Organism):
     )
     ground_seed: int = option(0, "seed of the bumps, the same ground for everyone", ge=0)
 
+    dynamic: ClassVar[bool] = True
     channels: ClassVar[Mapping[str, str]] = {
         "joint_angles": "(population, frames, joints) rad, what the servos are told; hip and knee "
         "a leg, from the stance at rest",

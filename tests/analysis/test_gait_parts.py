@@ -263,3 +263,4 @@ def test_two_feet_in_turn_are_alternating_steps():
     assert gait.name.name == "alternating steps"
     assert gait.footfalls.stride.frequency == pytest.approx(10 / 8)
     assert [flag.name for flag in gait.flags] == ["unsupported travel"]
+    assert analyse_gait(walking(1.0, frames=41), dynamic=True).flags == ()

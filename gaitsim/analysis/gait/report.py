@@ -67,12 +67,15 @@ class Gait:
     missing: tuple[str, ...]
 
 
-def analyse_gait(skeleton: Skeleton, joint_angles: Array | None = None) -> Gait:
+def analyse_gait(
+    skeleton: Skeleton, joint_angles: Array | None = None, *, dynamic: bool = False
+) -> Gait:
     """Analyse one individual's gait.
 
     Args:
         skeleton: the body over time.
         joint_angles: (frames, joints), radians, for the joint travel; None leaves it out.
+        dynamic: whether forces moved the body, so that what did not fall was held.
     """
     path, turned = skeleton.path.astype(np.float64), heading(trunk(skeleton))
     travel = travel_of(skeleton, joint_angles)
@@ -119,7 +122,7 @@ def analyse_gait(skeleton: Skeleton, joint_angles: Array | None = None) -> Gait:
         exploits.flip_flop(relative, names, length, skeleton.frame_rate),
         exploits.flickering(touching, names, skeleton.frame_rate),
         exploits.sliding(footfalls.slip),
-        exploits.unsupported(footfalls.margin, path, lain),
+        None if dynamic else exploits.unsupported(footfalls.margin, path, lain),
     )
     missing = () if joint_angles is not None else ("joint travel: the body has no joint angles",)
     return Gait(
