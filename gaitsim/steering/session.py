@@ -86,7 +86,12 @@ def _evolve(
     if writer.done:
         reporter.begins(writer.last, _champion(writer))
         return writer.done
-    with Evaluator(writer.experiment, workers) as evaluator:
+    number = writer.last.number if writer.last else 0
+
+    def warn(text: str) -> None:
+        reporter.event(number, "warning", text)
+
+    with Evaluator(writer.experiment, workers, warn) as evaluator:
         evaluator.prepare()
         writer.begin(evaluator.evaluate)
         reporter.begins(writer.last, _champion(writer))
@@ -96,6 +101,7 @@ def _evolve(
             if wish is not None:
                 return wish
             generation = next(generations)
+            number = generation.number
             reporter.finished(generation)
             if generation.stop:
                 return generation.stop

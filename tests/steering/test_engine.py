@@ -100,7 +100,9 @@ def test_who_is_slow_gets_all_rows_merged(begun, wait):
         engine = Engine(path, workers=1)
         await engine.start()
         await wait(lambda: engine.last.ended)
-        return [snapshot async for snapshot in engine]
+        snapshots = [snapshot async for snapshot in engine]
+        await engine.ended()
+        return snapshots
 
     (snapshot,) = asyncio.run(watch())
     assert snapshot.rows["generation"].tolist() == list(range(1, 31))
