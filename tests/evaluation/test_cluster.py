@@ -179,12 +179,22 @@ def test_a_scheduler_that_is_lost_leaves_a_run_that_goes_on(
     assert fingerprint("cut") == fingerprint("whole")
 
 
+IMPATIENT = """
+from gaitsim.cli import main
+from gaitsim.evaluation import cluster
+cluster.PATIENCE = 0.5
+main()
+"""
+
+
 def test_a_scheduler_that_does_not_answer_is_told(program, tmp_path):
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
         silent.listen()
         port = silent.getsockname()[1]
-        stderr = program(*RUN, "--dask", f"tcp://127.0.0.1:{port}", code=2).stderr
+        arguments = [*map(str, RUN), "--dask", f"tcp://127.0.0.1:{port}"]
+        # As a process of its own: what waits for an answer does so for ever.
+        stderr = program(args=[sys.executable, "-c", IMPATIENT, *arguments], code=2).stderr
     assert f"no Dask scheduler can be reached at 'tcp://127.0.0.1:{port}'" in stderr
     assert not (tmp_path / "runs").exists()
 
