@@ -65,13 +65,12 @@ class Evaluator:
             None if cluster or threads or self.workers == 1 else Processes(self.workers, tell)
         )
         self._far = cluster or self._own
-        wanted = cluster is not None or workers is not None
-        self._wanted = wanted
-        self._sharing = Sharing(self._near.workers, self.workers, wanted)
+        self._wanted = cluster is not None or workers is not None
+        self._sharing = Sharing(self._near.workers, self.workers, self._wanted)
         # The same of other tasks, as if one were an individual.
-        self._mapping = Sharing(self._near.workers, self.workers, wanted)
+        self._mapping = Sharing(self._near.workers, self.workers, self._wanted)
         self._paced = False
-        self._tell = tell if wanted else None
+        self._tell = tell if self._wanted else None
         self._portable = Portable(experiment)
 
     def __enter__(self) -> Self:
@@ -165,10 +164,11 @@ class Evaluator:
         if chunks > 1 and not self._paced:
             self._sharing.pace, self._paced = measured(self._far), True
             chunks = self._sharing.chunks(individuals)
-        if chunks == 1 and self._tell is not None and self._sharing.line.known:
+        known = self._sharing.line.known
+        if self._tell is not None and known and self._sharing.shares(individuals) is None:
             self._tell(
                 f"{self.workers} workers would not be faster here, where moving {individuals:,} "
-                f"individuals takes {1000 * self._sharing.alone(individuals):.2g} ms; they idle"
+                f"individuals takes {1000 * self._sharing.alone(individuals):.2f} ms; they idle"
             )
             self._tell = None
         return chunks

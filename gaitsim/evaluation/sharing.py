@@ -150,18 +150,24 @@ class Sharing:
         """Seconds that a population is expected to take where it is not shared."""
         return self.line.seconds(individuals, self._near)
 
+    def shares(self, individuals: int) -> Shares | None:
+        """How to cut a population; None where workers would not be faster."""
+        if individuals < 2:
+            return None
+        shares = best_shares(individuals, self._workers, self.line, self.pace)
+        return shares if shares.seconds <= GAIN * self.alone(individuals) else None
+
     def chunks(self, individuals: int) -> int:
-        """Into how many chunks to cut a population; 1 where it is not to be shared.
+        """Into how many chunks to cut a population; 1 where it is not to be shared yet.
 
         Workers are begun when they would have saved what that takes: so the beginning at
         the most doubles what a run loses without them.
         """
         # One individual does not tell what many take, unless that is very long.
-        if individuals < 2 or (not self.line.known and self.alone(individuals) < STARTUP):
+        if not self.line.known and self.alone(individuals) < STARTUP:
             return 1
-        shares = best_shares(individuals, self._workers, self.line, self.pace)
-        alone = self.alone(individuals)
-        if shares.seconds > GAIN * alone:
+        shares = self.shares(individuals)
+        if shares is None:
             return 1
-        self._lost += alone - shares.seconds
+        self._lost += self.alone(individuals) - shares.seconds
         return shares.chunks if self._lost > self._threshold else 1

@@ -111,6 +111,16 @@ def test_costly_bodies_are_shared_when_workers_are_asked_for(slow):
     assert not told
 
 
+def test_nothing_is_told_while_it_is_in_doubt_that_workers_pay(slow):
+    told = []
+    with Evaluator(slow(0.002), 2, told.append) as evaluator:
+        evaluator.prepare()
+        counts = [chunks(evaluator) for _ in range(12)]
+    assert counts[:2] == [1, 1]  # each saves some 40 ms
+    assert counts[-1] >= 2
+    assert not told
+
+
 def test_cheap_bodies_are_not_shared_and_it_is_told_once(puppet):
     told = []
     with Evaluator(puppet(), 2, told.append) as evaluator:
