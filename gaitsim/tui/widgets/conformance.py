@@ -30,8 +30,10 @@ async def checked(kind: str, name: str) -> dict[str, Any]:
     try:
         output, errors = await process.communicate()
     finally:
-        with suppress(ProcessLookupError):
-            process.terminate()
+        if process.returncode is None:
+            with suppress(ProcessLookupError):
+                process.terminate()
+            await process.wait()
     for line in output.decode().splitlines():
         report: dict[str, Any] = json.loads(line)
         if report["kind"] == kind:
