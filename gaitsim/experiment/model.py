@@ -30,7 +30,9 @@ class Evolution(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    population: int = option(100, "individuals in each generation, on each island", ge=2, le=1_000_000)
+    population: int = option(
+        100, "individuals in each generation, on each island", ge=2, le=1_000_000
+    )
     generations: int = option(300, "generations, the first one at random", ge=1, le=100_000_000)
     elites: int = option(1, "best individuals carried over unchanged", ge=0)
     target_score: float | None = option(None, "stop once the best score reaches this")

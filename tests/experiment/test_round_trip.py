@@ -44,7 +44,8 @@ def test_every_option_is_written_with_its_meaning():
             )
             assert " ".join(field.description.split()) in line
     assert tomllib.loads(text)["schema"] == SCHEMA
-    assert "individuals in each generation, on each island (a whole number ≥ 2 and ≤ 1,000,000)" in text
+    meaning = "individuals in each generation, on each island"
+    assert f"{meaning} (a whole number ≥ 2 and ≤ 1,000,000)" in text
 
 
 def test_an_experiment_is_frozen():
