@@ -1,16 +1,15 @@
 """Whether it pays to share a population among workers, and in how many chunks.
 
     here:    first + (n − 1) · more
-    shared:  latency + chunks · task + rounds · (first + (⌈n / chunks⌉ − 1) · more)
+    shared:  latency + chunks · task + rounds · (first + (n / chunks − 1) · more)
 
-with rounds = ⌈chunks / workers⌉. All are measured while a run goes on: `first` and `more`
+with rounds = chunks / workers, at least 1. All are measured while a run goes on: `first` and `more`
 of the body, as one individual costs more than each further one where a body moves whole
 arrays; `latency` and `task` of the workers, by tasks that do nothing.
 """
 
 import time
 from dataclasses import dataclass
-from math import ceil
 
 from gaitsim.evaluation.executors import Executor
 
@@ -92,7 +91,7 @@ class Line:
         self.more = min(more, (self.more + more) / 2) if self.known else more
         self.known = True
 
-    def seconds(self, individuals: int, workers: int = 1) -> float:
+    def seconds(self, individuals: float, workers: int = 1) -> float:
         """What to expect; while only one individual was timed, the most that it can be."""
         more = self.more if self.known else self.first
         return self.first + (individuals - 1) * more / workers
@@ -112,14 +111,14 @@ def best_shares(individuals: int, workers: int, line: Line, pace: Pace) -> Share
     Of those that take about as long the largest, as it evens out that some individuals take
     longer than others.
     """
-    wanted = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 3, 4))}
+    wanted = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 12))}
     numbers = sorted({min(max(number, 2), individuals) for number in wanted})
     ways = [
         Shares(
             number,
             pace.latency
             + number * pace.task
-            + ceil(number / workers) * line.seconds(ceil(individuals / number)),
+            + max(1.0, number / workers) * line.seconds(individuals / number),
         )
         for number in numbers
     ]

@@ -42,10 +42,10 @@ def test_a_line_of_what_several_did_is_that_of_one():
     assert made.seconds(101, 2) == 51
 
 
-def test_work_without_overhead_is_cut_evenly():
+def test_work_without_overhead_is_cut_small():
     shares = best_shares(100, 4, line(1.0, 1.0), FREE)
-    assert shares.chunks == 2 * 4
-    assert shares.seconds == pytest.approx(26)  # rounds of 13 individuals
+    assert shares.chunks == 12 * 4
+    assert shares.seconds == pytest.approx(25)
 
 
 def test_the_costlier_a_chunk_the_fewer():
