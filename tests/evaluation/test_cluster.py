@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, cluster, judge
 from gaitsim.evaluation.cluster import Cluster
 from gaitsim.evaluation.executors import DEATHS, WorkerLostError
-from gaitsim.evaluation.sharing import Sharing
+from gaitsim.evaluation.sharing import PROCESSES, Sharing
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 
@@ -84,7 +84,7 @@ def shared(monkeypatch):
         return min(3, individuals)
 
     monkeypatch.setattr(Sharing, "chunks", chunks)
-    monkeypatch.setattr("gaitsim.evaluation.evaluator.measured", lambda executor: None)
+    monkeypatch.setattr("gaitsim.evaluation.evaluator.measured", lambda executor: PROCESSES)
     return events
 
 
