@@ -156,7 +156,7 @@ class Fly(Organism):
         arm = 2 / 3 * self.span
         speed = math.sqrt(2) * arm * self.wing_speed
         reach = self.width / 2 + arm
-        rate = 4 * self._wing_load * speed * reach**2 / self.inertia.min()
+        rate = 4 * self._wing_load * speed * reach**2 / float(self.inertia.min())
         return 2 / rate if rate > 0 else math.inf
 
     @property
