@@ -8,7 +8,8 @@ from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 
 
-@pytest.fixture(scope="module", params=range(5), ids=lambda seed: f"seed {seed}")
+# Seeds 3 and 4 walk as well, see docs/spider.md; each takes 15 s.
+@pytest.fixture(scope="module", params=range(3), ids=lambda seed: f"seed {seed}")
 def champion(request: pytest.FixtureRequest) -> tuple[dict[str, float], np.ndarray]:
     """Measures and joint angles, (frames, 24), of the default run's best spider."""
     experiment = load_experiment("spider", [f"seed={request.param}"])

@@ -188,7 +188,7 @@ class TestAtRest:
 
 class TestSteering:
     def test_pauses_and_steps_change_nothing(self, make, gaitsim):
-        run = make(0, SLOW, generations=300)  # longer than a busy machine takes to press a key
+        run = make(0, SLOW, generations=150)  # longer than a busy machine takes to press a key
 
         async def test(screen, pilot):
             await pilot.press("n")
@@ -208,13 +208,13 @@ class TestSteering:
             assert not is_locked(run)
             await pilot.press("space")
             await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
-            assert screen.snapshot.generation == 300
+            assert screen.snapshot.generation == 150
             kinds = [event.generation for event in screen.board.story.events]
             assert kinds == sorted(kinds)
             assert len(set(screen.board.story.events)) == len(kinds)
 
         live(run, test)
-        assert Run(run).fingerprint() == whole(make, gaitsim, generations=300)
+        assert Run(run).fingerprint() == whole(make, gaitsim, generations=150)
 
     def test_it_goes_on_at_once_if_asked(self, make):
         async def test(screen, pilot):
