@@ -1,5 +1,6 @@
 """Packages that exist only for a test: a folder with metadata and modules, put on the path."""
 
+import gc
 import importlib
 import os
 import subprocess
@@ -11,6 +12,9 @@ from types import SimpleNamespace
 import pytest
 
 Install = Callable[..., Path]
+
+# Looking for garbage as often as usual takes a tenth of the time of the terminal UI's tests.
+gc.set_threshold(100_000, 50, 50)
 
 WORKING = '''
 from enum import Enum

@@ -122,7 +122,7 @@ def test_a_body_in_plain_python_is_the_same_with_worker_processes(
 
 
 @posix
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_run_killed_again_and_again_is_the_same(
     gaitsim, start, puppet_file, fingerprint, tmp_path, workers
 ):

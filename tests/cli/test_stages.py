@@ -133,7 +133,7 @@ def wait_for(path, rows, seconds=60):
 
 
 @posix
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_staged_run_killed_again_and_again_is_the_same(
     gaitsim, start, puppet_file, tmp_path, workers
 ):

@@ -58,6 +58,7 @@ def test_best_scores_never_fall_and_evaluations_are_counted() -> None:
     assert (np.diff([event.best for event in events], axis=0) >= 0).all()
 
 
+@pytest.mark.slow
 def test_repeats_are_distributed_as_single_runs_are() -> None:
     experiment = small("millipede-double-mutation", "evolution.generations=15")
     *_, last = evolve_repeats(experiment, lambda genomes: judge(experiment, genomes), 150)

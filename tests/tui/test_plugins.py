@@ -40,7 +40,7 @@ def look(here, drive):
     return look
 
 
-@pytest.mark.parametrize("size", [(80, 24), (160, 48)])
+@pytest.mark.parametrize("size", [(80, 24), pytest.param((160, 48), marks=pytest.mark.slow)])
 def test_all_that_is_installed_is_listed_with_where_it_comes_from(look, size):
     async def test(driver):
         assert keys(driver) == [f"{k} {n}" for k in (*KINDS, EXPERIMENTS) for n in entries(k)]
