@@ -12,7 +12,7 @@ from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
 from gaitsim.facts import Fact, Facts
 from gaitsim.registry import containing
-from gaitsim.runs.replay import skeleton_of
+from gaitsim.runs.replay import motion_of, skeleton_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -41,8 +41,7 @@ class Individual(Facts):
         Raises:
             PluginError: the body cannot move it.
         """
-        with containing(self.experiment.entries["organism"], "moving the champion"):
-            return self.experiment.organism.move(self.genome[None].copy())
+        return motion_of(self.experiment, self.genome)
 
     @cached_property
     def skeleton(self) -> Skeleton:

@@ -38,9 +38,7 @@ class Replay:
         Raises:
             PluginError: the body cannot move it.
         """
-        entry = self.experiment.entries["organism"]
-        with containing(entry, "moving the champion"):
-            return self.experiment.organism.move(self.genome[None].copy())
+        return motion_of(self.experiment, self.genome)
 
     @cached_property
     def skeleton(self) -> Skeleton:
@@ -50,6 +48,16 @@ class Replay:
             PluginError: the body cannot be drawn.
         """
         return skeleton_of(self.experiment, self.motion)
+
+
+def motion_of(experiment: Experiment, genome: NDArray[Any]) -> Motion:
+    """The motion of one genome, (genes,), by the experiment's body: a population of one.
+
+    Raises:
+        PluginError: the body cannot move it.
+    """
+    with containing(experiment.entries["organism"], "moving the champion"):
+        return experiment.organism.move(genome[None].copy())
 
 
 def skeleton_of(experiment: Experiment, motion: Motion) -> Skeleton:

@@ -49,7 +49,7 @@ def check(
     from gaitsim.testing.packages import chosen
 
     good = True
-    with interruptible(), chosen(reference) as found, _progress(len(found.entries)) as step:
+    with interruptible(), chosen(reference) as found, _Progress(len(found.entries)) as step:
         for number, report in enumerate(check_chosen(found, seconds=seconds), 1):
             if json:
                 print_json(report.to_json())
@@ -59,10 +59,6 @@ def check(
             step(number)
     if not good:
         sys.exit(BROKEN)
-
-
-def _progress(count: int) -> "_Progress":
-    return _Progress(count)
 
 
 class _Progress:

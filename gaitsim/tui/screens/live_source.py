@@ -8,10 +8,9 @@ import numpy as np
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
-from gaitsim.registry import containing
 from gaitsim.runs.folder import EXPERIMENT
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import skeleton_of
+from gaitsim.runs.replay import motion_of, skeleton_of
 from gaitsim.steering.course import Course
 from gaitsim.steering.protocol import Best, Event, Snapshot
 from gaitsim.toml import parse
@@ -82,7 +81,5 @@ class Stage:
         experiment = self._experiment
         if not champion.genome:
             raise RunError("the champion cannot be read", remedy="see what 'gaitsim show' says")
-        genome = np.array([champion.genome], dtype=experiment.space().dtype)
-        with containing(experiment.entries["organism"], "moving the champion"):
-            motion = experiment.organism.move(genome)
-        return skeleton_of(experiment, motion)
+        genome = np.array(champion.genome, dtype=experiment.space().dtype)
+        return skeleton_of(experiment, motion_of(experiment, genome))
