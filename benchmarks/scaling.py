@@ -19,7 +19,7 @@ from processor import processor_seconds
 from timing import milliseconds, print_machine, stopwatch
 
 from gaitsim.evaluation import judge
-from gaitsim.evaluation.sharing import Line, Pace, best_shares, measured
+from gaitsim.evaluation.sharing import Line, Pace, best_shares, cuts, measured
 from gaitsim.evolution import first_population
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.runs.folder import create_run
@@ -79,9 +79,8 @@ def one_population(each: NDArray[np.float64], size: int, workers: int, pace: Pac
     line.learn(size, float(each.mean() * size))
     chunks = best_shares(size, workers, line, pace).chunks
     drawn = np.random.default_rng(0).choice(each, size)
-    return simulated(
-        np.array([part.sum() for part in np.array_split(drawn, chunks)]), workers, pace
-    )
+    parts = np.split(drawn, cuts(size, chunks, workers))
+    return simulated(np.array([part.sum() for part in parts]), workers, pace)
 
 
 def islands(each: NDArray[np.float64], workers: int, pace: Pace) -> float:

@@ -27,7 +27,7 @@ from gaitsim.evaluation.executors import (
 from gaitsim.evaluation.judge import Evaluation, joined, judge
 from gaitsim.evaluation.portable import Portable, prepare
 from gaitsim.evaluation.processes import Processes, Tell
-from gaitsim.evaluation.sharing import Sharing, measured
+from gaitsim.evaluation.sharing import Sharing, cuts, measured
 from gaitsim.experiment import Experiment
 
 # Individuals a chunk of a compiled body: few enough for its arrays to stay in the cache.
@@ -110,7 +110,8 @@ class Evaluator:
         """
         chunks = self._chunks(len(genomes))
         if chunks > 1 and self._far is not None:
-            return self._there(self._far, np.array_split(genomes, chunks))
+            ends = cuts(len(genomes), chunks, self.workers)
+            return self._there(self._far, np.split(genomes, ends))
         start = time.perf_counter()
         parts = self._near.map(partial(judge, self.experiment), self._cut(genomes))
         seconds = time.perf_counter() - start

@@ -11,6 +11,8 @@ arrays; `latency` and `task` of the workers, by tasks that do nothing.
 import time
 from dataclasses import dataclass
 
+import numpy as np
+
 from gaitsim.evaluation.executors import Executor
 
 GAIN = 0.9
@@ -109,7 +111,7 @@ def best_shares(individuals: int, workers: int, line: Line, pace: Pace) -> Share
     """The best number of chunks, two or more.
 
     Of those that take about as long the largest, as it evens out that some individuals take
-    longer than others.
+    longer than others, and some workers.
     """
     wanted = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 12))}
     numbers = sorted({min(max(number, 2), individuals) for number in wanted})
@@ -124,6 +126,27 @@ def best_shares(individuals: int, workers: int, line: Line, pace: Pace) -> Share
     ]
     least = min(way.seconds for way in ways)
     return max((way for way in ways if way.seconds <= 1.05 * least), key=lambda way: way.chunks)
+
+
+def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
+    """Where to cut a population into chunks that are handed out in their order.
+
+    All workers begin with equal, large ones. Each round's are smaller, in equal steps, so that
+    those at the end, in which a worker that is late makes the others wait, are
+    small, without more of them. After Tzeng and Ni, "Trapezoid self-scheduling" (1993).
+
+    Args:
+        individuals: how many there are.
+        chunks: how many are wanted; where they would be less than an individual, they are fewer.
+        workers: how many take them.
+
+    Returns:
+        The first individual of each chunk but the first, ascending.
+    """
+    rounds = -(-chunks // workers)
+    weights = rounds - np.arange(chunks) // workers
+    ends = np.rint(individuals * np.cumsum(weights) / weights.sum())
+    return [int(end) for end in np.unique(ends) if 0 < end < individuals]
 
 
 class Sharing:

@@ -1,6 +1,7 @@
+import numpy as np
 import pytest
 
-from gaitsim.evaluation.sharing import GAIN, STARTUP, Line, Pace, Sharing, best_shares
+from gaitsim.evaluation.sharing import GAIN, STARTUP, Line, Pace, Sharing, best_shares, cuts
 
 FREE, FAST, SLOW = Pace(0, 0), Pace(0.0005, 0.0003), Pace(0.02, 0.003)
 
@@ -61,6 +62,29 @@ def test_no_more_chunks_than_individuals():
 def test_a_thousand_workers_are_not_all_given_little_things():
     shares = best_shares(1000, 1000, line(0.01, 0.01), Pace(0.02, 0.001))
     assert 2 < shares.chunks < 500
+
+
+def sizes(individuals, chunks, workers):
+    return np.diff([0, *cuts(individuals, chunks, workers), individuals]).tolist()
+
+
+def test_chunks_get_smaller_round_by_round():
+    assert sizes(100, 8, 2) == [20, 20, 15, 15, 10, 10, 5, 5]
+    assert sizes(90, 3, 1) == [45, 30, 15]
+
+
+def test_a_single_round_is_equal():
+    assert sizes(100, 4, 4) == [25] * 4
+    assert sizes(100, 2, 4) == [50] * 2
+
+
+@pytest.mark.parametrize("chunks", [2, 3, 7, 24, 48])
+@pytest.mark.parametrize("individuals", [2, 3, 10, 100, 10_001])
+def test_everyone_is_in_one_chunk_and_none_is_empty(individuals, chunks):
+    made = sizes(individuals, chunks, 4)
+    assert sum(made) == individuals
+    assert min(made) >= 1
+    assert len(made) <= chunks
 
 
 @pytest.mark.parametrize(
