@@ -120,11 +120,17 @@ class Change(ModalScreen[Wanted | None]):
 
     def __init__(self, run: Path, *, fork: bool = False, typed: str = "") -> None:
         super().__init__()
-        self._run, self._fork, self._typed = run, fork, typed
+        self._run, self._fork = run, fork
         self._known: list[Known] = []
         self._checked: str | None = None  # the text that was found right
         self._submitted = False
         self._timer: Timer | None = None
+        # Held, as what threads find may come when the screen is being taken down.
+        self._input = Input(typed, placeholder="KEY=VALUE …", compact=True, id="change-text")
+        self._folder = Input(placeholder=f"{run}-2", compact=True, id="change-out")
+        self._options = OptionList(id="change-options")
+        self._said = Static("Reading the experiment …", id="change-said")
+        self._shell = Static(id="change-command", classes="command")
 
     def compose(self) -> ComposeResult:
         """Inputs, options, what follows, the command."""
@@ -133,16 +139,16 @@ class Change(ModalScreen[Wanted | None]):
             box.border_subtitle = "enter takes it, ↓ to the options, esc cancels"
             if self._fork:
                 yield Label("folder of the copy")
-                yield Input(placeholder=f"{self._run}-2", compact=True, id="change-out")
+                yield self._folder
             yield Label("changes from here on, such as mutation.rate=0.1")
-            yield Input(self._typed, placeholder="KEY=VALUE …", compact=True, id="change-text")
-            yield OptionList(id="change-options")
-            yield Static("Reading the experiment …", id="change-said")
-            yield Static(id="change-command", classes="command")
+            yield self._input
+            yield self._options
+            yield self._said
+            yield self._shell
 
     def on_mount(self) -> None:
         """Read the options, in a thread: their plugins are imported for it."""
-        self.query_one("#change-text", Input).focus()
+        self._input.focus()
         self._read()
 
     @work(thread=True, group="read")
@@ -163,7 +169,7 @@ class Change(ModalScreen[Wanted | None]):
 
     @property
     def _text(self) -> str:
-        return self.query_one("#change-text", Input).value
+        return self._input.value
 
     @on(Input.Changed)
     def _changed(self) -> None:
@@ -182,7 +188,7 @@ class Change(ModalScreen[Wanted | None]):
         except GaitsimError as error:
             self._found(text, error, "")
             return
-        self.query_one("#change-command", Static).update(Text(f"$ {self._command(assignments)}"))
+        self._shell.update(Text(f"$ {self._command(assignments)}"))
         if assignments and "=" not in assignments[-1] and not self._submitted:
             self._say("Type on, or choose an option: ↓", wrong=False)
             return
@@ -191,11 +197,11 @@ class Change(ModalScreen[Wanted | None]):
     def _offer(self) -> None:
         """List the options that have what the last word begins with."""
         typing = "" if self._text.endswith(" ") else (self._text.split(" ") or [""])[-1]
-        wanted, listed = typing.partition("=")[0], self.query_one(OptionList)
+        wanted = typing.partition("=")[0]
         fitting = [one for one in self._known if wanted in one.key]
         width = max(len(one.key) for one in self._known)
-        listed.clear_options()
-        listed.add_options(
+        self._options.clear_options()
+        self._options.add_options(
             Option(
                 Text.assemble(
                     one.key.ljust(width),
@@ -239,11 +245,8 @@ class Change(ModalScreen[Wanted | None]):
         self._submitted = False
 
     def _say(self, text: str, *, wrong: bool) -> None:
-        if not self.is_attached:  # it was dismissed meanwhile
-            return
-        said = self.query_one("#change-said", Static)
-        said.set_class(wrong, "problem")
-        said.update(Text(shown(text)))
+        self._said.set_class(wrong, "problem")
+        self._said.update(Text(shown(text)))
 
     def _command(self, assignments: tuple[str, ...]) -> str:
         out = self._out()
@@ -252,7 +255,7 @@ class Change(ModalScreen[Wanted | None]):
         return command("fork" if self._fork else "resume", self._run, *more, *sets)
 
     def _out(self) -> Path | None:
-        typed = self.query_one("#change-out", Input).value.strip() if self._fork else ""
+        typed = self._folder.value.strip()
         return Path(typed) if typed else None
 
     # What is done
@@ -260,15 +263,14 @@ class Change(ModalScreen[Wanted | None]):
     @on(OptionList.OptionSelected)
     def _chosen(self, event: OptionList.OptionSelected) -> None:
         """Put an option where it is typed, its value to be changed."""
-        text = self.query_one("#change-text", Input)
-        before = text.value.rpartition(" ")[0]
-        text.value = f"{before} {event.option.id}=".lstrip()
-        text.focus()
-        text.cursor_position = len(text.value)
+        before = self._input.value.rpartition(" ")[0]
+        self._input.value = f"{before} {event.option.id}=".lstrip()
+        self._input.focus()
+        self._input.cursor_position = len(self._input.value)
 
     def action_options(self) -> None:
         """To the list."""
-        self.query_one(OptionList).focus()
+        self._options.focus()
 
     @on(Input.Submitted)
     def _entered(self) -> None:
