@@ -30,8 +30,8 @@ def stopwatch(work: Callable[[], object]) -> float:
 
 
 def milliseconds(seconds: float) -> str:
-    """Such as '1.74 ms'."""
-    return f"{1000 * seconds:.3g} ms"
+    """Such as '1.74 ms' or '2.69 s'."""
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{1000 * seconds:.3g} ms"
 
 
 def times(ratio: float) -> str:

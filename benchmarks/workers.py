@@ -8,6 +8,7 @@ import importlib.util
 import pickle
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import islice
 
 import numpy as np
 from processor import processor_seconds
@@ -18,7 +19,7 @@ from gaitsim.evaluation import Evaluator, Executor, judge
 from gaitsim.evaluation.executors import Threads
 from gaitsim.evaluation.processes import Processes
 from gaitsim.evaluation.sharing import Line, Pace, best_shares, measured
-from gaitsim.evolution import first_population
+from gaitsim.evolution import evolve, first_population
 from gaitsim.experiment import Experiment, load_experiment
 
 WORKERS = 2
@@ -89,33 +90,34 @@ def print_chunks(name: str, executors: dict[str, Executor], paces: dict[str, Pac
         )
 
 
-def print_gain(name: str, rounds: int) -> None:
+def print_gain(name: str, generation: int, rounds: int) -> None:
     """One worker and two, and what the machine allows two: each with all the work, at once.
 
     They take turns one by one. The quickest of each are of moments in which nothing else wanted
     the cores, or the hardware below a virtual machine.
     """
     experiment = load_experiment(name)
-    genomes = population(experiment)
     with Evaluator(experiment, 1) as one, Evaluator(experiment, WORKERS) as two:
-        for evaluator in (one, two):
-            evaluator.prepare()
-            evaluator.evaluate(genomes)
+        one.prepare()
+        two.prepare()
+        genomes = next(islice(evolve(experiment, two.evaluate), generation - 1, None)).genomes
         works = (
             lambda: one.evaluate(genomes),
             lambda: two.evaluate(genomes),
             lambda: two.map(processor_seconds, [genomes] * WORKERS),
         )
+        for work in works:
+            work()
         taken = np.array([[stopwatch(work) for work in works] for _ in range(rounds)])
     taken[:, 2] /= WORKERS
-    rows = (f"{name}: a population, one worker", f"{name}: {WORKERS} workers", "  at the best")
-    print(f"{'':<52} {'median':>12}  quickest")
-    for row, seconds, ratios in zip(rows, taken.T, (taken[:, :1] / taken).T, strict=True):
+    print(f"{f'{name}, the population of generation {generation}':<52} {'median':>12}  quickest")
+    for what, seconds in zip(("one worker", "two", "two at the best"), taken.T, strict=True):
+        typical = np.median(taken[:, 0] / seconds)
         least = taken[:, 0].min() / seconds.min()
         print_figure(
-            row,
+            f"  {what}",
             milliseconds(float(np.median(seconds))),
-            f"{milliseconds(seconds.min())}  {np.median(ratios):.2f} ×, {least:.2f} ×",
+            f"{milliseconds(seconds.min())}  {typical:.2f} ×, {least:.2f} ×",
         )
 
 
@@ -145,7 +147,8 @@ def main() -> None:
         for name in ("walker", "spider-recurrence"):
             print_chunks(name, executors, paces)
         print()
-        print_gain("walker", 30)
+        print_gain("walker", 1, 30)
+        print_gain("walker", 26, 10)
         if "Dask" in executors:
             print_idle("spider-recurrence", executors["Dask"])
 

@@ -34,6 +34,10 @@ class GaitsimError(Exception):
                 lines.append(f"  {label + ':':<9}{text}")
         return "\n".join(lines)
 
+    def then(self, remedy: str) -> None:
+        """Add what to do after that which it says already, if it does."""
+        self.remedy = f"{self.remedy}; then {remedy}" if self.remedy else remedy
+
     def __reduce__(self) -> tuple[object, ...]:
         # Keyword-only arguments do not survive the default pickling, and errors
         # come back from worker processes.

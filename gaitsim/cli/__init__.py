@@ -1,6 +1,7 @@
 """The command line. One file a command; heavy imports wait until a command needs them."""
 
 import errno
+import gc
 import sys
 
 from gaitsim.errors import GaitsimError
@@ -20,6 +21,10 @@ def main() -> None:
         if reason:
             _fail(f"cannot write the output: {reason}")
         raise
+    finally:
+        # Python looks for cycles among all that was imported once more before it ends: 30 of
+        # the 205 ms that --help takes.
+        gc.freeze()
 
 
 def _run() -> None:

@@ -132,8 +132,7 @@ def _run(
     except KeyboardInterrupt:
         return False
     except GaitsimError as error:
-        again = f"finished cells are kept; go on with: {command('study', folder)}"
-        error.remedy = f"{error.remedy}; {again}" if error.remedy else again
+        error.then(f"go on with the cells that are left: {command('study', folder)}")
         raise
     return True
 

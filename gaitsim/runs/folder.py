@@ -39,8 +39,7 @@ def resumable(path: Path) -> Iterator[None]:
         yield
     except GaitsimError as error:
         if path.exists():
-            again = f"go on with: {command('resume', path)}"
-            error.remedy = f"{error.remedy}; then {again}" if error.remedy else again
+            error.then(f"go on with: {command('resume', path)}")
         raise
 
 
