@@ -3,6 +3,7 @@
 import gc
 import importlib
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
@@ -15,6 +16,9 @@ Install = Callable[..., Path]
 
 # Looking for garbage as often as usual takes a tenth of the time of the terminal UI's tests.
 gc.set_threshold(100_000, 50, 50)
+
+# A shell that starts the tests in the background lets them ignore Ctrl-C, and what they start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 WORKING = '''
 from enum import Enum
