@@ -44,10 +44,7 @@ class Processes(Executor):
         try:
             while waiting or places:
                 while waiting and len(self._busy) < self.workers:
-                    pool = self._idle.pop() if self._idle else _pool()
-                    with without_script(), deaf():
-                        future: Future[object] = pool.submit(function, tasks[waiting[0]])
-                    self._busy[future] = pool
+                    future = self._submit(function, tasks[waiting[0]])
                     places[future] = waiting.popleft()
                 for future in self._done():
                     if future not in places:  # of work that was dropped before
@@ -62,6 +59,20 @@ class Processes(Executor):
         finally:
             for future in places:
                 future.cancel()
+
+    def _submit(self, function: Callable[[Task], Result], task: Task) -> Future[object]:
+        """Hand a task to a worker that idles and is still alive, or to a new one."""
+        while True:
+            pool = self._idle.pop() if self._idle else _pool()
+            try:
+                with without_script(), deaf():
+                    future: Future[object] = pool.submit(function, task)
+            except BrokenProcessPool:
+                pool.shutdown()
+                self._tell("a worker process died while it had nothing to do; it is replaced")
+            else:
+                self._busy[future] = pool
+                return future
 
     def _done(self) -> list[Future[object]]:
         """Wait for some; their workers are idle again, but for those that died."""

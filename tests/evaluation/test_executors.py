@@ -1,5 +1,6 @@
 import os
 import pickle
+import signal
 import time
 from functools import partial
 
@@ -68,6 +69,18 @@ def test_the_task_of_a_killed_worker_is_done_again(tmp_path):
         assert len(told) == DEATHS
         assert "a worker process died" in told[0]
         assert executor.map(chores.square, range(4)) == [0, 1, 4, 9]
+
+
+@posix
+def test_a_worker_that_is_killed_while_it_idles_is_replaced():
+    told = []
+    with Processes(1, told.append) as executor:
+        [worker] = executor.map(chores.whose, [0])
+        os.kill(worker, signal.SIGKILL)
+        time.sleep(0.5)  # time for the pool to notice; if it is too short, the task is done again
+        assert executor.map(chores.square, [3, 4]) == [9, 16]
+    assert len(told) == 1
+    assert "a worker process died" in told[0]
 
 
 @posix
