@@ -86,6 +86,8 @@ class Skeleton:
         contact_names: name of each of them, such as a leg's.
         centre: the point whose path is the body's path, such as its centre of mass,
             (frames, 3), metres; None takes the mean of the segments' ends.
+        ground: where it is uneven along x and the same for every y: x, ascending, and height of
+            its corners, (corners, 2), metres; None for level ground at z = 0.
 
     Raises:
         ValueError: shapes that do not fit each other.
@@ -98,6 +100,7 @@ class Skeleton:
     touching: NDArray[np.bool_] | None = None
     contact_names: tuple[str, ...] = ()
     centre: NDArray[np.floating[Any]] | None = None
+    ground: NDArray[np.floating[Any]] | None = None
 
     def __post_init__(self) -> None:
         frames = len(self.segments)
@@ -124,6 +127,13 @@ class Skeleton:
                 f"Skeleton.centre has shape {self.centre.shape}, expected (frames, 3) = "
                 f"({frames}, 3)"
             )
+        if self.ground is not None:
+            if self.ground.ndim != 2 or self.ground.shape[1] != 2 or not len(self.ground):
+                raise ValueError(
+                    f"Skeleton.ground has shape {self.ground.shape}, expected (corners, 2)"
+                )
+            if not (np.isfinite(self.ground).all() and (np.diff(self.ground[:, 0]) > 0).all()):
+                raise ValueError("Skeleton.ground must be finite, and its x ascending")
 
     @property
     def path(self) -> NDArray[np.floating[Any]]:

@@ -99,7 +99,7 @@ def picture(
     take = figure.take
     pose = take.at(seconds)
     eye = camera(view, take, pose, width, height)
-    _ground(dots, eye)
+    _ground(dots, eye, take)
     limbs, shades = _limbs(eye, pose.segments, figure.sides, height)
     track = _track(eye, take, pose, height)
     draw_lines(dots, np.concatenate([track, limbs]), np.append(np.full(len(track), TRACK), shades))
@@ -121,7 +121,7 @@ def _flat(eye: Camera, points: Points, height: int) -> tuple[Points, Points]:
     return flat, depth
 
 
-def _ground(dots: Dots, eye: Camera) -> None:
+def _ground(dots: Dots, eye: Camera, take: Take) -> None:
     """Lines of dots that stay where they are in the world, so that a body is seen to move."""
     height, width = dots.shape
     foot = np.array([eye.target[0], eye.target[1], 0.0])
@@ -135,7 +135,7 @@ def _ground(dots: Dots, eye: Camera) -> None:
     points = np.zeros((2 * len(grid), 3))
     points[:, :2] = np.concatenate([grid, grid[:, ::-1]]) + np.rint(foot[:2] / step) * step
     points = points[np.linalg.norm(points[:, :2] - foot[:2], axis=1) <= reach]
-    flat, depth = _flat(eye, points, height)
+    flat, depth = _flat(eye, take.grounded(points), height)
     # Seen so flat, lines one behind the other become a solid floor.
     apart = eye.scale_at(depth) * step * max(-float(eye.ahead[2]), 0.1)
     draw_points(dots, flat[eye.in_front(depth) & (apart >= DENSEST)], GROUND)
@@ -146,7 +146,7 @@ def _track(eye: Camera, take: Take, pose: Pose, height: int) -> Points:
     every = max(1, len(pose.trail) // TRAIL)
     trail = pose.trail[::-every][::-1]
     if not take.flies:
-        trail = trail * (1.0, 1.0, 0.0)
+        trail = take.grounded(trail)
     flat, depth = _flat(eye, trail, height)
     seen = eye.in_front(depth)
     return np.stack([flat[:-1], flat[1:]], axis=1)[seen[:-1] & seen[1:]]

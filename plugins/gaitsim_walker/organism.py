@@ -248,9 +248,10 @@ class Walker(Organism):
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Outline of the torso, and thigh and shank of each leg, in the plane y = 0.
 
-        z = 0 is the lowest ground that there is; the bumps of rough ground are not drawn.
+        z = 0 is the lowest ground that there is.
         """
         position, pitch = motion["torso"][individual], motion["pitch"][individual]
+        lie = self.world(len(pitch)).ground
         half_x, half_z = self.plan.half
         corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * [half_x, half_z]
         cos, sin = np.cos(pitch)[:, None], np.sin(pitch)[:, None]
@@ -277,6 +278,7 @@ class Walker(Organism):
             touching=motion["stance"][individual],
             contact_names=tuple(leg.name for leg in self.plan.legs),
             centre=position,
+            ground=np.column_stack([lie.x, lie.z]) if self.roughness else None,
         )
 
 

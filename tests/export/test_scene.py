@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -101,7 +103,7 @@ def test_a_pose_between_two_frames_is_between_them():
 def test_lines_of_the_ground_stay_where_they_are():
     for x in (0.0, 0.337, 12.9):
         moved = Camera(np.array([x, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
-        ends, strength = grid(moved, 1.0, 900.0, 1.0)
+        ends, strength = grid(moved, 1.0, 900.0, 1.0, np.empty(0))
         assert (ends[..., 2] == 0).all()
         along_y = ends[ends[:, 0, 0] == ends[:, 1, 0], 0, 0]
         assert len(along_y) > 50
@@ -160,6 +162,44 @@ def test_feet_on_the_ground_are_marked_and_span_the_support(view):
     assert coloured(stands, colours.swing).sum() == 0
     assert coloured(lifted, colours.stance).sum() == 0
     assert coloured(lifted, colours.swing).sum() > 20
+
+
+HILLS = np.array([[-10.0, 0.0], [0.03, 0.0], [0.33, 0.2], [0.61, 0.1], [20.0, 0.1]])
+
+
+def test_on_uneven_ground_lines_bend_at_its_corners():
+    take = Take(replace(walker(), ground=HILLS))
+    seen = Camera(np.array([0.3, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
+    ends, _ = grid(seen, 1.0, 900.0, 1.0, take.corners)
+    on = take.grounded(ends)
+    assert np.array_equal(on[..., :2], ends[..., :2])
+    assert on[..., 2].max() == pytest.approx(0.2)
+    middle = take.grounded(ends.mean(axis=1))  # no piece leads over a corner
+    assert np.allclose(middle, on.mean(axis=1))
+
+
+def test_feet_shadow_and_path_are_on_uneven_ground():
+    level, high = (
+        Scene([Take(replace(walker(), ground=ground))], (640, 480), "side", "light").panels[0]
+        for ground in (None, np.array([[0.0, 0.1]]))
+    )
+    for panel in (level, high):
+        panel.show(1.0)
+    for name in ("stance", "support", "shadow", "trail"):
+        below, above = (
+            np.concatenate([path.vertices for path in getattr(panel, name).get_paths()])
+            for panel in (level, high)
+        )
+        assert len(below) > 3
+        assert (above - below)[:, 1].mean() == pytest.approx(0.1 * level.scale, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "ground", [np.zeros(3), np.zeros((0, 2)), np.array([[1.0, 0], [0, 0]]), np.full((1, 2), np.nan)]
+)
+def test_ground_that_is_none_is_refused(ground):
+    with pytest.raises(ValueError, match=r"Skeleton\.ground"):
+        replace(walker(), ground=ground)
 
 
 def test_the_path_is_behind_the_body():

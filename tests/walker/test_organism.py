@@ -216,6 +216,18 @@ def test_rough_ground_is_the_same_for_all_and_other_by_another_seed():
     assert longer.height(-17.3) == one.height(-17.3)
 
 
+def test_feet_stand_on_the_ground_that_is_drawn():
+    walker = Walker(roughness=0.05, duration=SHORT)
+    skeleton = walker.skeleton(walker.move(genomes(walker, 1)), 0)
+    assert Walker().skeleton(Walker(duration=SHORT).move(genomes(walker, 1)), 0).ground is None
+    feet = skeleton.contacts[skeleton.touching]
+    assert len(feet) > 20
+    above = feet[:, 2] - np.interp(feet[:, 0], *skeleton.ground.T)
+    # A round foot beside a corner touches the steeper side, and sinks in where it lands hard.
+    assert np.median(above) == pytest.approx(body.FOOT_RADIUS, abs=0.001)
+    assert np.allclose(above, body.FOOT_RADIUS, atol=0.01)
+
+
 def test_what_breaks_down_is_named_and_the_others_walk_on(monkeypatch):
     monkeypatch.setattr("gaitsim_walker.rollout.FASTEST", 0.05)
     walker = Walker(duration=0.5)

@@ -48,9 +48,14 @@ def body(
     return [part for _, parts in drawn for part in parts]
 
 
-def shadow(camera: Camera, segments: Points, look: Anatomy) -> list[Points]:
-    """The outlines of a body's shadow, as the light from above casts it."""
-    flat = segments * (1.0, 1.0, 0.0)
+def shadow(camera: Camera, flat: Points, look: Anatomy) -> list[Points]:
+    """The outlines of a body's shadow, as the light from above casts it.
+
+    Args:
+        camera: that sees it.
+        flat: the body's segments on the ground, (segments, 2, 3) m.
+        look: how the body is drawn.
+    """
     ends = flat.reshape(-1, 3)
     outlines = list(_capsules(camera, flat[look.limbs], look.radii)[0])
     outlines += [camera.project(ends[list(plate)])[0] for plate in look.plates]

@@ -27,7 +27,7 @@ def fine_step(scale: float, unit: float) -> float:
 
 
 def grid(
-    camera: Camera, span: float, reach: float, unit: float
+    camera: Camera, span: float, reach: float, unit: float, corners: Points
 ) -> tuple[Points, NDArray[np.float64]]:
     """The pieces of the grid's lines about what the camera looks at.
 
@@ -36,9 +36,11 @@ def grid(
         span: of the body, m.
         reach: how far the ground is drawn, pixels at its distance.
         unit: pixels of the picture that a pixel at 720 lines would be.
+        corners: where along x lines need ends, as the ground has corners there, (corners,) m.
 
     Returns:
-        Both ends of each piece, (pieces, 2, 3) m, and how strong it is, 0 to 1, (pieces,).
+        Both ends of each piece, at z = 0, (pieces, 2, 3) m, and how strong it is, 0 to 1,
+        (pieces,).
     """
     middle = _aim(camera, span)
     _, depth = camera.project(middle)
@@ -49,14 +51,17 @@ def grid(
     for step, coarser in zip(every, [*every[1:], 0.0], strict=True):
         strength = np.log(step * scale / unit / DENSE) / np.log(SPARSE / DENSE)
         lines = int(min(radius / step, MOST))
-        along = np.linspace(-radius, radius, PIECES + 1)
         for axis in (0, 1):
             across = (np.round(middle[axis] / step) + np.arange(-lines, lines + 1)) * step
             if coarser:  # those lines are drawn once, and stronger
                 across = across[np.abs(across / coarser - np.round(across / coarser)) > 1e-6]
-            points = np.zeros((len(across), PIECES + 1, 3))
+            along = middle[1 - axis] + np.linspace(-radius, radius, PIECES + 1)
+            if axis:
+                near = (along[0] < corners) & (corners < along[-1])
+                along = np.union1d(along, corners[near])
+            points = np.zeros((len(across), len(along), 3))
             points[:, :, axis] = across[:, None]
-            points[:, :, 1 - axis] = middle[1 - axis] + along
+            points[:, :, 1 - axis] = along
             pieces.append(np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3))
             strengths.append(np.full(len(pieces[-1]), min(strength, 1.0)))
     ends, strength = np.concatenate(pieces), np.concatenate(strengths)

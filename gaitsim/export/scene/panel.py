@@ -116,11 +116,10 @@ class Panel:
         self.lettering.tell(pose, seconds)
 
     def _show_ground(self, camera: Camera, pose: Pose) -> None:
-        ends, strength = grid(camera, self.take.anatomy.span, self.reach, self.unit)
-        self.grid.set_paths(_layers(camera, ends, strength))
-        trail = pose.trail.copy()
-        if not self.take.flies:
-            trail[:, 2] = 0.0
+        take = self.take
+        ends, strength = grid(camera, take.anatomy.span, self.reach, self.unit, take.corners)
+        self.grid.set_paths(_layers(camera, take.grounded(ends), strength))
+        trail = pose.trail if take.flies else take.grounded(pose.trail)
         seen = np.linalg.norm(trail - pose.aim, axis=1) * self.scale < self.reach
         since = int(np.flatnonzero(~seen)[-1]) + 1 if not seen.all() else 0
         every = np.unique(np.linspace(since, len(trail) - 1, TRAIL + 1).astype(int))
@@ -128,14 +127,15 @@ class Panel:
         pieces = np.stack([trail[:-1], trail[1:]], axis=1)
         away = np.linalg.norm(pieces.mean(axis=1) - pose.aim, axis=1) * self.scale / self.reach
         self.trail.set_paths(_layers(camera, pieces, 1 - away))
-        self.shadow.set_verts(shadow(camera, pose.segments, self.take.anatomy))
+        self.shadow.set_verts(shadow(camera, take.grounded(pose.segments), take.anatomy))
 
     def _show_feet(self, camera: Camera, pose: Pose) -> None:
-        standing = pose.contacts[pose.touching].copy()
-        standing[:, 2] = 0.0
-        self.support.set_verts([camera.project(_on_ground(hull(standing[:, :2])))[0]])
-        size = FOOT * self.take.anatomy.thickness
-        self.stance.set_verts(list(camera.project(discs(standing, size))[0]))
+        take = self.take
+        standing = take.grounded(pose.contacts[pose.touching])
+        support = take.grounded(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
+        self.support.set_verts([camera.project(support)[0]])
+        size = FOOT * take.anatomy.thickness
+        self.stance.set_verts(list(camera.project(take.grounded(discs(standing, size)))[0]))
         swinging, depth = camera.project(pose.contacts[~pose.touching])
         radius = 0.75 * size * camera.scale_at(depth)
         turn = np.linspace(0, 2 * np.pi, 25)
@@ -151,10 +151,6 @@ class Panel:
         if self.tape:
             at = float(camera.project(pose.middle)[0][1])
             self.tape.show(float(pose.middle[2]) + self.take.floor, at)
-
-
-def _on_ground(points: Points) -> Points:
-    return np.concatenate([points, np.zeros((len(points), 1))], axis=1)
 
 
 def _layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:

@@ -73,6 +73,18 @@ class Take:
         """Height of the ground that is drawn, m: below what flies, as its zero is its start."""
         return min(0.0, float(self.skeleton.segments[..., 2].min())) if self.flies else 0.0
 
+    def grounded(self, points: Points) -> Points:
+        """Points (…, 3) moved up or down to the ground that is drawn."""
+        profile = self.skeleton.ground
+        height = 0.0 if profile is None else np.interp(points[..., 0], *profile.T)
+        return np.stack(np.broadcast_arrays(points[..., 0], points[..., 1], height), axis=-1)
+
+    @cached_property
+    def corners(self) -> Points:
+        """Where along x the ground has corners, (corners,) m."""
+        profile = self.skeleton.ground
+        return np.empty(0) if profile is None else profile[:, 0].astype(np.float64)
+
     @cached_property
     def box(self) -> Points:
         """Its points about its path at up to 100 moments, (points, 3) m."""
