@@ -3,6 +3,7 @@
 import multiprocessing
 import signal
 import sys
+import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -11,6 +12,7 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import cast
 
+from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError
 from gaitsim.evaluation.portable import begin_worker
 
@@ -31,6 +33,7 @@ class Processes(Executor):
     def __init__(self, workers: int, tell: Tell = lambda text: None) -> None:
         self.workers = workers
         self._tell = tell
+        self._pools: set[ProcessPoolExecutor] = set()
         self._idle: list[ProcessPoolExecutor] = []
         self._busy: dict[Future[object], ProcessPoolExecutor] = {}
 
@@ -45,7 +48,8 @@ class Processes(Executor):
             while waiting or places:
                 while waiting and len(self._busy) < self.workers:
                     future = self._submit(function, tasks[waiting[0]])
-                    places[future] = waiting.popleft()
+                    if future is not None:
+                        places[future] = waiting.popleft()
                 for future in self._done():
                     if future not in places:  # of work that was dropped before
                         continue
@@ -60,19 +64,42 @@ class Processes(Executor):
             for future in places:
                 future.cancel()
 
-    def _submit(self, function: Callable[[Task], Result], task: Task) -> Future[object]:
-        """Hand a task to a worker that idles and is still alive, or to a new one."""
-        while True:
-            pool = self._idle.pop() if self._idle else _pool()
+    def _submit(self, function: Callable[[Task], Result], task: Task) -> Future[object] | None:
+        """Hand a task to a worker that idles, or to a new one; None where neither could take it."""
+        try:
+            pool = self._idle.pop() if self._idle else self._pool()
             try:
+                # Ctrl-C comes before or after all of this, so that `close` knows of the worker.
                 with without_script(), deaf():
                     future: Future[object] = pool.submit(function, task)
-            except BrokenProcessPool:
-                pool.shutdown()
-                self._tell("a worker process died while it had nothing to do; it is replaced")
-            else:
-                self._busy[future] = pool
+                    self._busy[future] = pool
                 return future
+            except (OSError, RuntimeError):
+                self._end(pool)
+                raise
+        except BrokenProcessPool:
+            self._tell("a worker process died while it had nothing to do; it is replaced")
+        except (OSError, RuntimeError) as error:  # of files or threads there are no more
+            if not self._pools:
+                raise GaitsimError(
+                    f"no worker process can begin: {error}",
+                    remedy="--workers 1 needs none; 'ulimit -n' and 'ulimit -u' tell the limits",
+                ) from None
+            self.workers = len(self._pools)
+            self._tell(f"no more than {self.workers} worker processes can begin: {error}")
+        return None
+
+    def _pool(self) -> ProcessPoolExecutor:
+        pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), begin_worker)
+        self._pools.add(pool)
+        return pool
+
+    def _end(self, pool: ProcessPoolExecutor, *, kill: bool = False) -> None:
+        self._pools.discard(pool)
+        if kill:
+            for process in list((pool._processes or {}).values()):
+                process.kill()
+        pool.shutdown(cancel_futures=True)
 
     def _done(self) -> list[Future[object]]:
         """Wait for some; their workers are idle again, but for those that died."""
@@ -80,7 +107,7 @@ class Processes(Executor):
         for future in done:
             pool = self._busy.pop(future)
             if _died(future):
-                pool.shutdown()
+                self._end(pool)
             else:
                 self._idle.append(pool)
         return done
@@ -92,31 +119,44 @@ class Processes(Executor):
 
     def close(self) -> None:
         """End the workers; one that is still doing something is killed."""
-        for future, pool in self._busy.items():
-            if not future.done():
-                for process in list(pool._processes.values()):
-                    process.kill()
-        for pool in (*self._idle, *self._busy.values()):
-            pool.shutdown(cancel_futures=True)
+        for pool in list(self._pools):
+            self._end(pool, kill=pool not in self._idle)
 
 
 def _died(future: Future[object]) -> bool:
     return not future.cancelled() and isinstance(future.exception(), BrokenProcessPool)
 
 
-@contextmanager
-def without_script() -> Iterator[None]:
-    """Let a process that begins meanwhile not import the script that runs here.
+class _Script:
+    """The script that runs here, which is out of sight as long as anybody wants it to be."""
 
-    It needs nothing of it, and would do again what the script does where that is not
-    under `if __name__ == "__main__":`.
-    """
-    script = sys.modules["__main__"]
-    sys.modules["__main__"] = ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = script
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._wishes = 0
+        self._script: ModuleType | None = None
+
+    @contextmanager
+    def hidden(self) -> Iterator[None]:
+        """Let a process that begins meanwhile not import the script.
+
+        It needs nothing of it, and would do again what the script does where that is not
+        under `if __name__ == "__main__":`.
+        """
+        with self._lock:
+            if not self._wishes:
+                self._script = sys.modules["__main__"]
+                sys.modules["__main__"] = ModuleType("__main__")
+            self._wishes += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._wishes -= 1
+                if not self._wishes and self._script is not None:
+                    sys.modules["__main__"] = self._script
+
+
+without_script = _Script().hidden
 
 
 @contextmanager
@@ -133,7 +173,3 @@ def deaf() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _pool() -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), begin_worker)

@@ -1,16 +1,19 @@
 import os
 import pickle
 import signal
+import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 import chores
 import pytest
 
+from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.executors import DEATHS, Here, Threads, WorkerLostError
 from gaitsim.evaluation.portable import Portable
-from gaitsim.evaluation.processes import Processes
+from gaitsim.evaluation.processes import Processes, without_script
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs signals")
 
@@ -77,10 +80,64 @@ def test_a_worker_that_is_killed_while_it_idles_is_replaced():
     with Processes(1, told.append) as executor:
         [worker] = executor.map(chores.whose, [0])
         os.kill(worker, signal.SIGKILL)
-        time.sleep(0.5)  # time for the pool to notice; if it is too short, the task is done again
+        [pool] = executor._idle
+        while not pool._broken:
+            time.sleep(0.01)
         assert executor.map(chores.square, [3, 4]) == [9, 16]
-    assert len(told) == 1
-    assert "a worker process died" in told[0]
+    assert told == ["a worker process died while it had nothing to do; it is replaced"]
+
+
+def test_workers_that_cannot_begin_are_told_of_and_the_others_do_it(monkeypatch):
+    told = []
+    with Processes(3, told.append) as executor:
+        begin = ProcessPoolExecutor._spawn_process
+
+        def few(pool):
+            if len(executor._pools) > 2:
+                raise OSError(24, "Too many open files")
+            begin(pool)
+
+        monkeypatch.setattr(ProcessPoolExecutor, "_spawn_process", few)
+        assert executor.map(chores.square, range(6)) == [0, 1, 4, 9, 16, 25]
+        assert executor.workers == 2
+        [text] = told
+        assert text.startswith("no more than 2 worker processes can begin: [Errno 24]")
+
+
+def test_that_no_worker_can_begin_is_one_error(monkeypatch):
+    def none(pool):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(ProcessPoolExecutor, "_spawn_process", none)
+    with Processes(2) as executor, pytest.raises(GaitsimError, match="can't start new thread"):
+        executor.map(chores.square, range(6))
+
+
+def test_ctrl_c_while_a_worker_begins_leaves_none(monkeypatch):
+    executor = Processes(1)
+    submit = ProcessPoolExecutor.submit
+
+    def interrupted(pool, *task):
+        submit(pool, *task)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        executor.map(chores.sleep_for, [500])
+    [pool] = executor._pools
+    [process] = pool._processes.values()
+    executor.close()
+    assert not process.is_alive()
+
+
+def test_the_script_is_back_when_all_have_begun_their_workers():
+    script, first, second = sys.modules["__main__"], without_script(), without_script()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert sys.modules["__main__"] is not script
+    second.__exit__(None, None, None)
+    assert sys.modules["__main__"] is script
 
 
 @posix
