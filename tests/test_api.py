@@ -192,6 +192,17 @@ def test_a_run_goes_on_from_python_to_the_bit(tmp_path: Path, walked: gs.Search)
     assert fifth.progress.stage == 2
 
 
+def test_a_hand_edit_is_told_of_where_a_run_goes_further(tmp_path: Path) -> None:
+    out = tmp_path / "edited"
+    for _ in gs.evolve("spider", generations=2, population=24, out=out):
+        pass
+    file = out / "experiment.toml"
+    assert "\nrate = 0.08" in file.read_text()
+    file.write_text(file.read_text().replace("\nrate = 0.08", "\nrate = 0.09"))
+    with pytest.warns(UserWarning, match=r"mutation\.rate: 0\.08, now 0\.09"):
+        assert [generation.number for generation in gs.load(out).resume(3)] == [3]
+
+
 def test_the_champion_is_the_best_of_all(walked: gs.Search) -> None:
     run, kept = walked.run, walked.champion
     assert kept is not None

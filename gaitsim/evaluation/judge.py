@@ -63,7 +63,12 @@ def judge_motion(experiment: Experiment, motion: object, population: int) -> Eva
         raise broken(
             experiment, "fitness", f"returned {given!r:.80} from terms()", "a dict with terms"
         )
-    terms = {name: _term(experiment, name, term, population) for name, term in given.items()}
+    # Names as exactly texts: files take no others, such as those of a StrEnum.
+    terms = {
+        str.__str__(name): _term(experiment, name, term, population)
+        for name, term in given.items()
+        if _names(experiment, name)
+    }
     scores = np.zeros(population)
     with np.errstate(over="ignore", invalid="ignore"):
         for term in terms.values():  # in the fitness's own order, so that the last bit is too
@@ -89,7 +94,11 @@ def _failures(experiment: Experiment, motion: Motion) -> dict[int, str]:
                 f"says of the individual {index!r:.80} that it failed: {reason!r:.80}",
                 f"an int from 0 to {motion.population - 1}, and a text",
             )
-    return {index: str(motion.failures[index]) for index in sorted(motion.failures)}
+    # Half a character, as names of files may hold, cannot be written.
+    return {
+        index: str(motion.failures[index]).encode(errors="backslashreplace").decode()
+        for index in sorted(motion.failures)
+    }
 
 
 def hold_motion(experiment: Experiment, motion: object) -> Motion:
@@ -117,11 +126,16 @@ def _hold_channels(experiment: Experiment, motion: Motion, population: int) -> N
             )
 
 
-def _term(experiment: Experiment, name: object, term: object, population: int) -> Scores:
+def _names(experiment: Experiment, name: object) -> bool:
+    """Whether a term has a name; if not, that is raised."""
     if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
         raise broken(
             experiment, "fitness", f"names a term {name!r:.80}", "a printable text, 200 characters"
         )
+    return True
+
+
+def _term(experiment: Experiment, name: str, term: object, population: int) -> Scores:
     try:
         # A copy: a fitness may return one array again and again.
         values = np.array(term)

@@ -94,11 +94,11 @@ class Processes(Executor):
         self._pools.add(pool)
         return pool
 
-    def _end(self, pool: ProcessPoolExecutor, *, kill: bool = False) -> None:
+    def _end(self, pool: ProcessPoolExecutor) -> None:
         self._pools.discard(pool)
-        if kill:
-            for process in list((pool._processes or {}).values()):
-                process.kill()
+        # A worker holds nothing, and one that was stopped would never hear of an end.
+        for process in list((pool._processes or {}).values()):
+            process.kill()
         pool.shutdown(cancel_futures=True)
 
     def _done(self) -> list[Future[object]]:
@@ -118,9 +118,9 @@ class Processes(Executor):
         self._tell("a worker process died; what it did is done again by another")
 
     def close(self) -> None:
-        """End the workers; one that is still doing something is killed."""
+        """Kill the workers, whatever they do."""
         for pool in list(self._pools):
-            self._end(pool, kill=pool not in self._idle)
+            self._end(pool)
 
 
 def _died(future: Future[object]) -> bool:

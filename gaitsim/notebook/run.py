@@ -117,8 +117,10 @@ class Run(Facts):
             ExperimentError: the options have problems. What else is wrong with going on is
                 raised when the loop begins.
         """
-        given = overrides({"evolution.generations": generations}, set)
-        return resumed(self.path, self._run.experiment_with(given), workers, given)
+        given = overrides({}, set)
+        further = overrides({"evolution.generations": generations}, None)
+        experiment = self._run.experiment_with([*further, *given])
+        return resumed(self.path, experiment, workers, given, generations)
 
     def plot(
         self,

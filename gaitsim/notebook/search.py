@@ -113,10 +113,14 @@ def _warn(text: str) -> None:
 
 
 def resumed(
-    path: Path, experiment: Experiment, workers: int | None, overrides: Sequence[str]
+    path: Path,
+    experiment: Experiment,
+    workers: int | None,
+    overrides: Sequence[str],
+    generations: int | None,
 ) -> "Search":
-    """A search that goes on with a recorded run under changed options."""
-    return Search(experiment, path, _recorded(path, workers, overrides))
+    """A search that goes on with a recorded run, further, or under changed options."""
+    return Search(experiment, path, _recorded(path, workers, overrides, generations))
 
 
 class Search(Facts, Iterator[Generation]):

@@ -210,6 +210,7 @@ def _check_checkpoint(**values: Any) -> Checkpoint:
     return checkpoint
 
 
+_NUMBER = exactly(int, "a whole number, 1 or more", lambda value: value >= 1)
 _GENES = ("<f8", "|u1")
 _REAL = ("<f8",)
 _CHECKPOINT = record(
@@ -217,7 +218,7 @@ _CHECKPOINT = record(
     {
         "experiment": text,
         "versions": named(name),
-        "generation": count,
+        "generation": _NUMBER,
         "evaluations": count,
         "genomes": array(("population", "genes"), _GENES, "finite", np.isfinite),
         "scores": array(("population",), _REAL, "finite or −inf", lambda scores: scores < np.inf),
@@ -227,7 +228,7 @@ _CHECKPOINT = record(
         "best_score": below_infinity,
         "threshold": optional(finite),
         "stages": each(
-            record(Stage, {"generation": count, "experiment": text, "versions": named(name)})
+            record(Stage, {"generation": _NUMBER, "experiment": text, "versions": named(name)})
         ),
     },
 )
@@ -236,7 +237,7 @@ _CHAMPION = record(
     {
         "experiment": text,
         "versions": named(name),
-        "generation": count,
+        "generation": _NUMBER,
         "genome": array(("genes",), _GENES, "finite", np.isfinite),
         "score": finite,
         "terms": named(finite),

@@ -67,6 +67,9 @@ class Overview:
         return self.path.name
 
 
+_ODD = (ValueError, IndexError, StopIteration, csv.Error)
+
+
 class Curve:
     """Best score and time of a history that grows, read from where it was left.
 
@@ -101,12 +104,29 @@ class Curve:
             GaitsimError: it is no history, or cannot be read.
         """
         try:
+            try:
+                self._read_on()
+            except _ODD:
+                # Whoever goes on with a killed run writes rows anew that came after its
+                # checkpoint, and what was read of them has another length now.
+                self._clear()
+                self._read_on()
+        except _ODD:
+            self._clear()
+            raise RunError(
+                f"{self._path.name} is damaged",
+                where=str(self._path),
+                remedy="restore it from a copy; the checkpoint beside it is separate",
+            ) from None
+
+    def _read_on(self) -> None:
+        try:
             with self._path.open("rb") as file:
                 found = file.seek(0, 2)
-                number = self._path.stat().st_ino
-                if number != self._file or found < self._offset:
+                inode = self._path.stat().st_ino
+                if inode != self._file or found < self._offset:
                     self._clear()
-                    self._file = number
+                    self._file = inode
                 file.seek(self._offset)
                 data = file.read()
         except FileNotFoundError:
@@ -116,22 +136,16 @@ class Curve:
             raise RunError(f"cannot read {self._path}: {error.strerror}") from None
         data = data[: data.rfind(b"\n") + 1]
         self._offset += len(data)
-        try:
-            rows = csv.reader(data.decode().splitlines())
-            if data and not self._columns:
-                names = next(rows)
-                self._columns = [names.index(name) for name in ("best", "seconds")]
-            for row in rows:
-                best, seconds = (float(row[column]) for column in self._columns)
-                self._add(best if math.isfinite(best) else math.nan)
-                self.seconds += seconds
-        except (UnicodeDecodeError, ValueError, IndexError, csv.Error):
-            self._clear()
-            raise RunError(
-                f"{self._path.name} is damaged",
-                where=str(self._path),
-                remedy="restore it from a copy; the checkpoint beside it is separate",
-            ) from None
+        rows = csv.reader(data.decode().splitlines())
+        if data and not self._columns:
+            names = next(rows)
+            self._columns = [names.index(name) for name in ("generation", "best", "seconds")]
+        for row in rows:
+            number, best, seconds = (float(row[column]) for column in self._columns)
+            if number != self._count + 1:
+                raise ValueError(number)
+            self._add(best if math.isfinite(best) else math.nan)
+            self.seconds += seconds
 
     def _add(self, best: float) -> None:
         if self._count % self._stride == 0:

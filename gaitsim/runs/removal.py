@@ -23,6 +23,7 @@ def delete_run(path: Path) -> None:
             f"{path} is not a run: it holds no {EXPERIMENT}",
             remedy="'gaitsim runs' lists the runs here",
         )
+    path = path.resolve()  # '.' has no name
     lock = RunLock(path)
     try:
         gone = path.with_name(f"{_GONE}{secrets.token_hex(8)}")

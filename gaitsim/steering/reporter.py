@@ -1,5 +1,6 @@
 """Tells whoever watches how a run goes, at most so often, and never holds the search up."""
 
+import math
 import threading
 import time
 from collections import deque
@@ -99,6 +100,7 @@ class Reporter:
     def finished(self, generation: Generation) -> None:
         """Tell of a generation that is on the disk."""
         number, progress = generation.number, generation.progress
+        risen = progress.stagnation == 0 and math.isfinite(progress.best_score)
         values = row(generation)
         with self._lock:
             self._values["generation"] = number
@@ -110,11 +112,11 @@ class Reporter:
             self._pace.append((now, number, progress.evaluations))
             while len(self._pace) > 2 and now - self._pace[1][0] >= RECENT:
                 self._pace.popleft()
-            if progress.stagnation == 0:
+            if risen:
                 genome = generation.genomes[generation.best].tolist()
                 best = {"generation": number, "score": progress.best_score, "genome": genome}
                 self._news["champion"] = best
-        if progress.stagnation == 0:
+        if risen:
             self.event(number, "best", f"{progress.best_score:.4f}")
         if generation.is_champion:
             self.event(number, "kept", champion_file(number))

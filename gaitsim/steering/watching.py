@@ -101,7 +101,9 @@ class Watch:
         if len(self.course) < checkpoint.generation:
             raise run.ends_early(HISTORY, len(self.course), checkpoint.generation)
         stages = stages_of(checkpoint)
-        told = events_in(self.course, stages, kept_champions(self.run), seen + 1)
+        # A champion's file is written before its generation's checkpoint.
+        kept = [one for one in kept_champions(self.run) if one <= checkpoint.generation]
+        told = events_in(self.course, stages, kept, seen + 1)
         if warning and not seen:
             told.append(Event(checkpoint.generation, "warning", warning))
         return Snapshot(

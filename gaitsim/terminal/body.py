@@ -22,7 +22,6 @@ BODY = 3  # + SIDES × shade + side: the near over the far
 MIDDLE, LEFT, RIGHT = range(3)
 SIDES, SHADES = 3, 3  # the last shade is the nearest
 FOOT = BODY + SIDES * SHADES  # + side
-INKS = FOOT + SIDES
 
 STANCE = ord("●")
 APART, LINES = 12.0, 12  # dots between two lines of the ground, and lines across it, about

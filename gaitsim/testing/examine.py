@@ -83,7 +83,7 @@ def _rules(
 ) -> Iterator[Finding]:
     if entry.kind == EXPERIMENTS:
         say("reading it, moving its first individuals and breeding")
-        yield from preset_rules(entry, figures)
+        yield from preset_rules(entry)
         return
     say("importing it")
     yield from _imported(entry, figures)

@@ -49,7 +49,7 @@ def fitness_rules(entry: Entry, fitness: Fitness, say: Callable[[str], None]) ->
         return
     assert isinstance(terms, dict)
     given = {name: np.array(term) for name, term in terms.items()}
-    yield from _reading(fitness, watched, motion)
+    yield from _reading(fitness, watched)
     changed = next((name for name in motion if not same(motion[name], watched[name])), "")
     if changed:
         yield error(
@@ -90,7 +90,7 @@ def _terms(terms: object) -> Iterator[Finding]:
             )
 
 
-def _reading(fitness: Fitness, watched: _Watched, motion: Motion) -> Iterator[Finding]:
+def _reading(fitness: Fitness, watched: _Watched) -> Iterator[Finding]:
     untold = sorted(watched.read - {*fitness.needs})
     if untold:
         yield error(

@@ -14,7 +14,7 @@ from gaitsim.testing.report import Finding, advice, error
 FEW = 3  # individuals that are judged; the whole population is drawn and bred
 
 
-def preset_rules(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
+def preset_rules(entry: Entry) -> Iterator[Finding]:
     """All rules for a ready experiment.
 
     Raises:

@@ -20,6 +20,7 @@ from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, Report, error
 
 SECONDS = 120.0  # for one plugin: compiling its kernels takes up to 20 s, more where others work
+_END = 10.0  # s for a child that said its last word to end
 _START = 120.0
 _DAY = 86_400
 
@@ -60,10 +61,10 @@ class _Child:
         Raises:
             _Lost: there is none; says why.
         """
-        if self._process is None:
-            self._begin()
-        self._doing = "computing it all in another process" if again else "being examined"
         try:
+            if self._process is None:
+                self._begin()
+            self._doing = "computing it all in another process" if again else "being examined"
             self._send({"entry": asdict(entry), "options": dict(options), "again": again})
             return self._receive(seconds)
         except _Lost:
@@ -114,7 +115,10 @@ class _Child:
     def _last_words(self) -> str:
         """How the process ended, and the end of what it wrote to standard error."""
         assert self._process is not None
-        code = self._process.wait(10)
+        try:
+            code = self._process.wait(_END)
+        except subprocess.TimeoutExpired:
+            return f"it closed its output while {self._doing}, and did not end"
         self._errors.seek(0)
         words = self._errors.read()[-300:].decode(errors="replace").strip()
         how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"

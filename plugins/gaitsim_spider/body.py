@@ -15,7 +15,7 @@ JOINTS = tuple(f"{leg} {segment}" for leg in LEGS for segment in SEGMENTS)
 FRAMES = 300
 FRAME_RATE = 30.0  # Hz
 
-BODY_LENGTH, BODY_WIDTH, BODY_HEIGHT = 0.20, 0.14, 0.06  # m
+BODY_LENGTH, BODY_WIDTH = 0.20, 0.14  # m
 BODY_MASS = 0.8  # kg
 
 HIP_X = np.array([0.075, 0.025, -0.025, -0.075] * 2, dtype=np.float32)  # m

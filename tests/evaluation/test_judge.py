@@ -1,3 +1,5 @@
+from enum import StrEnum
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,28 @@ def test_what_is_not_finite_fails_and_says_why(judged):
         3: "the sum of the terms is too large",
     }
     assert np.isnan(evaluation.terms["far"][1])
+
+
+class Name(StrEnum):
+    FAR = "far"
+
+
+def test_terms_may_be_named_by_an_enumeration(judged):
+    (name,) = judged({Name.FAR: np.zeros(4)}).terms
+    assert type(name) is str
+    assert name == "far"
+
+
+def test_a_reason_with_half_a_character_can_be_written(puppet, puppets, monkeypatch):
+    move = puppets.Puppet.move
+
+    def failed(self, genomes):
+        motion = move(self, genomes)
+        motion.failures[1] = "no \udcff"
+        return motion
+
+    monkeypatch.setattr(puppets.Puppet, "move", failed)
+    assert judge(puppet(), GENOMES).reasons == {1: r"no \udcff"}
 
 
 def test_terms_are_copies(judged):

@@ -50,6 +50,7 @@ UNWRITABLE = {
     "a reason that is no text": {"reasons": {"1": None}},
     "an index that is no text": {"reasons": {1: "why"}},
     "a negative generation": {"generation": -1},
+    "a generation before the first": {"generation": 0},
     "a fractional generation": {"generation": 1.0},
     "a generation that is true": {"generation": True},
     "a huge generation": {"generation": 2**63},

@@ -195,10 +195,31 @@ class TestCurve:
         curve = Curve(path)
         self.write(path, [1.0])
         curve.read()
-        other.write_text("best,new,seconds\n7.0,nan,1.0\n8.0,1.0,1.0\n")
+        other.write_text("best,new,generation,seconds\n7.0,nan,1,1.0\n8.0,1.0,2,1.0\n")
         other.replace(path)
         curve.read()
         assert curve.points == (7.0, 8.0)
+
+    @pytest.mark.parametrize("seconds", ["0.5", "0.25", "0.53125"])
+    def test_rows_that_a_killed_run_writes_again_count_once(self, tmp_path, seconds):
+        path = tmp_path / "history.csv"
+        curve = Curve(path)
+        self.write(path, [1.0, 2.0, 3.0])  # the third is not in the checkpoint yet
+        curve.read()
+        self.write(path, [1.0, 2.0])
+        with path.open("a") as file:
+            file.write(f"3,3.0,{seconds}\n4,4.0,0.5\n5,5.0,0.5\n")
+        curve.read()
+        assert curve.points == (1.0, 2.0, 3.0, 4.0, 5.0)
+
+    def test_a_damaged_one_is_told_each_time(self, tmp_path):
+        path = tmp_path / "history.csv"
+        curve = Curve(path)
+        self.write(path, [1.0, 2.0])
+        path.write_text(path.read_text() + "7,1.0,0.5\n")
+        for _ in range(2):
+            with pytest.raises(RunError, match="damaged"):
+                curve.read()
 
     @pytest.mark.parametrize("count", [POINTS - 1, POINTS, POINTS + 1, 5000, 12345])
     def test_a_long_one_is_thinned_and_keeps_its_peaks(self, tmp_path, count):

@@ -1,5 +1,7 @@
 """Deleting runs."""
 
+from pathlib import Path
+
 import pytest
 
 from gaitsim.errors import RunError
@@ -16,6 +18,12 @@ def run(puppet, tmp_path):
 def test_nothing_is_left(run):
     (run / "exports" / "gait.csv").write_text("1")
     delete_run(run)
+    assert list(run.parent.iterdir()) == []
+
+
+def test_the_folder_in_which_one_stands_is_deleted(run, monkeypatch):
+    monkeypatch.chdir(run)
+    delete_run(Path())
     assert list(run.parent.iterdir()) == []
 
 

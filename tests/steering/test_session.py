@@ -5,6 +5,7 @@ import json
 import os
 import random
 
+import numpy as np
 import pytest
 
 from gaitsim.runs import writer as writing
@@ -54,6 +55,16 @@ def whole(begun, *overrides, **options):
     path = begun("whole", *overrides, **options)
     steer(path)
     return path
+
+
+def test_a_generation_of_failures_has_no_champion(begun, puppets, monkeypatch):
+    monkeypatch.setattr(
+        puppets.Reach, "terms", lambda self, motion: {"far": np.full(motion.population, np.nan)}
+    )
+    snapshots = steer(begun("run", "evolution.population=12", generations=3))
+    assert snapshots[-1].state == "finished"
+    assert all(snapshot.champion is None for snapshot in snapshots)
+    assert not any(event.kind == "best" for snapshot in snapshots for event in snapshot.events)
 
 
 def test_it_evolves_to_the_end_and_tells_all_rows(begun):

@@ -8,6 +8,7 @@ import pytest
 
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation import judge
+from gaitsim.runs.folder import champion_file, kept_champions
 from gaitsim.runs.history import COLUMNS
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
@@ -49,6 +50,22 @@ def test_a_stopped_and_a_finished_run(begun):
     assert (snapshot.state, snapshot.reason) == ("finished", "30 generations are done")
     assert snapshot.rows["generation"].tolist() == list(range(13, 31))
     assert all(event.generation > 12 for event in snapshot.events)
+
+
+def test_a_champion_whose_checkpoint_is_not_there_yet_is_told_of_later(begun):
+    path, told = begun(), []
+    evolve(path, 2)
+    watch = Watch(path)
+    watch.look()
+    for until in range(3, 31):
+        early = path / champion_file(until)
+        early.touch()
+        told += watch.look().events
+        early.unlink()
+        evolve(path, until)
+        told += watch.look().events
+    numbers = [event.generation for event in told if event.kind == "kept"]
+    assert numbers == [n for n in kept_champions(path) if n > 2]
 
 
 def test_a_run_that_is_written_is_followed(begun):
