@@ -20,6 +20,7 @@ class Format(StrEnum):
     servo = "servo"
 
 
+_ENDINGS = {f".{known}": known for known in (Format.mat, Format.csv, Format.npz)}
 _SERVO = "Servo table"  # where --help shows the options
 
 
@@ -83,18 +84,16 @@ def export(
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
     """
     from gaitsim.errors import GaitsimError
-    from gaitsim.export.gait import gait_of, write_gait
+    from gaitsim.export.gait import check_folder, gait_of, write_gait
     from gaitsim.runs.folder import find_run
     from gaitsim.runs.reader import Run
 
     opened = Run(find_run(run))
-    ending = out.suffix[1:].lower() if out else ""
-    chosen = format or Format.__members__.get(ending, Format.mat)
-    if ending in Format.__members__ and ending != ("csv" if chosen is Format.servo else chosen):
-        raise GaitsimError(
-            f"{out} ends with .{ending}, but --format says {chosen}",
-            remedy="leave one of the two out",
-        )
+    if out is not None:
+        check_folder(out)
+        if format is None and not out.suffix:
+            out = out.with_suffix(".mat")
+    chosen = _format(format, out)
     servo = {
         "--keyframe-ms": keyframe_ms,
         "--centre": centre,
@@ -119,6 +118,28 @@ def export(
     write_gait(gait, path, chosen.value)
     frames, joints = gait.angles.shape
     print(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
+
+
+def _format(format: Format | None, out: Path | None) -> Format:
+    """The format asked for, or the one that the file's name ends with."""
+    from gaitsim.errors import GaitsimError
+
+    if out is None:
+        return format or Format.mat
+    says = _ENDINGS.get(out.suffix.lower())
+    if format is None and says is None:
+        raise GaitsimError(
+            f"{out} does not end with a format of gaits",
+            where="--out",
+            allowed=", ".join(_ENDINGS),
+            remedy="give it such an ending, or say which with --format",
+        )
+    if format and says and says is not (Format.csv if format is Format.servo else format):
+        raise GaitsimError(
+            f"{out} ends with {out.suffix.lower()}, but --format says {format}",
+            remedy="leave one of the two out",
+        )
+    return format or says or Format.mat
 
 
 def _servos(centre: float, low: float | None, high: float | None) -> "ServoRange":

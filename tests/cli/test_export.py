@@ -62,6 +62,27 @@ def test_what_does_not_fit_is_one_message(gaitsim, finished, arguments, says):
     assert says in gaitsim("export", "puppet", *arguments, code=2).stderr
 
 
+@pytest.mark.parametrize("name", ["gait.xlsx", "gait.json", "gait.TXT", "gait.servo", "gait.2"])
+def test_another_ending_is_refused(gaitsim, finished, tmp_path, name):
+    before = sorted(tmp_path.iterdir())
+    said = gaitsim("export", "puppet", "--out", name, code=2).stderr
+    assert said.splitlines() == [
+        f"Error: {name} does not end with a format of gaits",
+        "  where:   --out",
+        "  allowed: .mat, .csv, .npz",
+        "  try:     give it such an ending, or say which with --format",
+    ]
+    assert sorted(tmp_path.iterdir()) == before
+    gaitsim("export", "puppet", "--out", name, "--format", "npz")
+    assert (tmp_path / name).read_bytes().startswith(b"PK")
+
+
+def test_a_name_without_an_ending_gets_one(gaitsim, finished, tmp_path):
+    assert gaitsim("export", "puppet", "--out", "gait").stdout.startswith("gait.mat: ")
+    assert (tmp_path / "gait.mat").read_bytes().startswith(b"MATLAB 5.0")
+    assert not (tmp_path / "gait").exists()
+
+
 def test_help_lists_the_formats(gaitsim):
     said = gaitsim("export", "--help").stdout
     assert all(format in said for format in Format)

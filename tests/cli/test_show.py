@@ -140,9 +140,9 @@ def test_a_gait_is_exported(gaitsim, finished, tmp_path):
         (("--out", "gait.csv"), b"time_s,"),
         (("--out", "gait.NPZ"), b"PK"),
         (("--out", "gait.mat"), b"MATLAB 5.0"),
-        (("--out", "gait"), b"MATLAB 5.0"),
+        (("--out", "second.mat", "--generation", 2), b"MATLAB 5.0"),
         (("--out", "gait.txt", "--format", "csv"), b"time_s,"),
-        (("--out", "gait.2", "--generation", 2), b"MATLAB 5.0"),
+        (("--out", "gait", "--format", "mat"), b"MATLAB 5.0"),
     ]:
         gaitsim("export", "puppet", *arguments)
         assert (tmp_path / arguments[1]).read_bytes().startswith(start)
