@@ -1,3 +1,4 @@
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,18 @@ def spider(tmp_path_factory):
         "spider-recurrence", ["evolution.population=10", "evolution.generations=3"]
     )
     return evolved(experiment, tmp_path_factory.mktemp("export") / "spider")
+
+
+@pytest.fixture(scope="session")
+def bundled(tmp_path_factory):
+    """Makes a finished run of a preset, of one generation; the same one for the same preset."""
+
+    @cache
+    def run(preset):
+        experiment = load_experiment(preset, ["evolution.population=21", "evolution.generations=1"])
+        return evolved(experiment, tmp_path_factory.mktemp("bundled") / preset)
+
+    return run
 
 
 @pytest.fixture

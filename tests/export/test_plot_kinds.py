@@ -272,6 +272,42 @@ def test_components_have_names(flier, spider):
     assert [pose.unit_of(name) for name in pose.axes[0]] == ["m", "m", "rad"]
 
 
+SPACE, TRIALS = ("x", "y", "z"), ("trial 0", "trial 1", "trial 2")
+
+
+@pytest.mark.parametrize(
+    ("preset", "channel", "axes"),
+    [
+        ("fly", "altitude", (TRIALS,)),
+        ("fly", "position", (TRIALS, SPACE)),
+        ("fly", "rotation", (TRIALS, ("w", "x", "y", "z"))),
+        ("walker", "foot_positions", (("near", "far"), SPACE)),
+        ("walker", "load", (("near", "far"), ("x", "z"))),
+        ("walker", "torso", (SPACE,)),
+        ("walker", "torque", (("near hip", "near knee", "far hip", "far knee"),)),
+        ("millipede", "stance", (("L1", "L2", "L3", "R1", "R2", "R3"),)),
+    ],
+)
+def test_an_axis_has_the_names_of_its_word(bundled, preset, channel, axes):
+    assert read_channel(replay(bundled(preset)), channel).axes == axes
+
+
+def test_what_has_directions_has_a_panel_each(bundled):
+    figure = draw("channel", asked(bundled("walker"), channel="load"))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["load x\n(N)", "load z\n(N)"]
+    assert {"near", "far"} <= texts(figure)
+
+
+def test_as_many_trials_as_feet_are_trials(spider, monkeypatch):
+    shown = replay(spider)
+    body = type(shown.experiment.organism)
+    told = {**body.channels, "slope": "(population, frames, trials) rad"}
+    monkeypatch.setattr(body, "channels", told)
+    many = {"slope": np.zeros((1, 300, 8))}
+    object.__setattr__(shown, "motion", Motion(shown.motion.frame_rate, {**shown.motion, **many}))
+    assert read_channel(shown, "slope").axes == (tuple(f"trial {trial}" for trial in range(8)),)
+
+
 @pytest.mark.parametrize(
     ("components", "names"),
     [

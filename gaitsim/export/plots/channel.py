@@ -129,7 +129,7 @@ def _panels(channel: Channel, lines: Sequence[Line], several: bool) -> dict[str,
 
     What has different units or directions, such as x, y and z, goes to panels of its own.
     """
-    directions = bool(channel.axes) and channel.axes[-1][:2] == ("x", "y")
+    directions = bool(channel.axes) and channel.axes[-1][:1] == ("x",)
     if several or (len(lines) > _TOGETHER and not directions):
         return {line.name: [index] for index, line in enumerate(lines)}
     if not directions:

@@ -20,6 +20,9 @@ UNITS = (
 # The names of the last axis where it is no list of joints or feet.
 POSE = ("x", "y", "yaw")
 SPACE = ("x", "y", "z")
+# What descriptions call the axis of the feet, and that of motions from several starts.
+FEET = ("legs", "feet", "contacts")
+TRIALS = "trials"
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,11 +120,13 @@ def read_channel(replay: Replay, name: str) -> Channel:
     feet = replay.skeleton.contact_names
     unit = next((unit for unit in UNITS if re.match(rf"{re.escape(unit)}(?:[,;:. ]|$)", words)), "")
     said = words.removeprefix(unit).lstrip(",;:. ")
-    axes = []
+    axes: list[tuple[str, ...]] = []
     for index, length in enumerate(values.shape[1:]):
         token = tokens[index + 2] if len(tokens) == values.ndim + 1 else ""
         last = index == values.ndim - 2
-        axes.append(_names(name, length, token, last, said, joints, feet))
+        names = _names(name, length, token, last, said, joints, feet)
+        feet = () if names == feet else feet  # they are along one axis
+        axes.append(names)
     return Channel(
         name=name,
         values=values,
@@ -141,26 +146,34 @@ def _names(
     joints: Sequence[str],
     feet: Sequence[str],
 ) -> tuple[str, ...]:
-    """Names along one axis of a channel."""
-    if channel == "joint_angles" and len(joints) == length:
+    """Names along one axis of a channel: what its word says, else what its length may be."""
+    if len(joints) == length and (channel == "joint_angles" or token == "joints"):
         return tuple(joints)
-    if length == len(feet):
-        return tuple(feet)
+    if token.isalpha():
+        if length == len(feet) and token in FEET:
+            return tuple(feet)
+        if last and token != TRIALS and (listed := _listed(words, length)):
+            return listed
+        # An axis called 'trials' has the entries 'trial 0', 'trial 1' …
+        return tuple(f"{token.removesuffix('s')} {entry}" for entry in range(length))
     if last and channel == "pose" and length == len(POSE):
         return POSE
     if last and (listed := _listed(words, length)):
         return listed
+    if length == len(feet) and re.search(r"\b(?:legs?|feet|foot|contacts?)\b", words):
+        return tuple(feet)
     if last and length == len(SPACE):
         return SPACE
-    # An axis called 'trials' has the entries 'trial 0', 'trial 1' …
-    word = token.removesuffix("s") if token.isalpha() else ""
-    return tuple(f"{word} {entry}".strip() for entry in range(length))
+    return tuple(str(entry) for entry in range(length))
 
 
 def _listed(words: str, length: int) -> tuple[str, ...]:
-    """Names that a description lists, as 'w, x, y, z' or 'flap, pitch; left, then right'; or ()."""
-    for found in re.findall(r"\w+(?:, \w+)+", words):
-        names = tuple(found.split(", "))
+    """Names that a description lists, or ().
+
+    As 'w, x, y, z', 'x and z' or 'flap, pitch; left, then right'.
+    """
+    for found in re.findall(r"\w+(?:, \w+)+|\b[xyz] and [xyz]\b", words):
+        names = tuple(re.split(", | and ", found))
         if len(names) == length:
             return names
         if 2 * len(names) == length and "left, then right" in words:
