@@ -153,8 +153,6 @@ def test_an_odd_change_is_refused(refused, change):
         (["experiments", "shw"], "No such command 'shw'"),
         (["run"], "Missing argument"),
         (["run", "spider", "--nope"], "No such option: --nope"),
-        (["run", "spider", "--seed", "x"], "'--seed'"),
-        (["run", "spider", "--workers", "0"], "'--workers'"),
         (["run", "spider", "--set"], "requires an argument"),
         (["plugins", "show", "spidr"], "did you mean 'spider'?"),
         (["plugins", "show", "[bold]"], "unknown plugin '[bold]'"),
@@ -166,6 +164,34 @@ def test_an_odd_change_is_refused(refused, change):
 )
 def test_a_wrong_command_line_is_refused(refused, arguments, message):
     assert message in refused(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "what", "allowed"),
+    [
+        ("run spider --generations abc", "'abc' is no whole number", "a whole number"),
+        ("run spider --generations 1e3", "'1e3' is no whole number", "a whole number"),
+        ("run spider --seed 1.5", "'1.5' is no whole number", "a whole number"),
+        ("run spider --workers 0", "'0' is not allowed", "a whole number ≥ 1 and ≤ 1,024"),
+        ("compare a b --repeats 1", "'1' is not allowed", "a whole number ≥ 2 and ≤ 100,000"),
+        ("export R --centre x", "'x' is no number", "a number"),
+        ("play R --at nan", "'nan' is not allowed", "a number ≥ 0"),
+        ("export R --format xml", "'xml' is not allowed", "mat, csv, npz, servo"),
+        ("plot R --theme solar", "'solar' is not allowed", "light, dark"),
+        ("video R --view left", "'left' is not allowed", "iso, side, top, orbit"),
+    ],
+)
+def test_a_value_that_is_not_allowed_is_told_with_what_is(refused, arguments, what, allowed):
+    option = arguments.split()[-2]
+    assert refused(*arguments.split()).splitlines() == [
+        f"Error: {what}",
+        f"  where:   {option}",
+        f"  allowed: {allowed}",
+    ]
+
+
+def test_a_misspelt_choice_is_told_with_the_nearest(refused):
+    assert "did you mean 'footfall'?" in refused("plot", "R", "--kind", "footfal")
 
 
 @pytest.mark.parametrize("name", ["[bold]", "[/]", ":spider:", "[red]x[/red]"])

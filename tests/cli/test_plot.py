@@ -20,7 +20,7 @@ def test_the_command_knows_every_kind_and_theme():
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--kind", "nothing"), "'joints'"),
+        (("--kind", "nothing"), "joints, stability"),
         (("--kind", "footfall"), "has no feet on the ground"),
         (("--kind", "fitness", "--generation", 2), "takes no --generation"),
         (("--kind", "terms", "--channel", "a", "--window", "1:2"), "no --channel and no --window"),

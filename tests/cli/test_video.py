@@ -38,9 +38,9 @@ def test_several_generations(gaitsim, run, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--view", "front"], "'front' is not one of"),
-        (["--theme", "drak"], "'drak' is not one of"),
-        (["--format", "avi"], "'avi' is not one of"),
+        (["--view", "front"], "'front' is not allowed"),
+        (["--theme", "drak"], "'drak' is not allowed"),
+        (["--format", "avi"], "'avi' is not allowed"),
         (["--out", "a.avi"], "a.avi does not end with a format of videos"),
         (["--out", "a"], "a does not end with a format of videos"),
         (["--out", "missing/a.mp4"], "there is no folder missing"),
