@@ -1,5 +1,6 @@
 """`gaitsim runs`."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -33,6 +34,7 @@ def runs(
     from gaitsim.cli.console import output, print_json, table
     from gaitsim.runs.overview import Watch
 
+    _check(root)
     if delete:
         _delete(root, delete, yes=yes, json=json)
         return
@@ -49,6 +51,26 @@ def runs(
         for row in found:
             made.add_row(*(str(row[key]) for key in ("run", "organism", "fitness")), *_cells(row))
         output().print(made, markup=False)
+
+
+def _check(root: Path) -> None:
+    """Refuse what is no folder of runs; `runs` alone may be missing, as before the first run."""
+    from gaitsim.errors import GaitsimError
+    from gaitsim.runs.folder import EXPERIMENT, RUNS, command
+
+    # os.path, unlike pathlib, answers for names that no file can have, too.
+    if os.path.isfile(root / EXPERIMENT):  # noqa: PTH113
+        raise GaitsimError(
+            f"{root} is a run",
+            allowed="a folder that holds runs",
+            remedy=command("show", root),
+        )
+    if root != RUNS and not os.path.exists(root):  # noqa: PTH110
+        raise GaitsimError(
+            f"there is no folder {root}",
+            allowed="a folder that holds runs",
+            remedy="'gaitsim runs' lists those in runs/",
+        )
 
 
 def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None:

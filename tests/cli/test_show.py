@@ -122,11 +122,26 @@ def test_runs_are_listed_whatever_they_hold(gaitsim, finished, unbegun, tmp_path
 
 def test_an_empty_folder_has_no_runs(gaitsim, tmp_path):
     (tmp_path / "empty").mkdir()
-    for root in ("empty", "missing"):
-        assert f"No runs in {root}. Begin one" in gaitsim("runs", root).stdout
-        assert gaitsim("runs", root, "--json").stdout == ""
+    for arguments, root in [(("empty",), "empty"), ((), "runs"), (("runs/",), "runs")]:
+        assert f"No runs in {root}. Begin one" in gaitsim("runs", *arguments).stdout
+        assert gaitsim("runs", *arguments, "--json").stdout == ""
     (tmp_path / "file").touch()
     assert "cannot list file: Not a directory" in gaitsim("runs", "file", code=2).stderr
+
+
+@pytest.mark.parametrize("more", [(), ("--json",), ("--delete", "puppet", "--yes")])
+def test_what_is_no_folder_of_runs_is_refused(gaitsim, finished, more):
+    for root, says in [
+        ("nope", "there is no folder nope"),
+        ("runs/nope", "there is no folder runs/nope"),
+        ("x" * 300, "there is no folder xxx"),
+        ("runs/puppet", "try:     gaitsim show runs/puppet"),
+    ]:
+        done = gaitsim("runs", root, *more, code=2)
+        assert says in done.stderr
+        assert done.stdout == ""
+    assert "Error: runs/puppet is a run\n" in done.stderr
+    assert finished.is_dir()
 
 
 def test_a_gait_is_exported(gaitsim, finished, tmp_path):
