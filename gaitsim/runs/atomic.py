@@ -35,9 +35,11 @@ def write_bytes(path: Path, data: bytes) -> None:
     Raises:
         RunError: the file cannot be written; `path` is whole, and most likely as it was.
     """
-    with writing(path), _partial(path.parent, data) as partial:
-        partial.replace(path)
-        sync_folder(path.parent)
+    with writing(path):
+        path = _place(path)
+        with _partial(path.parent, data) as partial:
+            partial.replace(path)
+            sync_folder(path.parent)
 
 
 def write_rotating(path: Path, previous: Path, data: bytes) -> None:
@@ -68,6 +70,7 @@ def replacing(path: Path) -> Iterator[Path]:
         RunError: the file cannot be written; `path` is whole, and most likely as it was.
     """
     with writing(path):
+        path = _place(path)
         partial = _new_name(path.parent)
         try:
             yield partial
@@ -127,6 +130,18 @@ def writing(path: Path) -> Iterator[None]:
             where=str(path),
             remedy=_REMEDIES.get(error.errno or 0, "check the disk and the path, then try again"),
         ) from error
+
+
+def _place(path: Path) -> Path:
+    """Where a file is put: where a link leads to, and never in the place of a device or a pipe."""
+    if path.is_symlink():
+        path = path.resolve()
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise RunError(
+            f"{path} is no file, but a device or a pipe",
+            allowed="the name of a file, which is replaced if it is there",
+        )
+    return path
 
 
 def _new_name(folder: Path) -> Path:

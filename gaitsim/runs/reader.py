@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -262,8 +263,30 @@ class Run:
         """
         current, previous = self.path / CHECKPOINT, self.path / PREVIOUS
         if not current.exists() and not previous.exists():
+            self._check_beginning()
             return None
         return read_with_fallback(current, previous, rename=keep_damaged)
+
+    def _check_beginning(self) -> None:
+        """Check that a run without a checkpoint never had one.
+
+        A row of the history is written before its checkpoint, so there may be one.
+
+        Raises:
+            CheckpointError: there was one.
+        """
+        try:
+            with (self.path / HISTORY).open("rb") as file:
+                rows = [*islice(file, 3)][1:]
+        except OSError:
+            return
+        if len(rows) > 1:
+            raise CheckpointError(
+                f"{CHECKPOINT} and {PREVIOUS} are gone, but {HISTORY} holds generations",
+                where=str(self.path),
+                remedy="restore them from a copy; to begin anew: "
+                + command("run", self.path / EXPERIMENT),
+            )
 
     def check_fit(self, checkpoint: Checkpoint) -> None:
         """Check that the population of a checkpoint is one of the experiment beside it.
@@ -299,7 +322,8 @@ class Run:
         Of all, that is, whose scores can be compared with those of the last generation.
 
         Raises:
-            RunError: no generation is finished yet, there is no such one, or all failed.
+            RunError: no generation is finished yet, there is no such one, or all failed; or the
+                files of the run contradict each other.
         """
         bests = self.bests
         if not len(bests):
@@ -308,7 +332,14 @@ class Run:
             raise self._no_generation(generation, len(bests))
         first = self.comparable
         number = generation or first + int(np.argmax(bests["score"][first - 1 :]))
-        best = bests[number - 1]
+        best, told = bests[number - 1], self.history["best"][number - 1]
+        if best["score"] != told:
+            raise RunError(
+                f"the best score of generation {number} is {best['score']:g} in {BESTS}, but "
+                f"{told:g} in {HISTORY}",
+                where=str(self.path),
+                remedy="restore all files of the run from one copy",
+            )
         if not np.isfinite(best["score"]):
             which = f"generation {generation}"
             if generation is None:

@@ -41,6 +41,29 @@ def test_a_file_is_written_and_replaced(tmp_path):
     assert names(tmp_path) == ["a.pickle"]
 
 
+def put(path, data):
+    with replacing(path) as partial:
+        partial.write_bytes(data)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs pipes and links")
+@pytest.mark.parametrize("write", [write_bytes, put])
+def test_no_pipe_is_replaced_and_links_stay_links(tmp_path, write):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "to-pipe").symlink_to("pipe")
+    for name in ("pipe", "to-pipe", "/dev/null"):
+        with pytest.raises(RunError, match="is no file, but a device or a pipe"):
+            write(tmp_path / name, NEW)
+    assert (tmp_path / "pipe").is_fifo()
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link").symlink_to("folder/file")
+    for data in (OLD, NEW):
+        write(tmp_path / "link", data)
+        assert (tmp_path / "folder" / "file").read_bytes() == data
+    assert (tmp_path / "link").is_symlink()
+    assert names(tmp_path / "folder") == ["file"]
+
+
 def test_files_have_the_permissions_of_any_new_file(tmp_path):
     plain = tmp_path / "plain"
     plain.touch()

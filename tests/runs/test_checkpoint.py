@@ -84,7 +84,7 @@ champions = st.builds(
     Champion,
     experiment=st.text(),
     versions=versions,
-    generation=counts,
+    generation=st.integers(1, 2**63 - 1),
     genome=arrays(np.float64, 3, elements=reals) | arrays(np.uint8, 3),
     score=reals,
     terms=st.dictionaries(names, reals, max_size=3),

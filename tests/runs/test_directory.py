@@ -256,6 +256,27 @@ def test_a_run_is_written_and_read(whole, puppet):
     assert whole.champion()[:2] == (int(np.argmax(bests["score"])) + 1, bests["score"].max())
 
 
+def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
+    for name in ("population.pickle", "population.previous.pickle"):
+        (whole.path / name).unlink()
+    before = (whole.path / "history.csv").read_bytes()
+    with pytest.raises(CheckpointError, match=r"are gone, but history\.csv holds generations"):
+        Run(whole.path).generation  # noqa: B018
+    with pytest.raises(CheckpointError):
+        go_on(whole.path)
+    assert (whole.path / "history.csv").read_bytes() == before
+    # One row may have been written before its checkpoint, which was not.
+    (whole.path / "history.csv").write_bytes(b"\n".join(before.split(b"\n")[:2]) + b"\n")
+    assert Run(whole.path).generation == 0
+
+
+def test_a_best_that_the_history_does_not_know_is_refused(whole):
+    path = whole.path / "bests.bin"
+    path.write_bytes(np.random.default_rng(0).bytes(path.stat().st_size))
+    with pytest.raises(RunError, match=r"in bests\.bin, but .* in history\.csv"):
+        Run(whole.path).champion()
+
+
 def test_champions_are_kept_each_time_the_best_beats_the_threshold(whole):
     files = sorted((whole.path / "champions").iterdir())
     threshold, expected = 0.0, []
