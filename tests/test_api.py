@@ -108,6 +108,24 @@ def test_mistakes_are_told_before_the_loop() -> None:
         gs.evolve("spider").run  # noqa: B018
 
 
+@pytest.mark.parametrize("given", [["mutation.rate=.1"], "mutation.rate=.1", 3])
+def test_options_that_are_no_mapping_are_refused(given: Any, walked: gs.Search) -> None:
+    for begin in (lambda: gs.evolve("spider", set=given), lambda: walked.run.resume(set=given)):
+        with pytest.raises(gs.GaitsimError, match=r'such as \{"mutation.rate": 0.1\}'):
+            begin()
+
+
+@pytest.mark.parametrize("given", [0, -1, 1.5, "2", True])
+def test_what_is_no_number_of_workers_is_refused(
+    given: Any, walked: gs.Search, tmp_path: Path
+) -> None:
+    with pytest.raises(gs.GaitsimError, match="a whole number, 1 or more"):
+        gs.evolve("spider", workers=given, out=tmp_path / "refused")
+    with pytest.raises(gs.GaitsimError, match="a whole number, 1 or more"):
+        walked.run.resume(workers=given)
+    assert not list(tmp_path.iterdir())
+
+
 def test_leaving_a_loop_frees_the_workers_and_the_run(tmp_path: Path) -> None:
     out = tmp_path / "left"
     before = set(threading.enumerate())

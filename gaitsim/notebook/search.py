@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from gaitsim import evolution, toml
-from gaitsim.errors import RunError
+from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import Generation, spreading
 from gaitsim.experiment import Experiment, load_experiment, with_overrides
@@ -51,8 +51,10 @@ def evolve(
 
     Raises:
         ExperimentError: the experiment has problems, all of them in one message.
-        GaitsimError: there is no such preset or file, or the folder cannot be made.
+        GaitsimError: there is no such preset or file, the folder cannot be made, or `set` or
+            `workers` is nothing of the kind.
     """
+    _check_workers(workers)
     given = overrides(
         {
             "evolution.generations": generations,
@@ -72,7 +74,17 @@ def evolve(
 
 
 def overrides(short: Mapping[str, Any], set: Mapping[str, Any] | None) -> list[str]:
-    """Options given in Python as 'KEY=VALUE' texts; those of `short` that are None left out."""
+    """Options given in Python as 'KEY=VALUE' texts; those of `short` that are None left out.
+
+    Raises:
+        GaitsimError: `set` is no mapping.
+    """
+    if not isinstance(set, Mapping | None):
+        raise GaitsimError(
+            f"{set!r} are no options by key",
+            where="set",
+            allowed='a mapping, such as {"mutation.rate": 0.1}',
+        )
     given = {key: value for key, value in short.items() if value is not None} | dict(set or {})
     return [f"{key}={toml.text(_plain(value))}" for key, value in given.items()]
 
@@ -82,6 +94,17 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     return str(value) if isinstance(value, Path) else value
+
+
+def _check_workers(workers: Any) -> None:
+    """Refuse what is no number of workers."""
+    whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
+    if workers is not None and not (whole and workers >= 1):
+        raise GaitsimError(
+            f"{workers!r} is no number of workers",
+            where="workers",
+            allowed="a whole number, 1 or more; None for what suits the body",
+        )
 
 
 # The generations are functions' and not methods': a search that is left in the middle of its
@@ -119,7 +142,12 @@ def resumed(
     overrides: Sequence[str],
     generations: int | None,
 ) -> "Search":
-    """A search that goes on with a recorded run, further, or under changed options."""
+    """A search that goes on with a recorded run, further, or under changed options.
+
+    Raises:
+        GaitsimError: `workers` is no number of workers.
+    """
+    _check_workers(workers)
     return Search(experiment, path, _recorded(path, workers, overrides, generations))
 
 
