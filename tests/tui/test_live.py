@@ -108,6 +108,11 @@ def text(screen, selector):
     return screen.query_one(selector, Lines).text
 
 
+def footer(screen):
+    """What the footer offers."""
+    return {key.description for key in screen.query("FooterKey")}
+
+
 def problem(screen):
     panel = screen.query_one("#live-problem", Static)
     return str(panel.render()) if panel.display else ""
@@ -215,6 +220,15 @@ class TestSteering:
 
         live(run, test)
         assert Run(run).fingerprint() == whole(make, gaitsim, generations=150)
+
+    def test_the_footer_offers_what_can_be_done_once_it_has_finished(self, make):
+        async def test(screen, pilot):
+            await pilot.press("space")
+            await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            await until(pilot, lambda: "Stop" not in footer(screen), 10)
+            assert {"Goal", "Change", "Fork", "Replay", "Make"} <= footer(screen)
+
+        live(make(3), test, size=(160, 48))
 
     def test_it_goes_on_at_once_if_asked(self, make):
         async def test(screen, pilot):

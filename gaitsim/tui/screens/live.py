@@ -86,6 +86,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
         self._engine: Engine | None = None
         self._stopping = False
         self._state = ""
+        self._offers: tuple[object, ...] = ()
         self.title, self.sub_title = run.name, ""
 
     def compose(self) -> ComposeResult:
@@ -169,8 +170,11 @@ the app in any way, and the run can be gone on with exactly where it stood.
         if state == "finished":
             board.hint = f"{self.snapshot.reason}. g goes further, r replays, e makes files."
         board.stale()
-        if state != self._state:
-            self._state = state
+        self._state = state
+        # What keys do depends on these alone; the footer is laid out anew, which is slow.
+        offers = state, self._engine is not None, self.snapshot.champion is not None
+        if offers != self._offers:
+            self._offers = offers
             self.refresh_bindings()
 
     @work(thread=True, group="reread", exclusive=True)
