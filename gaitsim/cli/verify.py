@@ -116,6 +116,7 @@ def _print_json(path: str, verdict: "Verdict") -> None:
             ],
             "undigested": verdict.undigested,
             "warning": verdict.warning or None,
+            "damaged": list(verdict.damaged),
             "made_with": [{"first": origin.first, **origin.parts} for origin in verdict.origins],
             "elsewhere": list(verdict.elsewhere),
         }
@@ -123,17 +124,20 @@ def _print_json(path: str, verdict: "Verdict") -> None:
 
 
 def _print(path: str, verdict: "Verdict") -> None:
-    from gaitsim.cli.console import notice, visible
+    from gaitsim.cli.console import visible
 
-    if verdict.warning:
-        notice(f"Warning: {verdict.warning}")
     told = _told(verdict)
     if verdict.identical:
         print(visible(f"{path}: identical"))
+    elif not verdict.differences:
+        print(visible(f"{path}: different; what was compared of its generations is identical"))
     else:
         first, count = next(iter(verdict.differences)), len(verdict.differences)
         more = f"; {count - 1} more generations differ" if count > 1 else ""
         print(visible(f"{path}: different, first in generation {first}{more}"))
+    if not verdict.identical:
+        for text in verdict.damaged:
+            print(visible(f"  {text}"))
         for number, what in list(verdict.differences.items())[:SHOWN]:
             for text in what[:SHOWN]:
                 print(visible(f"  generation {number}: {text}"))

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import CheckpointError, RunError
+from gaitsim.errors import CheckpointError
 from gaitsim.evolution import Generation
 from gaitsim.experiment import Experiment
 from gaitsim.runs.checkpoint import Champion, Checkpoint, read_champion, read_checkpoint
@@ -38,13 +37,14 @@ class Recorded:
     Attributes:
         run: whose they are.
         checkpoint: the latest whole one.
-        previous: of the generation before it; None where it is missing or damaged.
+        previous: of the generation before it; None where there is none to be read.
         stages: of the run.
         columns: of the history.
         bests: each generation's best.
         islands: the best score of each island, (generations, islands).
         digests: each generation's; fewer where the last ones were lost, none in old runs.
         warning: what a user should know about how the run was found, or ''.
+        damaged: checkpoints that cannot be read, a text each: which, and why.
     """
 
     run: Run
@@ -56,22 +56,30 @@ class Recorded:
     islands: NDArray[np.float64]
     digests: NDArray[Any]
     warning: str
+    damaged: tuple[str, ...]
 
     @classmethod
     def of(cls, run: Run) -> "Recorded":
         """Read a run, which may grow meanwhile.
 
         Raises:
-            RunError: it is damaged, or no generation is finished.
+            RunError: no generation is finished, no checkpoint is whole, or a file is damaged
+                otherwise or may not be read.
         """
         found = run.checkpoint()
         if found is None:
             raise run.unfinished()
         checkpoint, warning = found
+        # A writer always leaves one of that name, so one that is missing was taken away.
+        damaged = [warning] if warning else []
         last = checkpoint.generation
         previous: Checkpoint | None = None
-        with suppress(RunError):  # a copy that `gaitsim fork` made has none
-            previous = read_checkpoint(run.path / PREVIOUS)
+        before = run.path / PREVIOUS
+        if before.exists():  # not in a run of one generation, nor in a copy by `gaitsim fork`
+            try:
+                previous = read_checkpoint(before)
+            except CheckpointError as error:
+                damaged.append(error.what)
         if previous is not None and previous.generation != last - 1:
             previous = None
         columns = {name: values[:last] for name, values in run.history.items()}
@@ -85,6 +93,7 @@ class Recorded:
             run.islands[:last],
             read_digests(run.path / DIGESTS)[:last],
             warning or "",
+            tuple(damaged),
         )
 
     @property

@@ -28,6 +28,7 @@ class Verdict:
         differences: what is not as recorded, by generation in order; {} where all is identical.
         undigested: how many generations have no digest to be compared with.
         warning: what a user should know about how the run was found, or ''.
+        damaged: checkpoints that cannot be read, a text each: which, and why.
         origins: what the run was made with; () where it does not say.
         elsewhere: where that differs from what is here, a text each.
     """
@@ -38,13 +39,14 @@ class Verdict:
     differences: Mapping[int, Sequence[str]]
     undigested: int
     warning: str
+    damaged: tuple[str, ...]
     origins: tuple[Origin, ...]
     elsewhere: tuple[str, ...]
 
     @property
     def identical(self) -> bool:
-        """Whether nothing differs."""
-        return not self.differences
+        """Whether nothing differs, and nothing that should be compared is damaged."""
+        return not (self.differences or self.damaged)
 
 
 def sample(last: int, count: int = SAMPLES) -> list[int]:
@@ -72,7 +74,8 @@ def verify(
         advance: is told of each one that is made.
 
     Raises:
-        RunError: the run is damaged, has no generation yet, or not one that is asked for.
+        RunError: the run is damaged beyond comparing, has no generation yet, or not one that is
+            asked for.
         ExperimentError: its experiment has problems, such as a plugin that is not installed.
         PluginError: a plugin fails.
     """
@@ -114,6 +117,7 @@ def verify(
         differences=found,
         undigested=recorded.undigested,
         warning=recorded.warning,
+        damaged=recorded.damaged,
         origins=tuple(origins),
         elsewhere=tuple(differences(origins, here(recorded.experiment(recorded.last)))),
     )

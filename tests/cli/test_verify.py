@@ -53,6 +53,32 @@ def test_json_is_one_object(gaitsim, run):
     assert [one["generation"] for one in found["differences"]] == [3]
 
 
+@pytest.mark.parametrize("name", ["population.pickle", "population.previous.pickle"])
+def test_a_damaged_checkpoint_ends_with_1_and_is_named(gaitsim, run, name):
+    path = run / name
+    path.write_bytes(path.read_bytes()[:50])
+    done = gaitsim("verify", "puppet", "--all", code=1)
+    lines = done.stdout.splitlines()
+    assert lines[0] == ("runs/puppet: different; what was compared of its generations is identical")
+    assert lines[1].startswith(f"  {name} cannot be read as a checkpoint: it is damaged: ")
+    assert done.stderr == ""
+    found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
+    assert (found["identical"], found["differences"]) == (False, [])
+    assert found["damaged"] == [lines[1].strip()]
+    # Told together with what differs in the generations.
+    spoil(run)
+    lines = gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()
+    assert lines[0] == "runs/puppet: different, first in generation 3"
+    assert lines[1].startswith(f"  {name} cannot be read")
+    assert lines[2].startswith("  generation 3: ")
+
+
+def test_no_whole_checkpoint_is_a_mistake(gaitsim, run):
+    for name in ("population.pickle", "population.previous.pickle"):
+        (run / name).write_bytes(b"")
+    assert "neither checkpoint can be read" in gaitsim("verify", "puppet", code=2).stderr
+
+
 def test_an_old_run_is_told_to_have_no_digests(gaitsim, run):
     (run / "digests.bin").unlink()
     (run / "origins.json").unlink()

@@ -52,6 +52,7 @@ def test_a_run_of_stages_is_identical(run):
     assert verdict.identical, verdict.differences
     assert verdict.whole == tuple(range(1, LAST + 1))
     assert (verdict.undigested, verdict.warning, verdict.elsewhere) == (0, "", ())
+    assert verdict.damaged == ()
     assert [origin.first for origin in verdict.origins] == [1]
     sampled = verify(run, workers=1)
     assert sampled.identical, sampled.differences
@@ -199,6 +200,45 @@ def test_the_checkpoint_before_is_compared_too(run):
     before = read_checkpoint(run.path / "population.previous.pickle")
     forge_checkpoint(run, "population.previous.pickle", genomes=one_gene(before.genomes))
     assert [*verify(run, [1], workers=1).differences] == [LAST - 1]
+
+
+def cut(data):
+    return data[:50]
+
+
+def flipped(data):
+    return data[:-9] + bytes([data[-9] ^ 1]) + data[-8:]
+
+
+@pytest.mark.parametrize("spoilt", [cut, flipped, lambda data: b""])
+@pytest.mark.parametrize("name", ["population.pickle", "population.previous.pickle"])
+def test_a_damaged_checkpoint_is_a_difference(run, name, spoilt):
+    path = run.path / name
+    path.write_bytes(spoilt(path.read_bytes()))
+    for verdict in (everything(run), verify(run, workers=1)):
+        assert not verdict.identical
+        (text,) = verdict.damaged
+        assert text.startswith(f"{name} cannot be read as a checkpoint: it is ")
+        # All that is left is compared.
+        assert verdict.differences == {}
+        left = LAST - 1 if name == "population.pickle" else LAST
+        assert max(verdict.whole + verdict.best) == verdict.last == left
+
+
+def test_a_checkpoint_that_is_gone_is_a_difference_unless_it_is_the_one_before(run):
+    (run.path / "population.previous.pickle").rename(run.path / "kept")
+    assert everything(run).identical
+    (run.path / "kept").rename(run.path / "population.previous.pickle")
+    (run.path / "population.pickle").unlink()
+    verdict = everything(run)
+    assert not verdict.identical
+    assert "population.pickle cannot be read as a checkpoint: there is no" in verdict.damaged[0]
+
+
+def test_a_run_of_one_generation_has_no_checkpoint_before(puppet, tmp_path):
+    one = evolve(create_run(puppet("evolution.generations=1"), tmp_path / "one"))
+    assert not (one.path / "population.previous.pickle").exists()
+    assert everything(one).identical
 
 
 @pytest.mark.parametrize("changes", [{"best_score": 99.0}, {"stagnation": 77}])
