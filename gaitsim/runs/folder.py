@@ -54,11 +54,18 @@ def find_run(reference: str) -> Path:
         # os.path, unlike pathlib, answers for names that no file can have, too.
         if os.path.isfile(path / EXPERIMENT):  # noqa: PTH113
             return path
-    if any(os.path.isdir(path) for path in places):  # noqa: PTH112
-        raise RunError(
-            f"{reference} is not a run: it holds no {EXPERIMENT}",
-            remedy="'gaitsim runs' lists the runs here",
-        )
+    for path in places:
+        if os.path.isfile(path / CHECKPOINT):  # noqa: PTH113
+            raise RunError(
+                f"the run {path} has lost its {EXPERIMENT}",
+                remedy="restore it from a copy of the run; the checkpoint holds its text, too",
+            )
+    for path in places:
+        if os.path.isdir(path):  # noqa: PTH112
+            raise RunError(
+                f"{path} is not a run: it holds no {EXPERIMENT}",
+                remedy="'gaitsim runs' lists the runs here",
+            )
     known = [run.name for run in list_runs(RUNS)]
     raise RunError(
         f"there is no run {reference!r}",

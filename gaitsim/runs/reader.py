@@ -310,8 +310,10 @@ class Run:
 
     def ends_early(self, name: str, found: int, generation: int) -> RunError:
         """The error of a file that lacks records which the checkpoint counts."""
+        there = (self.path / name).exists()
+        what = f"{name} ends at generation {found}" if there else f"there is no {name}"
         return RunError(
-            f"{name} ends at generation {found}, but the checkpoint is of generation {generation}",
+            f"{what}, but the checkpoint is of generation {generation}",
             where=str(self.path / name),
             remedy="restore all files of the run from one copy",
         )

@@ -203,6 +203,12 @@ def test_a_folder_without_an_experiment_is_no_run():
             find_run(name)
 
 
+def test_a_run_without_its_experiment_is_told_from_a_folder(whole):
+    (whole.path / "experiment.toml").unlink()
+    with pytest.raises(RunError, match=r"the run whole has lost its experiment\.toml"):
+        find_run("whole")
+
+
 def test_runs_are_listed_oldest_first(puppet):
     assert list_runs(Path("runs")) == []
     paths = [create_run(puppet()) for _ in range(3)]
@@ -437,10 +443,11 @@ def test_records_that_are_missing_are_one_message(half, name, keep):
         file.unlink()
     else:
         file.write_bytes(file.read_bytes()[: int(file.stat().st_size * keep)])
+    what = f"there is no {name}" if keep is None else f"{name} ends at generation [012]"
     asked = [lambda: RunWriter(half.path)]
     asked += [half.fingerprint, lambda: half.history] if name == "history.csv" else [half.champion]
     for ask in asked:
-        with pytest.raises(RunError, match=f"{name} ends at generation [012], but .* 4") as error:
+        with pytest.raises(RunError, match=f"{what}, but .* 4") as error:
             ask()
         assert error.value.where == str(file)
         assert "from one copy" in error.value.remedy
