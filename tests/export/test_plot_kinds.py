@@ -234,6 +234,41 @@ def test_a_body_far_smaller_than_its_path_is_enlarged_and_it_is_said(flier, monk
     assert any("body × 10" in text for text in texts(path_figure(Request(flier, (shown,)))))
 
 
+@pytest.mark.parametrize(
+    ("size", "low", "high"),
+    [
+        (0.2, [0, 0, 0], [0, 0, 100.0]),
+        (0.5, [0, 0, 0.3], [-0.7, 0, -3.4]),  # a fall
+        (0.5, [0, 0, 0.3], [-4, 0, -1.2]),  # down a slope
+        (0.5, [0, 0, -0.2], [-4, 0, -1.25]),
+        (0.05, [0, 0, 0.01], [0.11, 0, 0.01]),  # a walk of centimetres
+        (0.01, [0, 0, 0], [0.003, 0.004, 0.02]),
+        (0.001, [0, 0, 0], [-0.003, -0.004, 0]),
+        (1, [0, 0, 0], [2500, -1200, 900]),
+    ],
+)
+def test_no_text_of_a_path_is_over_another(flier, size, low, high):
+    shown = replay(flier)
+    centre = np.linspace(low, high, 20)
+    cross = np.array([[[size, 0, 0], [-size, 0, 0]], [[0, size, 0], [0, -size, 0]]])
+    skeleton = Skeleton(centre[:, None, None] + cross, ("x", "y"), 4.0, centre=centre)
+    object.__setattr__(shown, "skeleton", skeleton)
+    figure = path_figure(Request(flier, (shown,)))
+    with styled(LIGHT):
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        written = [text for text in figure.axes[0].texts if text.get_text()]
+        boxes = [text.get_window_extent(canvas.get_renderer()) for text in written]
+    assert {"x (m)", "y (m)"} < {text.get_text() for text in written}
+    over = [
+        (written[one].get_text(), written[other].get_text())
+        for other in range(len(boxes))
+        for one in range(other)
+        if boxes[one].overlaps(boxes[other])
+    ]
+    assert over == []
+
+
 @pytest.mark.parametrize("broken", ["all", "some"])
 def test_frames_that_are_nowhere_are_left_out_of_the_path(flier, broken):
     shown = replay(flier)

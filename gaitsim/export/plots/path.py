@@ -70,6 +70,10 @@ def path_figure(request: Request) -> "Figure":
         assert figure is not None, "they are the panels of one"
         _corner_view(space, scene, low, high, scale, theme)
         _top_view(above, scene, theme)
+        # What is written takes room; what is left for the scene tells which numbers fit.
+        scale = _measured(space)
+        space.clear()
+        _corner_view(space, scene, low, high, scale, theme)
         text = heading_of([replay])
         handles, labels = space.get_legend_handles_labels()
         if scene.factor > 1:
@@ -104,7 +108,7 @@ def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
 
 
 def _panels(low: Floats, high: Floats) -> tuple["Axes", "Axes", float]:
-    """Panels for the views from a corner and from above, and points a metre in the first.
+    """Panels for the views from a corner and from above, and about how many points a metre is.
 
     One is over the other; beside each other for what is tall and slim.
     """
@@ -124,6 +128,15 @@ def _panels(low: Floats, high: Floats) -> tuple["Axes", "Axes", float]:
     top, bottom = figure.subplots(2, 1, height_ratios=(scale * height + 0.35, second + 0.2))
     bottom.set_aspect("equal", adjustable="datalim")  # fills the width
     return top, bottom, 72 * scale
+
+
+def _measured(axes: "Axes") -> float:
+    """Points on paper a metre, once all is laid out."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None, "it is one of its panels"
+    figure.draw_without_rendering()
+    (left, _), (right, _) = axes.transData.transform([(0, 0), (1, 0)])
+    return float((right - left) * 72 / figure.dpi)
 
 
 def _corner_view(

@@ -1,6 +1,7 @@
 """A view from a corner: points in space on paper, at one scale, on a floor with a grid."""
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,9 @@ VIEW: Floats = np.array(
     ]
 )
 
-_ROOM = (24.0, 9.0)  # points that a number takes across and down
+_SIZE = 7  # points of what is written
+# Points from one number to the next: between them across, from middle to middle down.
+_APART = (5.0, 10.0)
 
 
 def seen(points: NDArray[np.floating]) -> Floats:
@@ -64,17 +67,20 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
             ends[:, axis] = line * step
             axes.plot(*seen(ends).T, color=theme.faint, linewidth=0.5, alpha=0.7, zorder=0)
     # The corner is left to y.
-    for line in _labelled(int(first[0]), int(last[0]) - 1, _ROOM[0] / (step * scale * VIEW[0, 0])):
+    across = range(int(first[0]), int(last[0]))
+    room = _longest(line * step for line in across) + _APART[0]
+    for line in _labelled(across[0], across[-1], room / (step * scale * VIEW[0, 0])):
         at = seen(np.array([line * step, begin[1], z]))
-        _write(axes, at, f"{line * step:g}", (0, -2), ha="center", va="top")
-    for line in _labelled(int(first[1]), int(last[1]), _ROOM[1] / (step * scale * VIEW[1, 1])):
+        _write(axes, at, f"{line * step:g}", (0, -4.5), ha="center", va="top")
+    deep = _labelled(int(first[1]), int(last[1]), _APART[1] / (step * scale * VIEW[1, 1]))
+    for line in deep:
         at = seen(np.array([end[0], line * step, z]))
         _write(axes, at, f"{line * step:g}", (3, -1), ha="left", va="center")
     _write(
         axes,
         seen(np.array([(begin[0] + end[0]) / 2, begin[1], z])),
         "x (m)",
-        (0, -11),
+        (0, -13),
         ha="center",
         va="top",
     )
@@ -82,7 +88,8 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
         axes,
         seen(np.array([end[0], (begin[1] + end[1]) / 2, z])),
         "y (m)",
-        (20, -4),
+        # The floor's side leans to the right, and so do its numbers.
+        (3 + _longest(line * step for line in deep) + 6, -4),
         ha="left",
         va="center",
     )
@@ -112,7 +119,8 @@ def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
         )
         _write(axes, at, f"{line * step:g}", (-4, 0), ha="right", va="center")
     middle = seen(np.array([*foot[:2], (foot[2] + last * step) / 2]))
-    _write(axes, middle, "z (m)", (-18, 0), ha="right", va="center", rotation=90)
+    aside = 4 + _longest(line * step for line in range(first, last + 1)) + 3
+    _write(axes, middle, "z (m)", (-aside, 0), ha="right", va="center", rotation=90)
 
 
 def _labelled(first: int, last: int, least: float) -> range:
@@ -121,13 +129,26 @@ def _labelled(first: int, last: int, least: float) -> range:
     return range(math.ceil(first / every) * every, last + 1, every)
 
 
+def _longest(numbers: Iterable[float]) -> float:
+    """Points across that the longest of some numbers takes."""
+    from matplotlib.textpath import TextPath
+
+    paths = [TextPath((0, 0), _printed(f"{number:g}"), size=_SIZE) for number in numbers]
+    return max((float(path.get_extents().x1) for path in paths), default=0.0)
+
+
+def _printed(text: str) -> str:
+    """With a true minus sign, as axes write it."""
+    return text.replace("-", "−")
+
+
 def _write(axes: "Axes", at: Floats, text: str, shift: tuple[float, float], **how: Any) -> None:
     axes.annotate(
-        text.replace("-", "−"),
+        _printed(text),
         (float(at[0]), float(at[1])),
         xytext=shift,
         textcoords="offset points",
-        fontsize=7,
+        fontsize=_SIZE,
         annotation_clip=False,
         **how,
     )
