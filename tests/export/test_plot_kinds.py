@@ -333,6 +333,12 @@ def test_what_has_directions_has_a_panel_each(bundled):
     assert {"near", "far"} <= texts(figure)
 
 
+def test_a_unit_of_two_words_is_read_whole(bundled):
+    torque = read_channel(replay(bundled("walker")), "torque")
+    assert torque.unit == "N m"
+    assert torque.description == "size of its mean since the frame before"
+
+
 def test_as_many_trials_as_feet_are_trials(spider, monkeypatch):
     shown = replay(spider)
     body = type(shown.experiment.organism)

@@ -118,7 +118,8 @@ def read_channel(replay: Replay, name: str) -> Channel:
     with containing(entry, "naming its joints"):
         joints = tuple(str(joint) for joint in organism.joint_names())
     feet = replay.skeleton.contact_names
-    unit = next((unit for unit in UNITS if re.match(rf"{re.escape(unit)}(?:[,;:. ]|$)", words)), "")
+    fitting = [unit for unit in UNITS if re.match(rf"{re.escape(unit)}(?:[,;:. ]|$)", words)]
+    unit = max(fitting, key=len, default="")  # 'N m' begins as 'N' does
     said = words.removeprefix(unit).lstrip(",;:. ")
     axes: list[tuple[str, ...]] = []
     for index, length in enumerate(values.shape[1:]):
