@@ -57,6 +57,14 @@ def test_the_rank_test_is_scipy_s() -> None:
     assert found.differs
 
 
+def test_few_values_with_ties_are_tested_exactly() -> None:
+    (found,) = compare({"a": [5.0] * 5, "b": [1.0, 2.0, 2.0, 3.0, 1.0]})
+    assert found.p == pytest.approx(2 / 252)  # the two of all ways to deal them that are as far
+    first, second = [1.0, 4.0, 6.0], [2.0, 3.0, 5.0, 7.0]
+    (found,) = compare({"a": first, "b": second})
+    assert found.p == pytest.approx(stats.mannwhitneyu(first, second, method="exact").pvalue)
+
+
 def test_equal_constants_do_not_differ() -> None:
     (found,) = compare({"a": [1.0, 1.0], "b": [1.0, 1.0, 1.0]})
     assert (found.p, found.a12, found.effect, found.differs) == (1, 0.5, "negligible", False)
