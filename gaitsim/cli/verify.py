@@ -1,7 +1,7 @@
 """`gaitsim verify`."""
 
 import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -32,9 +32,10 @@ def verify(
 ) -> None:
     """Make generations of a run again, and see that they are the same to the last bit.
 
-    All files of the run are compared with one another. The first generation is drawn and the last
-    one bred again; of others, the best individual is moved and judged again. Every generation is
-    bred and judged again with --all, from the experiment alone.
+    All files of the run are compared with one another, and experiment.toml with the options that
+    the last generation was made with. The first generation is drawn and the last one bred again; of
+    others, the best individual is moved and judged again. Every generation is bred and judged again
+    with --all, from those options alone.
 
     Ends with 0 where all is identical, with 1 where something differs.
 
@@ -101,6 +102,8 @@ def _verify(
 
 
 def _print_json(path: str, verdict: "Verdict") -> None:
+    from pydantic_core import to_jsonable_python
+
     from gaitsim.cli.console import print_json
 
     print_json(
@@ -117,6 +120,14 @@ def _print_json(path: str, verdict: "Verdict") -> None:
             "undigested": verdict.undigested,
             "warning": verdict.warning or None,
             "damaged": list(verdict.damaged),
+            "experiment": [
+                {
+                    "option": change.key,
+                    "file": to_jsonable_python(change.now, serialize_unknown=True),
+                    "made_with": to_jsonable_python(change.then, serialize_unknown=True),
+                }
+                for change in verdict.asked
+            ],
             "made_with": [{"first": origin.first, **origin.parts} for origin in verdict.origins],
             "elsewhere": list(verdict.elsewhere),
         }
@@ -136,7 +147,7 @@ def _print(path: str, verdict: "Verdict") -> None:
         more = f"; {count - 1} more generations differ" if count > 1 else ""
         print(visible(f"{path}: different, first in generation {first}{more}"))
     if not verdict.identical:
-        for text in verdict.damaged:
+        for text in (*_asked(verdict), *verdict.damaged):
             print(visible(f"  {text}"))
         for number, what in list(verdict.differences.items())[:SHOWN]:
             for text in what[:SHOWN]:
@@ -145,6 +156,26 @@ def _print(path: str, verdict: "Verdict") -> None:
                 print(f"  generation {number}: and {len(what) - SHOWN} more")
     for text in told:
         print(visible(text))
+
+
+def _asked(verdict: "Verdict") -> list[str]:
+    """What `experiment.toml` asks for that the run was not made with, in one text."""
+    from gaitsim.runs.folder import EXPERIMENT
+    from gaitsim.toml import literal
+
+    def value(found: Any) -> str:
+        return "not set" if found is None else literal(found)
+
+    if not verdict.asked:
+        return []
+    options = "; ".join(
+        f"{change.key}: {value(change.now)}, made with {value(change.then)}"
+        for change in verdict.asked
+    )
+    return [
+        f"{EXPERIMENT} asks for other options than the run was made with ({options}): "
+        f"they would hold from generation {verdict.last + 1} on"
+    ]
 
 
 def _told(verdict: "Verdict") -> list[str]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import CheckpointError
 from gaitsim.evolution import Generation
-from gaitsim.experiment import Experiment
+from gaitsim.experiment import Evolution, Experiment
 from gaitsim.runs.checkpoint import Champion, Checkpoint, read_champion, read_checkpoint
 from gaitsim.runs.digests import NONE, of_genomes, of_row, of_scores, read_digests
 from gaitsim.runs.folder import (
@@ -27,7 +27,11 @@ from gaitsim.runs.folder import (
 from gaitsim.runs.history import best_terms, island_bests, islands_record, row
 from gaitsim.runs.opening import restored
 from gaitsim.runs.reader import Run
-from gaitsim.runs.stages import RunStage, comparable, stages_of
+from gaitsim.runs.stages import Change, RunStage, comparable, pending, stages_of
+from gaitsim.toml import parse
+
+KEEPING = ("fitness_threshold", "delta_fitness")
+"""Options of [evolution] that begin no stage, yet say which champions are kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +146,21 @@ class Recorded:
         return record + islands_record(self.islands[generation - 1])
 
     @cached_property
+    def asked_otherwise(self) -> tuple[Change, ...]:
+        """By what `experiment.toml` differs from the experiment of the last generation.
+
+        Options that only say how long the search goes are left out.
+
+        Raises:
+            ExperimentError: the file has problems.
+        """
+        made = self.checkpoint.experiment
+        if made == self.run.experiment_text:
+            return ()
+        experiment = self.run.experiment
+        return (*pending(self.checkpoint, experiment), *_keeping(made, experiment))
+
+    @cached_property
     def champions(self) -> dict[int, Champion | CheckpointError]:
         """The kept champions by generation; the error of one that cannot be read."""
         found: dict[int, Champion | CheckpointError] = {}
@@ -152,6 +171,17 @@ class Recorded:
             except CheckpointError as error:
                 found[generation] = error
         return found
+
+
+def _keeping(made: str, experiment: Experiment) -> tuple[Change, ...]:
+    """By what other champions would be kept than by the experiment `made`, in TOML."""
+    then = Evolution().model_dump() | parse(made, "the checkpoint").get("evolution", {})
+    now = experiment.evolution.model_dump()
+    if then["fitness_threshold"] is None and now["fitness_threshold"] is None:
+        return ()  # none are kept, by whatever step
+    return tuple(
+        Change(f"evolution.{key}", then[key], now[key]) for key in KEEPING if then[key] != now[key]
+    )
 
 
 def disagreements(recorded: Recorded) -> dict[int, list[str]]:

@@ -12,6 +12,7 @@ from gaitsim.runs.again import all_again, some_again
 from gaitsim.runs.origins import Origin, differences, here, read_origins
 from gaitsim.runs.reader import Run
 from gaitsim.runs.recorded import Recorded, disagreements
+from gaitsim.runs.stages import Change
 
 SAMPLES = 10
 """How many generations are made again where none are asked for."""
@@ -29,6 +30,8 @@ class Verdict:
         undigested: how many generations have no digest to be compared with.
         warning: what a user should know about how the run was found, or ''.
         damaged: checkpoints that cannot be read, a text each: which, and why.
+        asked: the options of `experiment.toml`, the end of the search aside, that are not those
+            that the last generation was made with.
         origins: what the run was made with; () where it does not say.
         elsewhere: where that differs from what is here, a text each.
     """
@@ -40,13 +43,14 @@ class Verdict:
     undigested: int
     warning: str
     damaged: tuple[str, ...]
+    asked: tuple[Change, ...]
     origins: tuple[Origin, ...]
     elsewhere: tuple[str, ...]
 
     @property
     def identical(self) -> bool:
-        """Whether nothing differs, and nothing that should be compared is damaged."""
-        return not (self.differences or self.damaged)
+        """Whether nothing differs: no generation, no checkpoint, no option in the file."""
+        return not (self.differences or self.damaged or self.asked)
 
 
 def sample(last: int, count: int = SAMPLES) -> list[int]:
@@ -118,6 +122,7 @@ def verify(
         undigested=recorded.undigested,
         warning=recorded.warning,
         damaged=recorded.damaged,
+        asked=recorded.asked_otherwise,
         origins=tuple(origins),
         elsewhere=tuple(differences(origins, here(recorded.experiment(recorded.last)))),
     )

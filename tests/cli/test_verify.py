@@ -73,6 +73,34 @@ def test_a_damaged_checkpoint_ends_with_1_and_is_named(gaitsim, run, name):
     assert lines[2].startswith("  generation 3: ")
 
 
+def test_a_changed_experiment_file_ends_with_1_and_names_the_options(gaitsim, run):
+    path = run / "experiment.toml"
+    text = path.read_text()
+    path.write_text(text.replace("seed = 1", "seed = 77").replace("elites = 2", "elites = 0"))
+    assert gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()[:2] == [
+        "runs/puppet: different; what was compared of its generations is identical",
+        "  experiment.toml asks for other options than the run was made with (seed: 77, "
+        "made with 1; evolution.elites: 0, made with 2): they would hold from generation 6 on",
+    ]
+    found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
+    assert (found["identical"], found["differences"]) == (False, [])
+    assert found["experiment"] == [
+        {"option": "seed", "file": 77, "made_with": 1},
+        {"option": "evolution.elites", "file": 0, "made_with": 2},
+    ]
+    path.write_text(text)
+    assert json.loads(gaitsim("verify", "puppet", "--json").stdout)["experiment"] == []
+
+
+def test_a_run_that_was_led_on_is_identical(gaitsim, run):
+    gaitsim("resume", "puppet", "--generations", 7)
+    gaitsim("verify", "puppet", "--all", "--workers", 1)
+    gaitsim("resume", "puppet", "--set", "evolution.elites=1", "--generations", 9)
+    gaitsim("verify", "puppet", "--all", "--workers", 1)
+    gaitsim("fork", "puppet", "--generations", 20)
+    gaitsim("verify", "puppet-2", "--all", "--workers", 1)
+
+
 def test_no_whole_checkpoint_is_a_mistake(gaitsim, run):
     for name in ("population.pickle", "population.previous.pickle"):
         (run / name).write_bytes(b"")

@@ -270,6 +270,64 @@ def test_an_option_that_was_changed_is_found(run):
     assert "the genomes of the population are others" in verdict.differences[1]
 
 
+def edit(run, *overrides):
+    """Change the experiment's file as by hand."""
+    text = with_overrides(run.experiment, overrides).to_toml()
+    (run.path / "experiment.toml").write_text(text)
+    return Run(run.path)
+
+
+@pytest.mark.parametrize(
+    ("override", "change"),
+    [
+        ("seed=77", ("seed", 1, 77)),
+        ("mutation.plugin=none", ("mutation.plugin", "puppet-jitter", "none")),
+        ("fitness.price=0.9", ("fitness.price", 0.4, 0.9)),
+        ("evolution.elites=2", ("evolution.elites", 1, 2)),
+        ("evolution.fitness_threshold=7", ("evolution.fitness_threshold", 0.0, 7.0)),
+        ("evolution.delta_fitness=7", ("evolution.delta_fitness", 0.1, 7.0)),
+    ],
+)
+def test_a_changed_experiment_file_is_a_difference(run, override, change):
+    edited = edit(run, override)
+    for verdict in (everything(edited), verify(edited, [2, LAST], workers=1)):
+        assert not verdict.identical
+        assert [(one.key, one.then, one.now) for one in verdict.asked] == [change]
+        assert (verdict.differences, verdict.damaged) == ({}, ())
+    # Once a generation was made with it, the file is right again.
+    evolve(run.path, generations=LAST + 1)
+    assert verify(Run(run.path), workers=1).identical
+
+
+def test_an_option_that_the_file_lacks_is_its_default(run):
+    path = run.path / "experiment.toml"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(line for line in lines if not line.startswith("price")))
+    assert [one.key for one in everything(Run(run.path)).asked] == ["fitness.price"]
+
+
+def test_the_end_of_the_search_and_its_name_may_be_others(run):
+    ends = ["generations=99", "target_score=50", "max_evaluations=9999", "stagnation=40"]
+    edited = edit(run, *(f"evolution.{end}" for end in ends), "name=another")
+    path = run.path / "experiment.toml"
+    path.write_text("# A remark.\n" + path.read_text())
+    assert everything(edited).identical
+    assert everything(edited).asked == ()
+
+
+def test_the_step_between_champions_is_nothing_where_none_are_kept(puppet, tmp_path):
+    one = evolve(create_run(puppet(), tmp_path / "one"))
+    assert everything(edit(one, "evolution.delta_fitness=7")).identical
+
+
+def test_a_stage_that_has_not_begun_is_told(run):
+    fork = Run(fork_run(run.path, overrides=["fitness.price=0.2"], generations=LAST + 2))
+    verdict = everything(fork)
+    assert ([one.key for one in verdict.asked], verdict.differences) == (["fitness.price"], {})
+    evolve(fork.path)
+    assert everything(Run(fork.path)).identical
+
+
 def test_an_old_run_is_verified_by_history_and_bests(run):
     (run.path / "digests.bin").unlink()
     (run.path / "origins.json").unlink()
