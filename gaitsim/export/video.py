@@ -10,6 +10,7 @@ import numpy as np
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.export.encoder import encode
 from gaitsim.export.gait import check_folder
+from gaitsim.export.plots.channels import trials_of
 from gaitsim.export.scene import THEMES, VIEWS, Picture, Scene, Take
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import Replay, replay
@@ -263,6 +264,8 @@ def _take(shown: Replay, speed: float, alone: bool) -> Take:
     name, generation = shown.run.path.resolve().name, f"generation {shown.generation}"
     score = f"score {shown.score:.4g}".replace("-", "−")
     title, *details = (name, generation, score) if alone else (generation, score, name)
+    if (trials := trials_of(shown)) > 1:
+        details.append(f"first of {trials} trials")
     if speed != 1:
         details.append(f"{speed:g} × speed")
     return Take(skeleton, title, "   ".join(details))

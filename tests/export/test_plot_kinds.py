@@ -283,6 +283,13 @@ def test_frames_that_are_nowhere_are_left_out_of_the_path(flier, broken):
             path_figure(request)
 
 
+def test_a_path_says_of_which_flight_it_is(bundled):
+    assert "path, first of 3 trials" in texts(path_figure(asked(bundled("fly"))))
+    walker = texts(path_figure(asked(bundled("walker"))))
+    assert "path" in walker
+    assert not any("trial" in text for text in walker)
+
+
 def test_a_body_that_is_one_point_has_a_path(puppet_run):
     assert "start" in texts(path_figure(asked(puppet_run())))
 

@@ -220,6 +220,15 @@ def test_one_generation_is_named(spider):
     assert panel.take.details.startswith("generation 2   score ")
 
 
+def test_a_video_says_which_flight_it_shows(bundled):
+    (panel,) = Video(bundled("fly"), (), Look(intro=False, speed=0.5))._scene.panels
+    assert panel.take.details.endswith("   first of 3 trials   0.5 × speed")
+    several = Video(bundled("fly"), (1, 1), Look(intro=False))._scene.panels
+    assert all(panel.take.details.endswith("   first of 3 trials") for panel in several)
+    (panel,) = Video(bundled("walker"), (), Look(intro=False))._scene.panels
+    assert "trial" not in panel.take.details
+
+
 def test_the_same_video_is_the_same_file(spider, tmp_path):
     for format in ("mp4", "gif"):
         paths = [tmp_path / f"{name}.{format}" for name in "ab"]

@@ -84,6 +84,17 @@ def read_values(replay: Replay, name: str) -> NDArray[Any]:
     return one
 
 
+def trials_of(replay: Replay) -> int:
+    """From how many starts the individual moved: an axis of its channels; a skeleton shows one."""
+    for name, description in replay.experiment.organism.channels.items():
+        tokens, _ = _parsed(description)
+        if TRIALS in tokens[1:]:
+            shape = read_values(replay, name).shape
+            if len(shape) + 1 == len(tokens):
+                return int(shape[tokens.index(TRIALS) - 1])
+    return 1
+
+
 def over_time(replay: Replay, name: str) -> bool:
     """Whether a channel that the body has goes over time."""
     values = read_values(replay, name)
