@@ -10,8 +10,10 @@ from textual import work
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
+from textual.events import Key
 from textual.screen import Screen
 from textual.types import CSSPathType
+from textual.widgets import Input
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
@@ -247,6 +249,15 @@ class GaitsimApp(App[None]):
                 return
             await self.tasks.stop_all()
         self.exit()
+
+    def on_key(self, event: Key) -> None:
+        """Take a letter that was on its way to another widget when a field got the focus.
+
+        Of letters that come at one stroke, the first may open the field that the others are for.
+        """
+        if isinstance(self.focused, Input) and event.character and event.is_printable:
+            self.focused.insert_text_at_cursor(event.character)
+            event.prevent_default()
 
     async def action_quit(self) -> None:
         """End the app, if all screens may be left."""

@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from textual.events import Key
+from textual.keys import _character_to_key
+from textual.widgets import Input
 
 from gaitsim.runs.lock import RunLock, is_locked
 from gaitsim.tui.screens.home import Home
@@ -231,6 +234,21 @@ class TestSortingAndFiltering:
             await driver.press("escape")
             assert len(names(driver)) == 3
             assert driver.app.focused is driver.screen.query_one("#runs")
+
+        drive(test)
+
+    @pytest.mark.parametrize("text", ["new", "dy", "q r", "/?"])
+    def test_letters_that_come_at_one_stroke_are_text(self, three, drive, text):
+        async def test(driver):
+            for char in f"/{text}":
+                driver.app.post_message(Key(_character_to_key(char), char))
+            box = driver.screen.query_one("#filter", Input)
+            await driver.until(lambda: box.value == text, 10)
+            assert isinstance(driver.screen, Home)
+            assert driver.screen.filter == text
+            await driver.press("escape", "space")
+            assert driver.screen.query_one("#runs").marked
+            assert box.value == ""
 
         drive(test)
 

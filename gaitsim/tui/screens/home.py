@@ -114,7 +114,6 @@ followed as they go.
         if self._table is None:
             self._table = RunTable(id="runs")
             self.mount(self._table, before="#details")
-            self._table.focus()
             self.call_after_refresh(self._show)
             return
         self._table.show(self.runs, self.filter, self.gaitsim.clock())
@@ -127,7 +126,7 @@ followed as they go.
             folder, colours = self.gaitsim.folder, self.app.theme_variables
             empty.update(no_runs(folder, len(self.runs), self.filter, self._problem, colours))
         elif self.focused is None:
-            self._table.focus()
+            self.set_focus(self._table)
         running = sum(run.state == "running" for run in self.runs)
         count = f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}"
         self.sub_title = " · ".join(
@@ -188,21 +187,20 @@ followed as they go.
 
     @on(Input.Submitted, "#filter")
     def _entered(self) -> None:
-        if self._table is not None:
-            self._table.focus()
+        self.set_focus(self._table)
 
     def action_filter(self) -> None:
         """Type words to look for."""
         box = self.query_one("#filter", Input)
         box.display = True
-        box.focus()
+        self.set_focus(box)  # at once: `box.focus()` waits, and letters would act as commands
 
     def action_back(self) -> None:
         """Show all runs again."""
         box = self.query_one("#filter", Input)
         box.value, box.display = "", False
-        if self._table is not None:
-            self._table.focus()
+        self.filter = ""
+        self.set_focus(self._table)
 
     @on(DataTable.RowSelected)
     def action_open(self) -> None:
