@@ -64,7 +64,7 @@ class Organism(Plugin):
 
     @abstractmethod
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """The body of one individual over time, to draw."""
+        """The body of one individual over time, to draw; of several trials, the first."""
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """How far, how steady, how clean each individual moved, for people. None by default."""
