@@ -211,6 +211,7 @@ class TestBeginning:
             before = preset.value
             preset.value = "fly"
             await driver.at("Confirm")
+            assert driver.text(".dialog-about") == "1 change is dropped."
             await driver.press("n")
             await driver.until(lambda: preset.value == before)
             assert screen._draft.changes

@@ -214,7 +214,8 @@ What you change is shown as the **command** that does the same, and as the exper
         """Begin with another ready experiment, if what was changed may go."""
         if self._draft is not None:
             count, before = len(self._draft.changes), self._draft.ready.reference
-            question = Confirm(f"Begin with {reference}?", "Begin", f"{count} changes are dropped.")
+            about = "1 change is dropped." if count == 1 else f"{count} changes are dropped."
+            question = Confirm(f"Begin with {reference}?", "Begin", about)
             if count and not await self.app.push_screen_wait(question):
                 self._fill_presets(before)
                 return
