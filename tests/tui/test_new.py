@@ -269,6 +269,17 @@ class TestLeaving:
 
         fill(test)
 
+    def test_the_name_that_the_run_will_have_is_told(self, fill):
+        Path("runs/puppet").mkdir(parents=True)
+        Path("runs/puppet-2").symlink_to("nowhere")
+
+        async def test(driver, screen):
+            assert said(screen) == "✓ It can run, as runs/puppet-3"
+            await driver.press("ctrl+r")
+            assert (await driver.at("Live")).run == Path("runs/puppet-3")
+
+        fill(test)
+
     def test_run_in_another_folder(self, fill):
         async def test(driver, screen):
             assert screen.command_line().endswith("--out elsewhere/puppet")

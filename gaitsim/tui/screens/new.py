@@ -1,5 +1,7 @@
 """New run: a ready experiment, any part of it changed, checked as it is typed."""
 
+import os
+from itertools import chain, count
 from pathlib import Path
 from typing import ClassVar
 
@@ -169,7 +171,8 @@ What you change is shown as the **command** that does the same, and as the exper
         text = coloured(found.toml, colours["primary"], colours["secondary"])
         for place in ("#toml-tab", "#toml-beside"):
             self.query_one(place, Static).update(text if found.toml else "Once all is right.")
-        self.query_one(Verdict).show(found, self._run(), self.command_line())
+        run = self._run() if found.problems else _free(self._run())
+        self.query_one(Verdict).show(found, run, self.command_line())
         self.refresh_bindings()
 
     @on(TabbedContent.TabActivated)
@@ -298,3 +301,9 @@ What you change is shown as the **command** that does the same, and as the exper
         reference = await ask_load(self)
         if reference is not None:
             self._replace(reference)
+
+
+def _free(wanted: Path) -> Path:
+    """The name that `create_run` gives to a run now: the first free one of a, a-2, a-3, …"""
+    others = (wanted.with_name(f"{wanted.name}-{number}") for number in count(2))
+    return next(path for path in chain([wanted], others) if not os.path.lexists(path))
