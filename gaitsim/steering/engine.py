@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.folder import command
-from gaitsim.steering.protocol import Command, Snapshot, merged, read_snapshot, write_command
+from gaitsim.steering.protocol import Command, Snapshot, State, merged, read_snapshot, write_command
 
 LONGEST_LINE = 2**26  # bytes: a thousand generations' rows with hundreds of terms
 LAST_WORDS = 30  # lines of standard error that are kept
@@ -29,6 +29,7 @@ class Engine:
         overrides: changes of the experiment to begin with, 'KEY=VALUE' each.
         paused: whether it waits before its first generation.
         any_version: go on although a package has another version now.
+        known: how the run stands, which holds until the process tells anew.
     """
 
     def __init__(
@@ -40,6 +41,7 @@ class Engine:
         overrides: Sequence[str] = (),
         paused: bool = False,
         any_version: bool = False,
+        known: Snapshot | None = None,
     ) -> None:
         self.run = run
         self._arguments = [
@@ -51,7 +53,7 @@ class Engine:
         ]
         self._process: asyncio.subprocess.Process | None = None
         self._tasks: list[asyncio.Task[None]] = []
-        self._last = Snapshot("preparing")
+        self._last = _at_rest(known, "preparing") if known else Snapshot("preparing")
         self._pending: Snapshot | None = self._last
         self._news = asyncio.Event()
         self._news.set()
@@ -172,17 +174,23 @@ class Engine:
             where=str(self.run),
             remedy=f"the run is whole; go on with: {command('resume', self.run)}",
         )
-        return replace(
-            self._last,
-            state="failed",
-            evaluations_per_second=0.0,
-            generations_per_second=0.0,
-            rows={},
-            events=(),
-            error=error,
-        )
+        return replace(_at_rest(self._last, "failed"), error=error)
 
     def _take(self, snapshot: Snapshot) -> None:
         self._last = snapshot
         self._pending = merged(self._pending, snapshot) if self._pending else snapshot
         self._news.set()
+
+
+def _at_rest(known: Snapshot, state: State) -> Snapshot:
+    """How far a run is known to be, in a state in which nothing is new."""
+    return replace(
+        known,
+        state=state,
+        reason="",
+        evaluations_per_second=0.0,
+        generations_per_second=0.0,
+        rows={},
+        events=(),
+        error=None,
+    )

@@ -15,6 +15,9 @@ State = Literal["preparing", "running", "paused", "finished", "stopped", "failed
 """Of a run; `elsewhere` while a process that is not steered from here writes it."""
 
 ENDED: tuple[State, ...] = ("finished", "stopped", "failed")
+PLACE = ("generation", "generations", "stage", "scored_from", "evaluations")
+"""What says how far a run is."""
+
 Verb = Literal["pause", "go", "step", "stop", "set"]
 Kind = Literal["best", "kept", "stage", "warning"]
 
@@ -165,6 +168,8 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
     """
     try:
         data = json.loads(line)
+        if not data.get("generations", True):  # the run is not open yet: it tells of none
+            data = {name: value for name, value in data.items() if name not in PLACE}
         champion = data.pop("champion", None)
         return replace(
             before,

@@ -409,6 +409,23 @@ class TestProblems:
 
         live(make(0, "organism.plugin=spoilt"), test, go=True)
 
+    def test_how_far_it_is_stays_when_it_cannot_be_gone_on_with(self, make):
+        run = make(3)
+        said = set()
+
+        async def test(screen, pilot):
+            draw = screen.board._status.show
+            screen.board._status.show = lambda lines: (said.add(lines[0].plain), draw(lines))
+            (run / "history.csv").write_text("")
+            await pilot.press("space")
+            await until(pilot, lambda: screen.state == "failed" and screen._engine is None)
+            assert "history.csv ends at generation 0" in problem(screen)
+            assert {"go", "fork", "replay", "make"} <= offered(screen)
+            await until(pilot, lambda: "failed  3/20" in text(screen, "#live-status"), 10)
+            assert set(re.findall(r"\d+/\d+", " ".join(said))) == {"3/20"}
+
+        live(run, test)
+
     def test_a_body_that_cannot_be_drawn_is_told_where_it_would_be(self, make, monkeypatch):
         run = make(3)
 

@@ -134,7 +134,13 @@ the app in any way, and the run can be gone on with exactly where it stood.
         step: bool = False,
     ) -> None:
         """Evolve it here."""
-        engine = Engine(self.run, generations=generations, overrides=overrides, paused=step)
+        engine = Engine(
+            self.run,
+            generations=generations,
+            overrides=overrides,
+            paused=step,
+            known=self.snapshot,
+        )
         self._engine, self._stopping = engine, False
         self.board.problem(None)
         self._steer(engine, step)
@@ -287,7 +293,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
             case "change" | "goal":
                 return state in ("running", "paused") if here else state in (*RESTING, "finished")
             case "fork":
-                return state != "failed"
+                return state != "failed" or self.snapshot.generation > 0
             case "replay" | "make":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)
