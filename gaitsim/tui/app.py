@@ -271,7 +271,8 @@ class GaitsimApp(App[None]):
             if show is not None:
                 show(task)
         if task.state == "done":
-            self.notify(task.result or task.command, title="Done", markup=False)
+            said = task.result if task.file else task.command
+            self.notify(said, title="Done", markup=False)
         elif task.state == "failed":
             self.notify(
                 task.message, title=task.command, severity="error", markup=False, timeout=10

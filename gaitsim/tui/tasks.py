@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from time import monotonic
 from typing import Literal
 
@@ -62,8 +63,16 @@ class Task:
 
     @property
     def result(self) -> str:
-        """What it made: its last line, which names the file."""
+        """Its last line."""
         return self.output[-1] if self.output else ""
+
+    @property
+    def file(self) -> Path | None:
+        """What it made, if its last line begins with the path of a file: 'a.mat: 300 frames'."""
+        words = self.result.split(": ")
+        paths = (": ".join(words[:end]) for end in range(len(words), 0, -1))
+        # os.path, unlike pathlib, answers for names that no file can have, too.
+        return next((Path(path) for path in paths if os.path.isfile(path)), None)  # noqa: PTH113
 
     @property
     def message(self) -> str:

@@ -41,6 +41,24 @@ class TestProgress:
         assert task.errors == ["Warning: [b]odd[/b]"]
 
 
+@pytest.mark.parametrize(
+    ("line", "path"),
+    [
+        ("a: b.csv: 30 frames", "a: b.csv"),
+        ("a: b.csv", "a: b.csv"),
+        ("gone.csv: 30 frames", None),
+        ("folder: 3 files", None),
+        ("• constant", None),
+        ("", None),
+        ("a" * 5000, None),
+    ],
+)
+def test_the_file_that_was_made(here, line, path):
+    Path("a: b.csv").touch()
+    Path("folder").mkdir()
+    assert Task(("export", "x"), output=[line]).file == (path and Path(path))
+
+
 def run(*arguments, during=None):
     """Run a command as a task; the task, and how it stood each time it changed."""
     seen = []
@@ -166,6 +184,21 @@ class TestMaking:
             await driver.press("c")
             assert driver.screen.query_one("#tasks").row_count == 0
             assert "tasks.clear" not in driver.offered()
+
+        drive(test)
+
+    def test_what_makes_no_file_has_no_path_to_copy(self, here, drive, monkeypatch):
+        Path("gaitsim.py").write_text("print('Terms:'); print('• constant')")
+        monkeypatch.setenv("PYTHONPATH", str(here))
+
+        async def test(driver):
+            driver.app.begin_task(["analyse", "x"])
+            driver.app.action_tasks()
+            await driver.at("TaskList")
+            await driver.until(lambda: driver.app.tasks.all[0].state == "done")
+            await driver.until(lambda: "Done gaitsim analyse x" in driver.told(), 10)
+            assert "• constant" in driver.text("#task-text")
+            assert "tasks.copy" not in driver.offered()
 
         drive(test)
 

@@ -28,7 +28,7 @@ files that it wrote, or why it could not.
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; nothing half made stays"),
         Binding("c", "clear", "Clear", id="tasks.clear", tooltip="Forget those that have ended"),
-        Binding("p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy what it printed"),
+        Binding("p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy where the file is"),
         Binding("w", "download", "Download", id="tasks.download", tooltip="Fetch the file it made"),
     ]
 
@@ -119,19 +119,19 @@ files that it wrote, or why it could not.
         self.refresh_bindings()
 
     def action_copy_result(self) -> None:
-        """Copy the path that it printed."""
+        """Copy the path of the file that it made."""
         task = self._chosen()
-        if task is not None:
-            path = _path(task)
+        if task is not None and task.file is not None:
+            path = str(task.file)
             self.app.copy_to_clipboard(path)
             self.notify(path, title="Copied", markup=False)
 
     def action_download(self) -> None:
         """Hand the file to the browser."""
         task = self._chosen()
-        if task is not None:
+        if task is not None and task.file is not None:
             try:
-                self.app.deliver_binary(_path(task), open_method="download")
+                self.app.deliver_binary(task.file, open_method="download")
             except OSError as error:
                 self.notify(str(error.strerror), severity="error", markup=False)
 
@@ -143,15 +143,12 @@ files that it wrote, or why it could not.
                 return False
             if action == "stop":
                 return task.running
-            return task.state == "done" and (action != "download" or self.app.is_web)
+            if action == "download" and not self.app.is_web:
+                return False
+            return task.state == "done" and task.file is not None
         if action == "clear":
             return any(not task.running for task in self.gaitsim.tasks.all)
         return super().check_action(action, parameters)
-
-
-def _path(task: Task) -> str:
-    """The file that a task made: up to the colon, where figures follow."""
-    return task.result.partition(": ")[0]
 
 
 def _row(task: Task) -> tuple[Text, ...]:
