@@ -148,10 +148,20 @@ class Cluster(Executor):
                     done.clear()
 
     def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """The results in the tasks' order, fetched at one stroke."""
+        """The results in the tasks' order, fetched at one stroke when all are done."""
+        distributed = _distributed()
         with self._reaching():
             futures = self._client.map(function, tasks, pure=False)
-            return list(self._client.gather(futures))
+            try:
+                # `gather` would wait, too; but when it is left, a traceback for each task follows.
+                for future in distributed.as_completed(futures, self._client.loop):
+                    if future.status != "finished":
+                        future.result()  # raises
+                return list(self._client.gather(futures))
+            except Exception:
+                with suppress(Exception):
+                    self._client.cancel(futures)
+                raise
 
     @contextmanager
     def _reaching(self) -> Iterator[None]:

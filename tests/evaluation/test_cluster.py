@@ -1,10 +1,12 @@
 """Over Dask, on this machine: the same bits, lost workers, lost schedulers."""
 
+import gc
 import os
 import select
 import signal
 import socket
 import sys
+import time
 
 import chores
 import numpy as np
@@ -149,6 +151,31 @@ def test_work_that_kills_its_workers_is_given_up(made, told, tmp_path):
     assert told == ["a Dask worker was lost; what it did is done again by another"] * DEATHS
     made._client.wait_for_workers(2, timeout=60)
     assert made.map(chores.square, [6]) == [36]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_to_leave_what_is_not_done_yet_makes_no_noise(address, caplog):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        with Cluster(address) as another:
+            signal.setitimer(signal.ITIMER_REAL, 0.3)
+            with pytest.raises(KeyboardInterrupt):
+                another.map(chores.sleep_for, [0.6] * 9)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    gc.collect()
+    assert not caplog.records
+
+
+def test_what_fails_ends_the_rest(made):
+    start = time.perf_counter()
+    with pytest.raises(TypeError):
+        made.map(chores.sleep_for, ["a", *[0.5] * 40])
+    assert made.map(chores.square, [5]) == [25]
+    assert time.perf_counter() - start < 5  # all of it takes 10 s
 
 
 def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, monkeypatch, tmp_path):
