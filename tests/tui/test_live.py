@@ -525,6 +525,24 @@ def test_another_theme_and_no_colour_change_nothing_but_colours(make, size, monk
     live(make(5), test, size=size)
 
 
+@pytest.mark.parametrize("number", [4, 60])
+def test_all_islands_and_terms_can_be_seen(make, number):
+    run = make(3, f"islands.number={number}", "evolution.population=6")
+
+    async def test(screen, pilot):
+        await until(pilot, lambda: "diversity" in text(screen, "#live-table"))
+        table, panel = screen.query_one("#live-table"), screen.query_one("#live-terms")
+        await until(pilot, lambda: table.size.height == len(table._lines))
+        assert "island" in table.text.splitlines()[0]
+        assert panel.region.bottom <= screen.query_one("Footer").region.y
+        assert screen.query_one(Curves).size.height >= 4
+        panel.scroll_end(animate=False)
+        await pilot.pause()
+        assert table.region.bottom <= panel.region.bottom
+
+    live(run, test)
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_looks(make, size, snap_compare):
     run = make(12, "evolution.fitness_threshold=0", "fitness.price=0.3")
@@ -578,20 +596,14 @@ class TestWords:
 
     def test_the_table_says_the_best_of_each_island(self):
         snapshot = dataclasses.replace(self.SNAPSHOT, islands=(0.5, 2.25, np.nan, -1.0))
-        for width, rows in ((36, 1), (30, 2), (9, 4)):
-            *_, head = [
-                at
-                for at, line in enumerate(words.table(snapshot, Course(), width, STYLES))
-                if line.plain.startswith("best of each island")
-            ]
-            lines = words.table(snapshot, Course(), width, STYLES)[head + 1 :]
-            assert len(lines) == rows
-            assert " ".join(line.plain for line in lines).split() == [
-                "0.500",
-                "2.250",
-                "–",
-                "−1.000",
-            ]
+        for width, rows in ((55, 1), (38, 2), (30, 4), (9, 5)):
+            lines = [line.plain for line in words.table(snapshot, Course(), width, STYLES)]
+            found = [line.plain for line in words.islands(snapshot, width, STYLES)]
+            assert lines[: len(found)] == found
+            assert len(found) == rows
+            assert all(len(line) <= width for line in found if width > 18)
+            said = " ".join(found).split()
+            assert " ".join(said) == "best of each island 0.500 2.250 – −1.000"
 
     def test_the_table_says_what_is_no_number(self):
         lines = words.table(self.SNAPSHOT, Course(), 120, STYLES)

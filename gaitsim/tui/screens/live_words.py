@@ -105,7 +105,7 @@ def table(snapshot: Snapshot, course: Course, width: int, styles: Styles) -> lis
         for value in (_last(course, mean), *values):
             line.append((number(value, 3) if math.isfinite(value) else "–").rjust(VALUE))
         lines.append(line)
-    return lines + islands(snapshot, width, styles)
+    return islands(snapshot, width, styles) + lines
 
 
 def islands(snapshot: Snapshot, width: int, styles: Styles) -> list[Text]:
@@ -113,10 +113,15 @@ def islands(snapshot: Snapshot, width: int, styles: Styles) -> list[Text]:
     bests = snapshot.islands
     if not bests:
         return []
-    lines = [Text("best of each island", styles["dim"], no_wrap=True, end="")]
-    most, fit = max(filter(math.isfinite, bests), default=0.0), max(width // VALUE, 1)
+    head = "best of each island"
+    beside = width >= len(head) + VALUE
+    most = max(filter(math.isfinite, bests), default=0.0)
+    fit = max((width - len(head) * beside) // VALUE, 1)
+    lines = [] if beside else [Text(head, styles["dim"], no_wrap=True, end="")]
     for first in range(0, len(bests), fit):
         line = Text(no_wrap=True, end="")
+        if beside:
+            line.append((head if first == 0 else "").ljust(len(head)), styles["dim"])
         for best in bests[first : first + fit]:
             text = number(best, 3) if math.isfinite(best) else "–"
             line.append(text.rjust(VALUE), styles["spark-score"] if best == most else "")
