@@ -202,6 +202,24 @@ class TestMaking:
 
         drive(test)
 
+    def test_long_lines_and_commands_are_shown_whole(self, here, drive, monkeypatch):
+        Path("gaitsim.py").write_text("print('word ' * 40 + 'end' + '/path' * 40)")
+        monkeypatch.setenv("PYTHONPATH", str(here))
+
+        async def test(driver):
+            driver.app.begin_task(["export", "runs/" + "long-name-" * 12])
+            driver.app.action_tasks()
+            await driver.at("TaskList")
+            await driver.until(lambda: driver.app.tasks.all[0].state == "done")
+            await driver.pilot.pause()
+            shown = driver.screen.query_one("#task-text")
+            assert shown.region.right <= 80
+            lines = [shown.render_line(row).text.rstrip() for row in range(shown.size.height)]
+            assert "long-name-" * 12 in "".join(lines)
+            assert "/path" * 40 in "".join(lines)
+
+        drive(test)
+
     def test_what_fails_is_told_and_its_message_kept(self, here, drive):
         async def test(driver):
             driver.app.begin_task(["export", "no [b]where"])

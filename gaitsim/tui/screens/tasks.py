@@ -10,6 +10,7 @@ from textual.widgets import DataTable, Footer, Header, Static
 
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import Task
+from gaitsim.tui.words import visible
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
 BAR = 10  # cells of a progress bar
@@ -22,8 +23,8 @@ class TaskList(GaitScreen):
     SUB_TITLE = "in the background"
     HELP_TEXT = """
 What you make of runs (gait files, plots, videos, analyses) is made in the background, by the
-command that stands in the last column. Below the list is what the highlighted one printed: the
-files that it wrote, or why it could not.
+command that stands in the last column. Below the list is the whole command of the highlighted one
+and what it printed: the files that it wrote, or why it could not.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; nothing half made stays"),
@@ -97,11 +98,13 @@ files that it wrote, or why it could not.
 
     def _show(self, task: Task) -> None:
         said = [line for line in task.errors if line not in task.output]
-        text = Text("\n".join(task.output), no_wrap=True)
+        colours = self.app.theme_variables
+        text = Text(f"$ {visible(task.command)}\n", style=colours["secondary"])
+        text = Text.assemble(text, "\n".join(task.output))
         if said:
-            colour = self.app.theme_variables["error" if task.state == "failed" else "warning"]
+            colour = colours["error" if task.state == "failed" else "warning"]
             text.append("\n" * bool(task.output) + "\n".join(said), style=colour)
-        if not text:
+        if not said and not task.output:
             text.append(task.progress or "Nothing yet.", style="dim")
         self.query_one("#task-text", Static).update(text)
 
