@@ -41,6 +41,16 @@ def clip(text: str, width: int) -> str:
     return text if cell_len(text) <= width else set_cell_size(text, max(0, width - 1)) + "…"
 
 
+def clip_name(name: str, width: int) -> str:
+    """A name in at most `width` cells, cut in its middle: names often differ at their ends."""
+    name = visible(name)
+    if cell_len(name) <= width:
+        return name
+    end = name[::-1]
+    tail = set_cell_size(end, max(0, width - 1) // 2).rstrip()[::-1]
+    return set_cell_size(name, max(0, width - 1 - cell_len(tail))) + "…" + tail
+
+
 def visible(text: str) -> str:
     """A text whose control characters, which could steer the terminal, are written out."""
     if text.isprintable():

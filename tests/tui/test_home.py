@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from rich.cells import cell_len
 from textual.events import Key
 from textual.keys import _character_to_key
 from textual.widgets import Input
@@ -13,6 +14,7 @@ from textual.widgets import Input
 from gaitsim.runs.lock import RunLock, is_locked
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.widgets.run_table import COLUMNS, NARROW, columns
+from gaitsim.tui.words import clip_name
 
 SIZES = [(80, 24), (160, 48)]
 
@@ -30,6 +32,14 @@ def names(driver):
 async def look(driver):
     await driver.screen.look().wait()
     await driver.pilot.pause()
+
+
+@pytest.mark.parametrize(
+    "name", ["", "walker", "walker-rough-2", "長い名前長い名前", "a\x1b[2J" * 9]
+)
+@pytest.mark.parametrize("width", [1, 2, 3, 8, 12, 13])
+def test_a_name_fits_its_room(name, width):
+    assert cell_len(clip_name(name, width)) <= width
 
 
 class TestTable:
@@ -95,6 +105,17 @@ class TestTable:
             assert "ugly [bold]x[b] $y {z}" in driver.text("#details")
 
         drive(test, size=(160, 48))
+
+    def test_long_names_that_differ_at_their_ends_can_be_told_apart(self, walk, drive):
+        walk("walker-rough-2")
+        walk("walker-rough-3")
+
+        async def test(driver):
+            assert sorted(names(driver)) == ["walker…ugh-2", "walker…ugh-3"]
+            await driver.press("space")
+            assert sorted(names(driver)) == ["walker…ugh-2", "◆ walke…gh-3"]
+
+        drive(test)
 
     def test_control_characters_do_not_reach_the_terminal(self, walk, drive):
         path = walk()

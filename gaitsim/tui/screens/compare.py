@@ -16,7 +16,7 @@ from gaitsim.analysis.beside import BY, QUANTITIES, Course, read, table
 from gaitsim.runs.folder import CHECKPOINT, EXPERIMENT, command
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves, Series
-from gaitsim.tui.words import clip, visible
+from gaitsim.tui.words import clip, clip_name, visible
 
 EVERY = 1.0  # seconds between two looks whether a run has grown
 NAME = 18  # columns of a run's name, at most
@@ -118,7 +118,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
     def _draw(self) -> None:
         drawn = [one for one in self._courses if one.history]
         series = [
-            Series(clip(one.label, NAME), one.axis(self.by), one.history[self.quantity])
+            Series(clip_name(one.label, NAME), one.axis(self.by), one.history[self.quantity])
             for one in drawn
         ]
         marks = sorted({mark for one in drawn for mark in one.marks(self.by)})
@@ -151,7 +151,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
             if one.history:
                 heading.append_text(curves.sample(line)).append(" ")
                 line += 1
-            yield heading.append(clip(one.label, NAME))
+            yield heading.append(clip_name(one.label, NAME))
 
     def _say(self) -> None:
         what = self.quantity if self.quantity == "diversity" else f"{self.quantity} score"

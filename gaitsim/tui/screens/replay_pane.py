@@ -17,7 +17,7 @@ from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
-from gaitsim.tui.words import clip, number, visible
+from gaitsim.tui.words import clip, clip_name, number, visible
 
 ROOMY = 110  # columns of a pane from which measures stand beside the body
 WORDY = 60  # columns from which its title says what the numbers are
@@ -161,7 +161,7 @@ class ReplayPane(Vertical):
     def _title(self) -> None:
         title = Text(no_wrap=True, overflow="ellipsis")
         width = max(self.size.width - 2, 12)
-        title.append(clip(self.run.name, max(width // 3, 8)), "bold")
+        title.append(clip_name(self.run.name, max(width // 3, 8)), "bold")
         shown = self.shown
         if shown is not None:
             wide = width >= WORDY

@@ -12,7 +12,7 @@ from textual.widgets import DataTable
 
 from gaitsim.runs.overview import Overview
 from gaitsim.tui.widgets.spark import spark
-from gaitsim.tui.words import age, clip, number
+from gaitsim.tui.words import age, clip, clip_name, number
 
 STATES = {
     "running": ("● running", "success"),
@@ -189,7 +189,7 @@ class RunTable(DataTable[Text]):
         match column.name:
             case "run":
                 mark = "◆ " if run.path in self.marked else ""
-                text, style = f"{mark}{run.name}", "bold"
+                text, style = f"{mark}{clip_name(run.name, width - len(mark))}", "bold"
             case "body" | "fitness":
                 text = run.plugins.get("organism" if column.name == "body" else "fitness", "")
             case "generation":
