@@ -1,16 +1,19 @@
 """Tasks on a Dask cluster: another's, or one of our own on this machine."""
 
 import logging
+import os
 import re
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from typing import Any
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError, cores
 from gaitsim.evaluation.packages import asking, compare, needed
-from gaitsim.evaluation.processes import Tell, without_script
+from gaitsim.evaluation.processes import Tell, deaf, without_script
 from gaitsim.experiment import Experiment
 
 LOCAL = "local"
@@ -51,6 +54,8 @@ class Cluster(Executor):
         self._tell = tell
         self._closing = False
         self._own: Any = None
+        self._begun = threading.Event()
+        self._begun.set()
         distributed = _distributed()
         # What goes wrong is told by our messages; its own would stand among them.
         for name in LOGGERS:
@@ -66,19 +71,37 @@ class Cluster(Executor):
     def _begin(self, distributed: Any, workers: int) -> Any:
         import dask
 
-        with (
-            dask.config.set({"distributed.scheduler.allowed-failures": DEATHS - 1}),
-            without_script(),
-        ):
-            self._own = distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",
-                silence_logs=SILENT,
-                preload=["gaitsim.evaluation.preload"],
-            )
+        def begin() -> None:
+            try:
+                if os.name != "nt":
+                    # Or the first worker would begin it, which lets Ctrl-C in again.
+                    resource_tracker.ensure_running()
+                with (
+                    dask.config.set({"distributed.scheduler.allowed-failures": DEATHS - 1}),
+                    without_script(),
+                    deaf(),
+                ):
+                    self._own = distributed.LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        processes=True,
+                        host="127.0.0.1",
+                        dashboard_address="127.0.0.1:0",
+                        silence_logs=SILENT,
+                        preload=["gaitsim.evaluation.preload"],
+                    )
+            except Exception as error:
+                failed.append(error)
+            finally:
+                self._begun.set()
+
+        failed: list[Exception] = []
+        # In a thread, as Ctrl-C would leave it half begun, and nothing could end it then.
+        self._begun.clear()
+        threading.Thread(target=begin, daemon=True).start()
+        self._begun.wait()  # not `join`, which takes a thread for ended once it was interrupted
+        if failed:
+            raise failed[0]
         return self._own
 
     def _connect(self, distributed: Any, where: Any) -> Any:
@@ -185,6 +208,11 @@ class Cluster(Executor):
     def close(self) -> None:
         """Leave the cluster; workers of our own are ended."""
         self._closing = True
+        # Whatever is pressed meanwhile: workers that lose the program as they begin complain.
+        end = time.monotonic() + PATIENCE
+        while not self._begun.is_set() and time.monotonic() < end:
+            with suppress(KeyboardInterrupt):
+                self._begun.wait(0.1)
         with suppress(Exception):  # what is lost already cannot be closed
             self._client.close(timeout=2)
         if self._own is not None:

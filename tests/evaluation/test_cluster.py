@@ -153,21 +153,48 @@ def test_work_that_kills_its_workers_is_given_up(made, told, tmp_path):
     assert made.map(chores.square, [6]) == [36]
 
 
-@pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_to_leave_what_is_not_done_yet_makes_no_noise(address, caplog):
+@pytest.fixture
+def alarmed():
+    """SIGALRM interrupts, as Ctrl-C does."""
+
     def interrupt(*_):
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGALRM, interrupt)
-    try:
-        with Cluster(address) as another:
-            signal.setitimer(signal.ITIMER_REAL, 0.3)
-            with pytest.raises(KeyboardInterrupt):
-                another.map(chores.sleep_for, [0.6] * 9)
-    finally:
-        signal.signal(signal.SIGALRM, before)
+    yield
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_to_leave_what_is_not_done_yet_makes_no_noise(address, alarmed, caplog):
+    with Cluster(address) as another:
+        signal.setitimer(signal.ITIMER_REAL, 0.3)
+        with pytest.raises(KeyboardInterrupt):
+            another.map(chores.sleep_for, [0.6] * 9)
     gc.collect()
     assert not caplog.records
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_workers_that_are_still_beginning_are_ended(alarmed, monkeypatch):
+    begun = []
+
+    class Interrupted(distributed.LocalCluster):
+        def __init__(self, **options):
+            begun.append(self)
+            os.kill(os.getpid(), signal.SIGALRM)
+            super().__init__(**options)
+
+    monkeypatch.setattr(distributed, "LocalCluster", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        Cluster("local", 1)
+    assert begun[0].status.name == "closed"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_workers_of_our_own_never_hear_ctrl_c(made):
+    masks = made._client.run(lambda: signal.pthread_sigmask(signal.SIG_BLOCK, []))
+    assert all(signal.SIGINT in mask for mask in masks.values())
 
 
 def test_what_fails_ends_the_rest(made):
