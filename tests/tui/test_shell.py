@@ -79,6 +79,10 @@ class TestHelp:
             assert "home.compare" not in cells[2]
             row = cells[2].index("home.delete")
             assert cells[0][row] == "d del"
+            assert cells[1][row] == "Delete: for good"
+            assert all(
+                about and ": " in about for about, name in zip(*cells[1:], strict=True) if name
+            )
             await driver.press("escape")
             await driver.at("Home")
 

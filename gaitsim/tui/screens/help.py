@@ -44,7 +44,7 @@ def _keys(screen: Screen[Any]) -> Table:
     for _, binding, enabled, tooltip in screen.active_bindings.values():
         if enabled and binding.description:
             key = screen.app.get_key_display(binding)
-            about = tooltip or binding.tooltip or binding.description
+            about = _about(binding.description, tooltip or binding.tooltip)
             row = rows.setdefault(
                 (binding.action, binding.description), ([], about, binding.id or "")
             )
@@ -58,3 +58,10 @@ def _keys(screen: Screen[Any]) -> Table:
     for keys, about, name in sorted(rows.values(), key=lambda row: not row[2]):
         table.add_row(Text(" ".join(keys)), Text(about), Text(name))
     return table
+
+
+def _about(name: str, more: str) -> str:
+    """What a key does: its name in the footer, and what the tooltip says more about it."""
+    if more.casefold().startswith(name.casefold()):
+        return more
+    return f"{name}: {more[0].lower()}{more[1:]}" if more else name
