@@ -99,7 +99,9 @@ class GaitsimApp(App[None]):
             return
         self._tell_settings([*self._config.problems, *([self._wrong] if self._wrong else [])])
         if self._config.keys:
-            self.set_keymap(dict(self._config.keys))
+            from gaitsim.tui.keys import usable
+
+            self.set_keymap(usable(self._config))
             self.run_worker(self._check_keys, thread=True, group="keys")
 
     def _check_keys(self) -> None:
@@ -111,7 +113,7 @@ class GaitsimApp(App[None]):
     def _tell_settings(self, problems: Sequence[GaitsimError]) -> None:
         """Say what is wrong with the settings, in one message."""
         if problems and self._config is not None:
-            lines = [f"• {one.what}: {one.remedy or f'allowed: {one.allowed}'}" for one in problems]
+            lines = [_line(one, str(self._config.path)) for one in problems]
             self.notify(
                 "\n".join(lines),
                 title=str(self._config.path),
@@ -277,6 +279,14 @@ class GaitsimApp(App[None]):
             self.notify(
                 task.message, title=task.command, severity="error", markup=False, timeout=10
             )
+
+
+def _line(problem: GaitsimError, path: str) -> str:
+    """What is wrong in a file, on a line: the place in it, and what to do."""
+    place = problem.where.removeprefix(path).removeprefix(", ")
+    what = f"{place}: {problem.what}" if place else problem.what
+    remedy = problem.remedy or (problem.allowed and f"allowed: {problem.allowed}")
+    return f"• {what}; {remedy}" if remedy else f"• {what}"
 
 
 async def _may_leave(screen: Screen[Any]) -> bool:

@@ -93,7 +93,7 @@ def check_keys(config: Config, ids: Collection[str], keys: Collection[str]) -> l
             remedy = nearest(name, sorted(ids)) or "the help of each screen (?) tells them"
             found.append(GaitsimError(f"unknown id {literal(name)}", where=where, remedy=remedy))
         for key in chosen.split(","):
-            if not _is_key(key.strip(), keys):
+            if not is_key(key.strip(), keys):
                 bare = key.strip().rpartition("+")[2]
                 found.append(
                     GaitsimError(
@@ -106,7 +106,8 @@ def check_keys(config: Config, ids: Collection[str], keys: Collection[str]) -> l
     return found
 
 
-def _is_key(key: str, keys: Collection[str]) -> bool:
+def is_key(key: str, keys: Collection[str]) -> bool:
+    """Whether there is a key of that name; `keys` as `check_keys` has them."""
     if len(key) == 1:
         return True
     *modifiers, bare = key.split("+")
@@ -169,7 +170,7 @@ def _unknown(
     ]
 
 
-def _wrong(path: Path, key: str, value: Any, allowed: str) -> GaitsimError:
+def _wrong(path: Path, key: str, value: Any, right: str) -> GaitsimError:
     return GaitsimError(
-        f"{literal(value)} is not allowed", where=f"{path}, key {key}", allowed=allowed
+        f"{literal(value)} is not allowed", where=f"{path}, key {key}", remedy=f"give {right}"
     )

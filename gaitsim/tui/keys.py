@@ -15,7 +15,7 @@ from textual.keys import Keys, _normalize_key_list
 
 import gaitsim.tui
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.config import Config, check_keys
+from gaitsim.tui.config import Config, check_keys, is_key
 
 # What Textual replaces in the names that Unicode gives to signs.
 _SIGNS = {"plus", "minus", "slash", "backslash", "at", "pound", "underscore"}
@@ -24,6 +24,15 @@ KEYS = (
     | {unicodedata.name(sign).lower().replace(" ", "_").replace("-", "_") for sign in punctuation}
     | _SIGNS
 )
+
+
+def usable(config: Config) -> dict[str, str]:
+    """The keys of the settings that there are, by id; what has none of them keeps its own."""
+    chosen = {
+        name: [key.strip() for key in text.split(",") if is_key(key.strip(), KEYS)]
+        for name, text in config.keys.items()
+    }
+    return {name: ",".join(keys) for name, keys in chosen.items() if keys}
 
 
 def problems(config: Config) -> list[GaitsimError]:
@@ -38,14 +47,14 @@ def problems(config: Config) -> list[GaitsimError]:
 def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:
     """Keys of the settings that do something else on the same screen, which it does no longer."""
     found: dict[tuple[str, str], GaitsimError] = {}
-    nodes = list(nodes)
+    nodes, given = list(nodes), usable(config)
     apps = [binding for node in nodes if issubclass(node, App) for binding in _bindings(node)]
     for node in nodes:
         # What every screen has, and the app has on every screen, counts on each.
         own = [binding for kind in reversed(node.__mro__) for binding in _bindings(kind)]
         known = {binding.id: _keys(binding.key) for binding in [*apps, *own]}
         for one, other in combinations(sorted(known), 2):
-            chosen = [_keys(config.keys.get(name, "")) or known[name] for name in (one, other)]
+            chosen = [_keys(given.get(name, "")) or known[name] for name in (one, other)]
             both = chosen[0] & chosen[1]
             # Those that share a key by default work in turn, as a pause and going on.
             if both and not known[one] & known[other]:
