@@ -21,6 +21,8 @@ ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.")
 LOGGERS = ("distributed", "distributed.client")  # the second has a level of its own
 SILENT = logging.CRITICAL + 1
 PATIENCE = 10  # seconds for a scheduler to answer, and for its first worker to come
+COUNT = 1.0  # seconds from a worker that came or went to the count of those that are there
+ALONE = 5  # counts without any worker until that is told: one that died is begun again in two
 
 
 class Cluster(Executor):
@@ -33,7 +35,10 @@ class Cluster(Executor):
         address: of the scheduler, such as 'tcp://host:8786'; or 'local' for workers of
             our own on this machine, which end with this process, however it ends.
         workers: how many, with 'local'; None for one each core.
-        tell: is told of workers that were lost.
+        tell: is told of workers that were lost, and when none are left.
+
+    Attributes:
+        workers: as many threads as its workers have, now: some may come or go at any time.
 
     Raises:
         GaitsimError: Dask is not installed, or the scheduler cannot be reached or has no
@@ -53,6 +58,8 @@ class Cluster(Executor):
         self.address = address
         self._tell = tell
         self._closing = False
+        self._counting = False
+        self._alone = 0  # counts in a row without any worker
         self._own: Any = None
         self._begun = threading.Event()
         self._begun.set()
@@ -129,14 +136,43 @@ class Cluster(Executor):
                 remedy=f"start some: dask worker {self.address} --nthreads 1 --nworkers auto",
             ) from None
         client.subscribe_topic("all", self._hear)
+        client.loop.add_callback(self._count_soon)  # some may have come before it was heard
         return client
 
     def _hear(self, event: tuple[float, Any]) -> None:
-        """Be told what happens in the cluster."""
+        """Be told what happens in the cluster, in the client's thread."""
         _, news = event
-        lost = isinstance(news, dict) and news.get("action") == "remove-worker"
-        if lost and not news.get("expected") and not self._closing:
-            self._tell("a Dask worker was lost; what it did is done again by another")
+        action = news.get("action") if isinstance(news, dict) else None
+        if action not in {"add-worker", "remove-worker"} or self._closing:
+            return
+        if action == "remove-worker" and not news.get("expected"):
+            self._tell("a Dask worker was lost; what it did is done again")
+        self._count_soon()
+
+    def _count_soon(self) -> None:
+        """Count the workers once, however many come or go meanwhile."""
+        if not self._counting:
+            self._counting = True
+            self._client.loop.call_later(COUNT, self._count)
+
+    async def _count(self) -> None:
+        self._counting = False
+        if self._closing:
+            return
+        try:
+            threads = sum((await self._client.nthreads()).values())
+        except Exception:  # a scheduler that is lost is told of where something is asked of it
+            return
+        # Where none are left, what is too little to share is done here, as with a single one.
+        self.workers = max(1, threads)
+        self._alone = 0 if threads else self._alone + 1
+        if self._alone == ALONE and not self._closing:
+            self._tell(
+                "no Dask workers are left; what is theirs to do waits for one. Start it with: "
+                f"dask worker {self._client.scheduler.address} --nthreads 1"
+            )
+        if self._alone:
+            self._count_soon()
 
     def check(self, experiments: Iterable[Experiment]) -> None:
         """See that all workers have the packages of experiments, in the versions of here."""

@@ -59,13 +59,11 @@ class Evaluator:
     ) -> None:
         self.experiment = experiment
         threads = experiment.organism.threads
-        self.workers = cluster.workers if cluster else workers or cores()
+        asked = workers or cores()
         self._near: Executor = Here()
-        if threads and (cluster or self.workers > 1):
-            self._near = Threads(cores() if cluster else self.workers)
-        self._own = (
-            None if cluster or threads or self.workers == 1 else Processes(self.workers, tell)
-        )
+        if threads and (cluster or asked > 1):
+            self._near = Threads(cores() if cluster else asked)
+        self._own = None if cluster or threads or asked == 1 else Processes(asked, tell)
         self._far = cluster or self._own
         self._wanted = cluster is not None or workers is not None
         self._sharing = Sharing(self._near.workers, self.workers, self._wanted)
@@ -74,6 +72,11 @@ class Evaluator:
         self._paced = False
         self._tell = tell if self._wanted else None
         self._portable = Portable(experiment)
+
+    @property
+    def workers(self) -> int:
+        """How many work at a time where a population is shared; those of a cluster come and go."""
+        return (self._far or self._near).workers
 
     def __enter__(self) -> Self:
         return self
@@ -138,6 +141,7 @@ class Evaluator:
         Raises:
             GaitsimError: the function did, or a task ended its workers again and again.
         """
+        self._mapping.workers = self.workers
         shared = self._wanted or self._mapping.chunks(len(tasks)) > 1
         if self._far is not None and shared and len(tasks) > 1:
             return self._over(self._far, function, tasks)
@@ -160,15 +164,19 @@ class Evaluator:
         """How many chunks workers get; 1 where they would not be faster."""
         if self._far is None:
             return 1
+        self._sharing.workers = self.workers
         chunks = self._sharing.chunks(individuals)
         if chunks > 1 and not self._paced:
             self._sharing.pace, self._paced = measured(self._far), True
             chunks = self._sharing.chunks(individuals)
         known = self._sharing.line.known
         if self._tell is not None and known and self._sharing.shares(individuals) is None:
+            one = self.workers == 1
+            several = "1 worker" if one else f"{self.workers:,} workers"
             self._tell(
-                f"{self.workers} workers would not be faster here, where moving {individuals:,} "
-                f"individuals takes {1000 * self._sharing.alone(individuals):.2f} ms; they idle"
+                f"{several} would not be faster here, where moving {individuals:,} individuals "
+                f"takes {1000 * self._sharing.alone(individuals):.2f} ms; "
+                + ("it idles" if one else "they idle")
             )
             self._tell = None
         return chunks

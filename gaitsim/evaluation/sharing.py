@@ -155,16 +155,17 @@ class Sharing:
     Attributes:
         line: what is known of the body.
         pace: of the workers.
+        workers: how many would work at a time, if it were shared. Some may come or go.
 
     Args:
         near: how many work at a time where the work is not shared.
-        workers: how many would, if it were.
+        workers: at the beginning.
         wanted: whether workers were asked for, whatever their beginning costs.
     """
 
     def __init__(self, near: int, workers: int, wanted: bool) -> None:
         self.line, self.pace = Line(), PROCESSES
-        self._near, self._workers = near, workers
+        self._near, self.workers = near, workers
         self._threshold = DOUBT if wanted else STARTUP
         self._lost = 0.0  # seconds that workers would have saved so far
 
@@ -176,7 +177,7 @@ class Sharing:
         """How to cut a population; None where workers would not be faster."""
         if individuals < 2:
             return None
-        shares = best_shares(individuals, self._workers, self.line, self.pace)
+        shares = best_shares(individuals, self.workers, self.line, self.pace)
         return shares if shares.seconds <= GAIN * self.alone(individuals) else None
 
     def chunks(self, individuals: int) -> int:

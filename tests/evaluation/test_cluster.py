@@ -148,7 +148,7 @@ def test_work_that_kills_its_workers_is_given_up(made, told, tmp_path):
         (tmp_path / f"1-{mark}").touch()
     with pytest.raises(WorkerLostError, match=f"{DEATHS} Dask workers died over the same work"):
         made.map(chores.die, [(number, str(tmp_path)) for number in range(3)])
-    assert told == ["a Dask worker was lost; what it did is done again by another"] * DEATHS
+    assert told == ["a Dask worker was lost; what it did is done again"] * DEATHS
     made._client.wait_for_workers(2, timeout=60)
     assert made.map(chores.square, [6]) == [36]
 
@@ -257,6 +257,35 @@ def test_a_scheduler_without_workers_is_told(monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     with local(0) as theirs, pytest.raises(GaitsimError, match="has no workers"):
         Cluster(theirs.scheduler_address)
+
+
+def until(condition):
+    end = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_workers_come_and_go_and_when_none_are_left_it_is_told_once(monkeypatch):
+    monkeypatch.setattr(cluster, "COUNT", 0.05)
+    monkeypatch.setattr(cluster, "ALONE", 2)
+    told = []
+    with local(1) as theirs, Cluster(theirs.scheduler_address, tell=told.append) as executor:
+        assert executor.workers == 1
+        theirs.scale(2)
+        until(lambda: executor.workers == 2)
+        assert not told
+        theirs.scale(0)
+        none = (
+            "no Dask workers are left; what is theirs to do waits for one. Start it with: "
+            f"dask worker {theirs.scheduler_address} --nthreads 1"
+        )
+        until(lambda: none in told)
+        time.sleep(0.5)  # ten more counts
+        assert told.count(none) == 1
+        assert executor.workers == 1
+        theirs.scale(1)
+        assert executor.map(chores.square, [3]) == [9]
 
 
 STUDY = """

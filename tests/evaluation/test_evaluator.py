@@ -7,6 +7,7 @@ import pytest
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, judge
 from gaitsim.evaluation import evaluator as module
+from gaitsim.evaluation.executors import Here
 from gaitsim.evaluation.sharing import Sharing
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
@@ -130,6 +131,25 @@ def test_cheap_bodies_are_not_shared_and_it_is_told_once(puppet):
         assert [chunks(evaluator) for _ in range(50)] == [1] * 50
     assert len(told) == 1
     assert "2 workers would not be faster here" in told[0]
+
+
+class Joined(Here):
+    """Workers that come and go: they do in this thread what they are given."""
+
+
+def test_workers_that_come_later_get_their_part(slow):
+    told, cluster = [], Joined()
+    with Evaluator(slow(0.01), None, told.append, cluster) as evaluator:
+        evaluator.prepare()
+        assert [chunks(evaluator) for _ in range(3)] == [1, 1, 1]
+        cluster.workers = 2
+        assert evaluator.workers == 2
+        assert chunks(evaluator) >= 2
+        cluster.workers = 1
+        assert chunks(evaluator) == 1
+    assert len(told) == 1
+    assert told[0].startswith("1 worker would not be faster here, where moving 40 individuals")
+    assert told[0].endswith("; it idles")
 
 
 def test_no_workers_are_begun_unasked_before_they_would_have_paid(slow, monkeypatch):
