@@ -5,7 +5,8 @@ nor the order in which they finish changes a bit of the result.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Self
 
@@ -167,7 +168,8 @@ class Evaluator:
         self._sharing.workers = self.workers
         chunks = self._sharing.chunks(individuals)
         if chunks > 1 and not self._paced:
-            self._sharing.pace, self._paced = measured(self._far), True
+            with self._naming():
+                self._sharing.pace, self._paced = measured(self._far), True
             chunks = self._sharing.chunks(individuals)
         known = self._sharing.line.known
         if self._tell is not None and known and self._sharing.shares(individuals) is None:
@@ -192,12 +194,17 @@ class Evaluator:
         self, far: Executor, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
     ) -> list[Result]:
         entry = self.experiment.entries["organism"]
+        with self._naming(), Noting(entry, "moving a population in worker processes"):
+            return far.map(partial(_apply, self._portable, function), tasks)
+
+    @contextmanager
+    def _naming(self) -> Iterator[None]:
+        """Where workers die again and again, name the body that they were for, and what to try."""
         try:
-            with Noting(entry, "moving a population in worker processes"):
-                return far.map(partial(_apply, self._portable, function), tasks)
+            yield
         except WorkerLostError as error:
             raise GaitsimError(
-                f"{error.what}: moving {entry}",
+                f"{error.what}: moving {self.experiment.entries['organism']}",
                 remedy="with --workers 1 the reason may show; fewer workers need less memory",
             ) from None
 

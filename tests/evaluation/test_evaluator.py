@@ -7,7 +7,7 @@ import pytest
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, judge
 from gaitsim.evaluation import evaluator as module
-from gaitsim.evaluation.executors import Here
+from gaitsim.evaluation.executors import Here, WorkerLostError
 from gaitsim.evaluation.sharing import Sharing
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
@@ -208,6 +208,19 @@ def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, insta
             evaluator.evaluate(np.zeros((4, 3)))
         assert "died 3 times" in str(error.value)
         assert told
+
+
+def test_workers_that_die_while_they_are_timed_are_told_of_in_the_same_way(
+    puppet, shared, monkeypatch
+):
+    def die(executor):
+        raise WorkerLostError("a worker process died 3 times over the same work")
+
+    monkeypatch.setattr(module, "measured", die)
+    with Evaluator(puppet(), 2) as evaluator:
+        with pytest.raises(GaitsimError, match="organism 'puppet' of package") as error:
+            evaluator.evaluate(np.zeros((4, 3)))
+        assert "--workers 1" in error.value.remedy
 
 
 def test_what_fails_at_preparing_is_named(puppet, puppets, monkeypatch):
