@@ -46,8 +46,10 @@ class Evaluator:
 
     Args:
         experiment: whose body and fitness to use.
-        workers: how many work at a time; None for as many as there are cores.
-        tell: is told, for the user, of workers that died, and that those asked for idle.
+        workers: how many work at a time; None for as many as there are cores. Worker
+            processes are no more than these, but two at least.
+        tell: is told, for the user, of workers that died, and that those asked for idle or
+            are more than there are cores.
         cluster: workers elsewhere, for what is worth the way; whoever made it ends it.
     """
 
@@ -64,7 +66,14 @@ class Evaluator:
         self._near: Executor = Here()
         if threads and (cluster or asked > 1):
             self._near = Threads(cores() if cluster else asked)
-        self._own = None if cluster or threads or asked == 1 else Processes(asked, tell)
+        self._own = None
+        if not (cluster or threads or asked == 1):
+            # No more than cores: 1,000 on two took ten times as long as two, to begin 32 of them.
+            # Two on a single core, too, so that runs there can be checked in the same way.
+            most = max(2, cores())
+            if asked > most:
+                tell(f"{asked:,} workers are more than the cores here can use; {most} are used")
+            self._own = Processes(min(asked, most), tell)
         self._far = cluster or self._own
         self._wanted = cluster is not None or workers is not None
         self._sharing = Sharing(self._near.workers, self.workers, self._wanted)

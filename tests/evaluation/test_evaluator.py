@@ -152,6 +152,21 @@ def test_workers_that_come_later_get_their_part(slow):
     assert told[0].endswith("; it idles")
 
 
+def test_no_more_processes_are_begun_than_there_are_cores(puppet, installed, shared, monkeypatch):
+    monkeypatch.setattr(module, "cores", lambda: 3)
+    genomes = first_population(puppet("evolution.population=7"), puppet().space())
+    told = []
+    with Evaluator(puppet(), 1000, told.append) as evaluator:
+        assert evaluator.workers == 3
+        assert_same(evaluator.evaluate(genomes), judge(puppet(), genomes))
+    assert told == ["1,000 workers are more than the cores here can use; 3 are used"]
+    with Evaluator(puppet(), 1000, told.append, Here()) as evaluator:
+        assert evaluator.workers == 1  # a cluster has what it has
+    with Evaluator(puppet(), 3, told.append) as evaluator:
+        assert evaluator.workers == 3
+    assert len(told) == 1
+
+
 def test_no_workers_are_begun_unasked_before_they_would_have_paid(slow, monkeypatch):
     monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
     told = []
