@@ -60,6 +60,13 @@ async def enter(driver, screen, field, text):
     await driver.until(lambda: screen._reading is not before)
 
 
+async def ended(driver, live):
+    """Stop a run that evolves, so that its process does not outlive the test's event loop."""
+    await driver.until(lambda: live._engine is not None or live.state == "finished")
+    live.action_stop()
+    await driver.until(lambda: live._engine is None)
+
+
 class TestForms:
     @pytest.mark.parametrize("size", SIZES)
     def test_every_option_of_every_part_has_a_field(self, fill, size):
@@ -276,7 +283,9 @@ class TestLeaving:
         async def test(driver, screen):
             assert said(screen) == "✓ It can run, as runs/puppet-3"
             await driver.press("ctrl+r")
-            assert (await driver.at("Live")).run == Path("runs/puppet-3")
+            live = await driver.at("Live")
+            assert live.run == Path("runs/puppet-3")
+            await ended(driver, live)
 
         fill(test)
 
@@ -287,6 +296,7 @@ class TestLeaving:
             live = await driver.at("Live")
             assert live.run == Path("elsewhere/puppet")
             await driver.until(lambda: Run(live.run).generation > 0)
+            await ended(driver, live)
 
         fill(test, folder=Path("elsewhere"))
 

@@ -12,6 +12,7 @@ from gaitsim.evaluation import judge
 from gaitsim.evolution import evolve
 from gaitsim.experiment import parse_experiment
 from gaitsim.runs.folder import create_run
+from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.terminal.body import LEFT, RIGHT
 from gaitsim.terminal.footfalls import CURSOR, FIRST, QUIET, strip
@@ -369,9 +370,8 @@ class TestTrouble:
         replay(run, test)
 
     def test_a_run_without_a_generation(self, walk):
-        run = walk()
-        for name in ("population.pickle", "population.previous.pickle"):
-            (run / name).unlink()
+        experiment = parse_experiment(Run(walk()).experiment_text, "walk.toml")
+        run = create_run(experiment, Path("runs/new"))
 
         async def test(screen, pilot):
             assert "no finished generation yet" in words(screen.pane.canvas)
