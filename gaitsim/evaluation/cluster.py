@@ -4,7 +4,6 @@ import logging
 import os
 import re
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
@@ -242,18 +241,31 @@ class Cluster(Executor):
             ) from None
 
     def close(self) -> None:
-        """Leave the cluster; workers of our own are ended."""
+        """Leave the cluster; workers of our own are ended.
+
+        Ctrl-C waits for that: what is half ended holds up the program's end for ten seconds, and
+        workers that lose it as they begin complain.
+        """
+
+        def end() -> None:
+            self._begun.wait(PATIENCE)
+            with suppress(Exception):  # what is lost already cannot be closed
+                self._client.close(timeout=2)
+            if self._own is not None:
+                with suppress(Exception):
+                    self._own.close(timeout=5)
+            ended.set()
+
         self._closing = True
-        # Whatever is pressed meanwhile: workers that lose the program as they begin complain.
-        end = time.monotonic() + PATIENCE
-        while not self._begun.is_set() and time.monotonic() < end:
-            with suppress(KeyboardInterrupt):
-                self._begun.wait(0.1)
-        with suppress(Exception):  # what is lost already cannot be closed
-            self._client.close(timeout=2)
-        if self._own is not None:
-            with suppress(Exception):
-                self._own.close(timeout=5)
+        ended, interrupted = threading.Event(), False
+        threading.Thread(target=end, daemon=True).start()
+        while not ended.is_set():
+            try:
+                ended.wait()
+            except KeyboardInterrupt:
+                interrupted = True
+        if interrupted:
+            raise KeyboardInterrupt
 
 
 def _distributed() -> Any:

@@ -192,6 +192,22 @@ def test_workers_that_are_still_beginning_are_ended(alarmed, monkeypatch):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_ctrl_c_while_it_closes_waits_until_all_is_closed(address, alarmed, monkeypatch):
+    another = Cluster(address)
+    close = another._client.close
+
+    def interrupted(**options):
+        time.sleep(0.1)  # until it is waited for
+        os.kill(os.getpid(), signal.SIGALRM)
+        close(**options)
+
+    monkeypatch.setattr(another._client, "close", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        another.close()
+    assert another._client.status == "closed"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
 def test_workers_of_our_own_never_hear_ctrl_c(made):
     masks = made._client.run(lambda: signal.pthread_sigmask(signal.SIG_BLOCK, []))
     assert all(signal.SIGINT in mask for mask in masks.values())
