@@ -8,6 +8,7 @@ import shutil
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from itertools import chain, count
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError, RunError
@@ -194,14 +195,16 @@ def check_size(experiment: Experiment) -> None:
         )
 
 
+def free_name(wanted: Path) -> Path:
+    """The first of a, a-2, a-3, … that is free now, which `create_run` takes."""
+    others = (wanted.with_name(f"{wanted.name}-{number}") for number in count(2))
+    return next(path for path in chain([wanted], others) if not os.path.lexists(path))
+
+
 def _name(draft: Path, wanted: Path) -> Path:
-    """Give `draft` the first free name: a, a-2, a-3, …"""
-    number = 1
+    """Give `draft` the first free name."""
     while True:
-        path = wanted if number == 1 else wanted.with_name(f"{wanted.name}-{number}")
-        number += 1
-        if os.path.lexists(path):
-            continue
+        path = free_name(wanted)
         try:
             return draft.rename(path)
         except OSError:

@@ -1,7 +1,5 @@
 """New run: a ready experiment, any part of it changed, checked as it is typed."""
 
-import os
-from itertools import chain, count
 from pathlib import Path
 from typing import ClassVar
 
@@ -15,7 +13,7 @@ from textual.widgets import Footer, Header, Input, Label, Select, Static, Tabbed
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
-from gaitsim.runs.folder import RUNS, create_run
+from gaitsim.runs.folder import RUNS, create_run, free_name
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.draft import SECTIONS, Draft, Reading, choose, load_ready, read
 from gaitsim.tui.screens.base import GaitScreen
@@ -171,7 +169,7 @@ What you change is shown as the **command** that does the same, and as the exper
         text = coloured(found.toml, colours["primary"], colours["secondary"])
         for place in ("#toml-tab", "#toml-beside"):
             self.query_one(place, Static).update(text if found.toml else "Once all is right.")
-        run = self._run() if found.problems else _free(self._run())
+        run = self._run() if found.problems else free_name(self._run())
         self.query_one(Verdict).show(found, run, self.command_line())
         self.refresh_bindings()
 
@@ -301,9 +299,3 @@ What you change is shown as the **command** that does the same, and as the exper
         reference = await ask_load(self)
         if reference is not None:
             self._replace(reference)
-
-
-def _free(wanted: Path) -> Path:
-    """The name that `create_run` gives to a run now: the first free one of a, a-2, a-3, …"""
-    others = (wanted.with_name(f"{wanted.name}-{number}") for number in count(2))
-    return next(path for path in chain([wanted], others) if not os.path.lexists(path))
