@@ -63,11 +63,9 @@ def judge_motion(experiment: Experiment, motion: object, population: int) -> Eva
         raise broken(
             experiment, "fitness", f"returned {given!r:.80} from terms()", "a dict with terms"
         )
-    # Names as exactly texts: files take no others, such as those of a StrEnum.
     terms = {
-        str.__str__(name): _term(experiment, name, term, population)
-        for name, term in given.items()
-        if _names(experiment, name)
+        (name := _name(experiment, told)): _term(experiment, name, term, population)
+        for told, term in given.items()
     }
     scores = np.zeros(population)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -126,13 +124,13 @@ def _hold_channels(experiment: Experiment, motion: Motion, population: int) -> N
             )
 
 
-def _names(experiment: Experiment, name: object) -> bool:
-    """Whether a term has a name; if not, that is raised."""
+def _name(experiment: Experiment, name: object) -> str:
+    """The name of a term as exactly a text: files take no others, such as those of a StrEnum."""
     if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
         raise broken(
             experiment, "fitness", f"names a term {name!r:.80}", "a printable text, 200 characters"
         )
-    return True
+    return str.__str__(name)
 
 
 def _term(experiment: Experiment, name: str, term: object, population: int) -> Scores:
