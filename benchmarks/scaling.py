@@ -19,10 +19,10 @@ from processor import processor_seconds
 from timing import milliseconds, print_machine, stopwatch
 
 from gaitsim.evaluation import judge
-from gaitsim.evaluation.sharing import Line, Pace, best_shares, cuts, measured
+from gaitsim.evaluation.chunking import Line, Pace, best_shares, cuts, measured
 from gaitsim.evolution import first_population
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
 
 SIZES = (1, 2, 8, 32, 100, 316, 1000, 3162, 10_000)
@@ -91,7 +91,7 @@ def islands(each: NDArray[np.float64], workers: int, pace: Pace) -> float:
 
 def measure_pace() -> Pace:
     """Of two Dask workers on this machine."""
-    from gaitsim.evaluation.cluster import Cluster
+    from gaitsim.evaluation.dask import Cluster
 
     with Cluster("local", 2) as cluster:
         return measured(cluster)

@@ -22,7 +22,7 @@ from timing import medians, milliseconds, print_figure, print_machine, stopwatch
 from gaitsim.evaluation import Evaluator, judge
 from gaitsim.evolution import breed, evolve, first_population
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
 
 PUBLISHED = 1.5 * 3600  # seconds for 1,000 generations, MATLAB on its author's machine

@@ -21,7 +21,7 @@ from pathlib import Path
 from timing import milliseconds, print_figure, print_machine
 
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.folder import create_run
 
 # The app as `gaitsim tui` has it, showing one run that goes on at once. At its end it says how
 # long a generation took after the warm-up, how often a second the panels were drawn, and what

@@ -12,9 +12,9 @@ from timing import medians, milliseconds, print_figure, print_machine, stopwatch
 from gaitsim.evaluation import judge
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
-from gaitsim.export.scene import Scene, Take
-from gaitsim.export.video import Look, Video
-from gaitsim.runs.folder import create_run
+from gaitsim.render.scene import Scene, Take
+from gaitsim.render.video import Look, Video
+from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import replay
 from gaitsim.runs.writer import RunWriter
@@ -54,7 +54,7 @@ def matplotlib_3d(run: Run) -> float:
 def peak(run: Path, seconds: float, folder: Path) -> float:
     """MB that a process takes at most for a video of so many seconds, in slow motion."""
     code = (
-        "import sys; from pathlib import Path; from gaitsim.export.video import *;"
+        "import sys; from pathlib import Path; from gaitsim.render.video import *;"
         "from gaitsim.runs.reader import Run; speed = 10 / float(sys.argv[2]);"
         "Video(Run(Path(sys.argv[1])), (), Look(speed=speed, intro=False))"
         ".write(Path(sys.argv[3]));"

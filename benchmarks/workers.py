@@ -16,9 +16,9 @@ from timing import medians, milliseconds, print_figure, print_machine, stopwatch
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluator, Executor, judge
+from gaitsim.evaluation.chunking import Line, Pace, best_shares, measured
 from gaitsim.evaluation.executors import Threads
 from gaitsim.evaluation.processes import Processes
-from gaitsim.evaluation.sharing import Line, Pace, best_shares, measured
 from gaitsim.evolution import evolve, first_population
 from gaitsim.experiment import Experiment, load_experiment
 
@@ -34,7 +34,7 @@ def kinds() -> Iterator[dict[str, Executor]]:
             "processes": held.enter_context(Processes(WORKERS)),
         }
         if importlib.util.find_spec("distributed") is not None:
-            from gaitsim.evaluation.cluster import Cluster
+            from gaitsim.evaluation.dask import Cluster
 
             found["Dask"] = held.enter_context(Cluster("local", WORKERS))
         yield found

@@ -5,9 +5,8 @@ from collections.abc import Iterator
 
 from pydantic import BaseModel
 
-from gaitsim import options
 from gaitsim.experiment import Evolution
-from gaitsim.registry import KINDS, entries, load_class
+from gaitsim.registry import KINDS, entries, load_class, options
 
 HEAD = """# Plugins and their options
 

@@ -15,9 +15,9 @@ from pathlib import Path
 from PIL import Image
 
 import gaitsim as gs
-from gaitsim.export.encoder import encode
-from gaitsim.export.plots import LIGHT, picture
-from gaitsim.export.video import Look, Video
+from gaitsim.render.encoder import encode
+from gaitsim.render.plots import LIGHT, picture
+from gaitsim.render.video import Look, Video
 from gaitsim.runs.reader import Run
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.live import Live

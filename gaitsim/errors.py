@@ -14,14 +14,20 @@ class GaitsimError(Exception):
         where: the file, key or plugin where it stands.
         allowed: what would have been right.
         remedy: what to do now.
+        key: the key of an experiment, study or settings file that is wrong, such as
+            `mutation.rate`, or the section, such as `mutation`; `''` where there is none. For
+            programs: messages name it in `where`.
     """
 
-    def __init__(self, what: str, *, where: str = "", allowed: str = "", remedy: str = "") -> None:
+    def __init__(
+        self, what: str, *, where: str = "", allowed: str = "", remedy: str = "", key: str = ""
+    ) -> None:
         self.what = what
         self.where = where
         self.allowed = allowed
         self.remedy = remedy
-        super().__init__(what, where, allowed, remedy)
+        self.key = key
+        super().__init__(what, where, allowed, remedy, key)
 
     def __str__(self) -> str:
         lines = [self.what]
@@ -41,14 +47,15 @@ class GaitsimError(Exception):
     def __reduce__(self) -> tuple[object, ...]:
         # Keyword-only arguments do not survive the default pickling, and errors
         # come back from worker processes.
-        return (_rebuild, (type(self), self.what, self.where, self.allowed, self.remedy))
+        state = (self.what, self.where, self.allowed, self.remedy, self.key)
+        return (_rebuild, (type(self), *state))
 
 
 def _rebuild(
-    kind: type[GaitsimError], what: str, where: str, allowed: str, remedy: str
+    kind: type[GaitsimError], what: str, where: str, allowed: str, remedy: str, key: str
 ) -> GaitsimError:
     error = kind.__new__(kind)
-    GaitsimError.__init__(error, what, where=where, allowed=allowed, remedy=remedy)
+    GaitsimError.__init__(error, what, where=where, allowed=allowed, remedy=remedy, key=key)
     return error
 
 

@@ -16,7 +16,7 @@ from rich.console import Console
 
 import gaitsim as gs
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
 
 

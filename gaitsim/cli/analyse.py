@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from gaitsim.analysis.subject import Subject
+    from gaitsim.gait.subject import Subject
     from gaitsim.runs.reader import Run
 
 
@@ -46,13 +46,13 @@ def analyse(
 
     gaitsim analyse spider --gait my-gait.csv --json
     """
-    from gaitsim.analysis.gait import analyse_gait
-    from gaitsim.analysis.perturb import perturb as perturbed
-    from gaitsim.runs.folder import find_run
+    from gaitsim.gait import analyse_gait
+    from gaitsim.gait.robustness import perturb as perturbed
+    from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 
     if figure is not None:
-        from gaitsim.export.plots import check_target
+        from gaitsim.render.plots import check_target
 
         check_target(figure)
     opened = Run(find_run(run))
@@ -62,7 +62,7 @@ def analyse(
         subject.skeleton, subject.joint_angles, dynamic=subject.experiment.organism.dynamic
     )
     if figure is not None:
-        from gaitsim.export.gait_figure import plot_gait
+        from gaitsim.render.plots.gait import plot_gait
 
         plot_gait(found, subject.title, figure)
     robustness = perturbed(subject, _first_best(history, subject)) if perturb else None
@@ -83,9 +83,9 @@ def analyse(
 
 
 def _subject(run: "Run", generation: int | None, gait: Path | None) -> "Subject":
-    from gaitsim.analysis.gait_file import read_gait
-    from gaitsim.analysis.subject import champion, from_file
     from gaitsim.errors import GaitsimError
+    from gaitsim.gait.files.reader import read_gait
+    from gaitsim.gait.subject import champion, from_file
     from gaitsim.runs.replay import replay
 
     if gait is None:
@@ -99,7 +99,7 @@ def _subject(run: "Run", generation: int | None, gait: Path | None) -> "Subject"
 
 def _first_best(history: "Mapping[str, NDArray[np.float64]]", subject: "Subject") -> float | None:
     """The best score of the first generation that was judged as the subject is, if any."""
-    from gaitsim.analysis.why import changes
+    from gaitsim.gait.score_breakdown import changes
 
     if not history:
         return None
@@ -110,8 +110,8 @@ def _first_best(history: "Mapping[str, NDArray[np.float64]]", subject: "Subject"
 def _plain(
     run: "Run", subject: "Subject", found: Any, robustness: Any, figure: Path | None
 ) -> dict[str, Any]:
-    from gaitsim.analysis import plain
-    from gaitsim.analysis.why import changes, course, in_words
+    from gaitsim.gait import to_dict as plain
+    from gaitsim.gait.score_breakdown import changes, course, in_words
 
     history, generation = run.history, subject.generation
     return {

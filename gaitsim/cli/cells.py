@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from gaitsim.terminal.braille import Inks
+    from gaitsim.render.terminal.braille import Inks
 
 _SIDES = ("white", "cyan", "yellow")  # middle, left, right, as in the footfall diagram
 # No ink, ground, track, limbs from the far ones to the near ones, feet.
@@ -31,7 +31,7 @@ def lines(codes: "NDArray[np.uint32]", inks: "Inks", styles: Sequence[str]) -> l
         inks: of each, the same.
         styles: of each ink.
     """
-    from gaitsim.terminal.braille import runs
+    from gaitsim.render.terminal.braille import runs
 
     return [
         Text.assemble(*((text, styles[ink]) for text, ink in runs(row, own)), no_wrap=True, end="")

@@ -26,7 +26,7 @@ def cluster(address: str | None, workers: int | None) -> "Iterator[Executor | No
         yield None
         return
     from gaitsim.cli.console import errors
-    from gaitsim.evaluation.cluster import LOCAL, Cluster
+    from gaitsim.evaluation.dask import LOCAL, Cluster
 
     console = errors()
     doing = "Starting Dask workers …" if address == LOCAL else f"Connecting to {address} …"

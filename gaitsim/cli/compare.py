@@ -52,9 +52,9 @@ def compare(
     from gaitsim.cli.console import notice, print_json
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.errors import GaitsimError
-    from gaitsim.export.convergence import plot_convergence
-    from gaitsim.runs.atomic import write_bytes
-    from gaitsim.runs.folder import create_folder
+    from gaitsim.render.plots.convergence import plot_convergence
+    from gaitsim.runs.files.atomic import write_bytes
+    from gaitsim.runs.files.folder import create_folder
     from gaitsim.study.comparison import find, load_all, plain, report, results
 
     if target is not None and not isfinite(target):

@@ -11,7 +11,7 @@ from gaitsim.cli.plot import Theme
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
-    from gaitsim.analysis.beside import Course
+    from gaitsim.study.compare_runs import Course
 
 ROWS = 14  # of the curves in the terminal
 WIDEST = 100  # columns of them
@@ -58,11 +58,11 @@ def differences(
 
     gaitsim differences spider spider-2 --by evaluations --plot curves.pdf
     """
-    from gaitsim.analysis.beside import options, read
-    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.files.folder import find_run
+    from gaitsim.study.compare_runs import options, read
 
     if plot is not None:
-        from gaitsim.export.plots import check_target
+        from gaitsim.render.plots import check_target
 
         check_target(plot)
     courses = read([find_run(run) for run in runs])
@@ -70,8 +70,8 @@ def differences(
         if one.problem is not None:
             raise one.problem
     if plot is not None:
-        from gaitsim.export.plots import THEMES
-        from gaitsim.export.plots.overlay import plot_overlay
+        from gaitsim.render.plots import THEMES
+        from gaitsim.render.plots.overlay import plot_overlay
 
         plot_overlay(courses, quantity, by, plot, THEMES[theme])
     if json:
@@ -105,10 +105,10 @@ def _plain(course: "Course") -> dict[str, Any]:
 def _show(courses: "Sequence[Course]", quantity: str, by: str) -> None:
     from rich.text import Text
 
-    from gaitsim.analysis.beside import table as rows_of
     from gaitsim.cli.cells import LINES, lines
     from gaitsim.cli.console import output, table, visible
-    from gaitsim.terminal.curves import SAMPLES, Series, plot
+    from gaitsim.render.terminal.curves import SAMPLES, Series, plot
+    from gaitsim.study.compare_runs import table as rows_of
 
     console = output()
     drawn = [one for one in courses if one.history]

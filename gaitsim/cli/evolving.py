@@ -11,14 +11,14 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from gaitsim.at_work import stopped
 from gaitsim.cli.cluster import warn
 from gaitsim.cli.console import errors, notice
 from gaitsim.cli.progress import Display, display
 from gaitsim.cli.summary import summarise
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evolution import spreading
-from gaitsim.runs.folder import command, resumable
+from gaitsim.registry.plugin_context import stopped
+from gaitsim.runs.files.folder import command, resumable
 from gaitsim.runs.writer import RunWriter
 
 SLOW = 1.0  # seconds that may pass in silence

@@ -26,7 +26,7 @@ def list_() -> None:
 def _describe(name: str) -> str:
     from gaitsim.cli.console import visible
     from gaitsim.errors import GaitsimError
-    from gaitsim.presets import read_preset
+    from gaitsim.registry.presets import read_preset
     from gaitsim.toml import parse
 
     try:

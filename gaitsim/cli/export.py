@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from gaitsim.export.gait import Gait
-    from gaitsim.export.servo import ServoRange
+    from gaitsim.gait.files.servo import ServoRange
+    from gaitsim.gait.files.writer import Gait
 
 
 class Format(StrEnum):
@@ -84,8 +84,8 @@ def export(
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
     """
     from gaitsim.errors import GaitsimError
-    from gaitsim.export.gait import check_folder, gait_of, write_gait
-    from gaitsim.runs.folder import find_run
+    from gaitsim.gait.files.writer import check_folder, gait_of, write_gait
+    from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 
     opened = Run(find_run(run))
@@ -143,7 +143,7 @@ def _format(format: Format | None, out: Path | None) -> Format:
 
 
 def _servos(centre: float, low: float | None, high: float | None) -> "ServoRange":
-    from gaitsim.export.servo import REACH, ServoRange
+    from gaitsim.gait.files.servo import REACH, ServoRange
 
     return ServoRange(
         centre,
@@ -156,7 +156,7 @@ def _export_servo(
     gait: "Gait", servos: "ServoRange", keyframe_ms: int | None, clip: bool, path: Path
 ) -> None:
     from gaitsim.cli.console import notice
-    from gaitsim.export.servo import servo_table, write_servo
+    from gaitsim.gait.files.servo import servo_table, write_servo
 
     table = servo_table(gait, servos, keyframe_ms, clip=clip)
     write_servo(table, path)

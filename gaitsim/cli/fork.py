@@ -40,7 +40,7 @@ def fork(
     gaitsim fork spider --out runs/bold --set mutation.rate=0.2
     """
     from gaitsim.cli.console import notice, print_json
-    from gaitsim.runs.folder import command, find_run
+    from gaitsim.runs.files.folder import command, find_run
     from gaitsim.runs.fork import fork_run
     from gaitsim.runs.reader import Run
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from rich.text import Text
 
-from gaitsim.analysis.gait import Footfalls, Gait
-from gaitsim.analysis.subject import Subject
 from gaitsim.cli.console import number, output, table, visible
+from gaitsim.gait import Footfalls, Gait
+from gaitsim.gait.subject import Subject
 
 WIDTH = 80
 SIGNS = 62  # of a row of the diagram, the foot's name before it

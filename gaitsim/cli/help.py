@@ -63,7 +63,7 @@ def in_our_words(error: typer.BadParameter) -> GaitsimError | None:
     """What is wrong with a value, where Typer passes on the words of pydantic; else None."""
     from pydantic import Field, ValidationError
 
-    from gaitsim.options import allowed, words
+    from gaitsim.registry.options import allowed, words
 
     cause, parameter = error.__cause__, error.param
     takes = getattr(parameter, "type_descriptor", None)

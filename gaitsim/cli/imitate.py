@@ -104,10 +104,10 @@ def imitate(
 
     from gaitsim.cli.console import print_json
     from gaitsim.cli.imitation_view import files_of, plain, print_results, write_results
-    from gaitsim.export.gait import check_folder
+    from gaitsim.gait.files.writer import check_folder
     from gaitsim.imitation.imitating import teacher_of
     from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
-    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
     from gaitsim.runs.replay import replay as replayed
 

@@ -9,7 +9,7 @@ from typing import Any
 from gaitsim.cli.console import notice, number, output, table
 from gaitsim.imitation.imitating import Result, Teacher
 from gaitsim.imitation.verdict import Performance
-from gaitsim.runs.folder import command
+from gaitsim.runs.files.folder import command
 
 Files = Mapping[str, Path]
 FORWARD, ENOUGH = "forward", 0.9
@@ -33,11 +33,11 @@ def write_results(teacher: Teacher, results: Sequence[Result], files: Files) -> 
     Raises:
         RunError: a file cannot be written.
     """
-    from gaitsim.export.gait import Gait, write_gait
-    from gaitsim.export.plots import save
-    from gaitsim.export.plots.imitation import errors_figure
-    from gaitsim.export.plots.labels import heading_of_run
+    from gaitsim.gait.files.writer import Gait, write_gait
     from gaitsim.imitation.file import save_imitator
+    from gaitsim.render.plots import save
+    from gaitsim.render.plots.imitation import errors_figure
+    from gaitsim.render.plots.labels import heading_of_run
 
     first = results[0]
     learnt = first.imitation

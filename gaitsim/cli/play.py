@@ -8,9 +8,9 @@ import typer
 if TYPE_CHECKING:
     from rich.console import Group
 
+    from gaitsim.render.terminal.body import Figure
+    from gaitsim.render.terminal.view import View as Camera
     from gaitsim.runs.replay import Replay
-    from gaitsim.terminal.body import Figure
-    from gaitsim.terminal.view import View as Camera
 
 FPS = 20
 SPEEDS = 0.01, 100.0
@@ -54,11 +54,11 @@ def play(
     gaitsim play fly --whole --at 2.5
     """
     from gaitsim.errors import GaitsimError
-    from gaitsim.runs.folder import find_run
+    from gaitsim.render.terminal.body import Figure
+    from gaitsim.render.terminal.view import View as Camera
+    from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
     from gaitsim.runs.replay import replay
-    from gaitsim.terminal.body import Figure
-    from gaitsim.terminal.view import View as Camera
 
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
@@ -132,7 +132,7 @@ def _picture(
 
     from gaitsim.cli.cells import BODY, lines
     from gaitsim.cli.console import number, visible
-    from gaitsim.terminal.body import picture
+    from gaitsim.render.terminal.body import picture
 
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.run.path.name), "bold")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from gaitsim.export.plots.request import Request
+    from gaitsim.render.plots.request import Request
 
 
 class Kind(StrEnum):
@@ -98,9 +98,9 @@ def plot(
     gaitsim plot spider --kind all --format svg --theme dark
     """
     from gaitsim.cli.generations import asked_generations
-    from gaitsim.export.plots import THEMES
-    from gaitsim.export.plots.request import Request
-    from gaitsim.runs.folder import find_run
+    from gaitsim.render.plots import THEMES
+    from gaitsim.render.plots.request import Request
+    from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 
     numbers = asked_generations(generation, generations)
@@ -134,8 +134,8 @@ def _plot(
     out: Path | None,
     format: Format | None,
 ) -> None:
-    from gaitsim.export.plots import check_target, save
-    from gaitsim.export.plots.kinds import KINDS, draw, file_stem
+    from gaitsim.render.plots import check_target, save
+    from gaitsim.render.plots.kinds import KINDS, draw, file_stem
 
     if out is not None:
         _check_format(out, format)
@@ -152,9 +152,9 @@ def _plot_all(request: "Request", numbers: Sequence[int], out: Path | None, form
     """Every kind that the body has; what is left out, and why, is said."""
     from gaitsim.cli.console import notice
     from gaitsim.errors import GaitsimError
-    from gaitsim.export.plots import save
-    from gaitsim.export.plots.kinds import KINDS, draw, file_stem
-    from gaitsim.export.plots.request import LackingError
+    from gaitsim.render.plots import save
+    from gaitsim.render.plots.kinds import KINDS, draw, file_stem
+    from gaitsim.render.plots.request import LackingError
 
     if out is not None and not out.is_dir():
         raise GaitsimError(

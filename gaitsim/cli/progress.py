@@ -17,7 +17,7 @@ from rich.text import Text
 
 from gaitsim.cli.console import notice, number, output, print_json, table, visible
 from gaitsim.evolution import Generation
-from gaitsim.runs.history import MEAN, island_bests, row
+from gaitsim.runs.files.history import MEAN, island_bests, row
 from gaitsim.runs.writer import RunWriter
 
 BLOCKS = "▁▂▃▄▅▆▇█"

@@ -39,7 +39,7 @@ def resume(
     """
     from gaitsim.cli.cluster import cluster
     from gaitsim.cli.evolving import evolve_run
-    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.files.folder import find_run
 
     path = find_run(run)
     with cluster(dask, workers) as executor:

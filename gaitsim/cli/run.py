@@ -74,7 +74,7 @@ def run(
     from gaitsim.cli.cluster import cluster
     from gaitsim.cli.evolving import evolve_run
     from gaitsim.experiment import load_experiment
-    from gaitsim.runs.folder import create_run
+    from gaitsim.runs.files.folder import create_run
     from gaitsim.runs.start import check_start, kept_individual
 
     short = {

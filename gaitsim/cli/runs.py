@@ -56,7 +56,7 @@ def runs(
 def _check(root: Path) -> None:
     """Refuse what is no folder of runs; `runs` alone may be missing, as before the first run."""
     from gaitsim.errors import GaitsimError
-    from gaitsim.runs.folder import EXPERIMENT, RUNS, command
+    from gaitsim.runs.files.folder import EXPERIMENT, RUNS, command
 
     # os.path, unlike pathlib, answers for names that no file can have, too.
     if os.path.isfile(root / EXPERIMENT):  # noqa: PTH113
@@ -79,7 +79,7 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
 
     from gaitsim.cli.console import notice, print_json, visible
     from gaitsim.errors import GaitsimError
-    from gaitsim.runs.folder import EXPERIMENT, find_run
+    from gaitsim.runs.files.folder import EXPERIMENT, find_run
     from gaitsim.runs.removal import delete_run
 
     paths = [

@@ -34,7 +34,7 @@ def show(
     gaitsim show spider --fingerprint
     """
     from gaitsim.cli.console import notice, print_json
-    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 
     opened = Run(find_run(run))
@@ -91,7 +91,7 @@ def _print(run: "Run") -> None:
     from gaitsim.cli.console import number, output
     from gaitsim.cli.progress import sparkline
     from gaitsim.cli.summary import champion_of, print_champion
-    from gaitsim.runs.folder import command
+    from gaitsim.runs.files.folder import command
     from gaitsim.runs.start import read_start
 
     experiment, history = run.experiment, run.history

@@ -45,8 +45,8 @@ def study(
 
     from gaitsim.cli.cluster import cluster
     from gaitsim.cli.console import notice, output
-    from gaitsim.runs.folder import command, create_folder
-    from gaitsim.runs.lock import RunLock
+    from gaitsim.runs.files.folder import command, create_folder
+    from gaitsim.runs.files.lock import RunLock
     from gaitsim.study.file import cells, read_study, resolved
 
     begun = (Path(study) / STUDY).is_file()
@@ -96,7 +96,7 @@ def _run(
     from gaitsim.cli.console import errors, notice
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.errors import GaitsimError
-    from gaitsim.runs.folder import command
+    from gaitsim.runs.files.folder import command
     from gaitsim.study.running import finished, run_cells
 
     missing = [
@@ -151,8 +151,8 @@ def _collect(folder: Path, study: "Study", every: "list[Cell]") -> "list[tuple[C
 
 
 def _write(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]") -> None:
-    from gaitsim.export.surfaces import plot_surface, surface_axis
-    from gaitsim.runs.atomic import write_bytes
+    from gaitsim.render.plots.surfaces import plot_surface, surface_axis
+    from gaitsim.runs.files.atomic import write_bytes
     from gaitsim.study.results import table
 
     for old in (folder / REPORT, *folder.glob("surface-*.png")):
@@ -167,7 +167,7 @@ def _write(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]") -> 
 def _summarise(folder: Path, study: "Study", results: "list[tuple[Cell, Best]]") -> None:
     """Print and write down what first reached the target, published cells beside it."""
     from gaitsim.cli.console import number, output, table
-    from gaitsim.runs.atomic import write_bytes
+    from gaitsim.runs.files.atomic import write_bytes
     from gaitsim.study.results import POPULATION, RULE, first_reached, markdown
 
     if study.target is None:

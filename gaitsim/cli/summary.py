@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from gaitsim.cli.console import number, output, print_json, table
 from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
-from gaitsim.runs.folder import command
-from gaitsim.runs.history import best_terms
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run
 
 

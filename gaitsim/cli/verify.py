@@ -9,7 +9,7 @@ from gaitsim.cli.run import Json, Workers
 
 if TYPE_CHECKING:
     from gaitsim.runs.reader import Run
-    from gaitsim.runs.verify import Verdict
+    from gaitsim.runs.verify.verify import Verdict
 
 DIFFERENT = 1
 SHOWN = 5  # generations that differ, and parts of one
@@ -49,7 +49,7 @@ def verify(
     """
     from gaitsim.cli.generations import asked_generations
     from gaitsim.errors import GaitsimError
-    from gaitsim.runs.folder import find_run
+    from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 
     if all_ and generations is not None:
@@ -76,7 +76,7 @@ def _verify(
 
     from gaitsim.cli.console import errors
     from gaitsim.cli.interrupts import interruptible
-    from gaitsim.runs.verify import verify as verified
+    from gaitsim.runs.verify.verify import verify as verified
 
     console = errors()
     bar = Progress(
@@ -160,7 +160,7 @@ def _print(path: str, verdict: "Verdict") -> None:
 
 def _asked(verdict: "Verdict") -> list[str]:
     """What `experiment.toml` asks for that the run was not made with, in one text."""
-    from gaitsim.runs.folder import EXPERIMENT
+    from gaitsim.runs.files.folder import EXPERIMENT
     from gaitsim.toml import literal
 
     def value(found: Any) -> str:

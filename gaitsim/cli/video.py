@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from gaitsim.export.video import Video
+    from gaitsim.render.video import Video
 
 
 class Format(StrEnum):
@@ -76,9 +76,9 @@ def video(
     from gaitsim.cli.console import notice
     from gaitsim.cli.generations import asked_generations
     from gaitsim.cli.interrupts import interruptible
-    from gaitsim.export.gait import check_folder
-    from gaitsim.export.video import Look, Video
-    from gaitsim.runs.folder import find_run
+    from gaitsim.gait.files.writer import check_folder
+    from gaitsim.render.video import Look, Video
+    from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 
     chosen = _format(format, out)

@@ -12,9 +12,9 @@ from typing import Self
 
 import numpy as np
 
-from gaitsim.at_work import Noting
 from gaitsim.contracts import Genomes
 from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.chunking import Sharing, cuts, measured
 from gaitsim.evaluation.executors import (
     Executor,
     Here,
@@ -24,11 +24,11 @@ from gaitsim.evaluation.executors import (
     WorkerLostError,
     cores,
 )
-from gaitsim.evaluation.judge import Evaluation, joined, judge
-from gaitsim.evaluation.portable import Portable, prepare
 from gaitsim.evaluation.processes import Processes, Tell
-from gaitsim.evaluation.sharing import Sharing, cuts, measured
+from gaitsim.evaluation.scoring import Evaluation, joined, judge
+from gaitsim.evaluation.serialized import Portable, prepare
 from gaitsim.experiment import Experiment
+from gaitsim.registry.plugin_context import Noting
 
 # Individuals a chunk of a compiled body: few enough for its arrays to stay in the cache, and for
 # the memory allocator not to ask the system for them each time. 100 recurrence spiders on

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from gaitsim.contracts import Motion, Organism
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.judge import broken, hold_motion
+from gaitsim.evaluation.scoring import broken, hold_motion
 from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
 

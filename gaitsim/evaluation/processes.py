@@ -14,7 +14,7 @@ from typing import cast
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError
-from gaitsim.evaluation.portable import begin_worker
+from gaitsim.evaluation.serialized import begin_worker
 
 Tell = Callable[[str], None]
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, BitSpace, Genomes, GenomeSpace, Plugin, Selection
-from gaitsim.evaluation.judge import broken
+from gaitsim.evaluation.scoring import broken
 from gaitsim.experiment import Experiment
 from gaitsim.registry import containing
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
-from gaitsim.facts import Fact, Facts
+from gaitsim.repr_mixin import Fact, Facts
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, Genomes, GenomeSpace
 from gaitsim.evaluation import Evaluation, Evaluator, judge
-from gaitsim.evaluation.judge import joined
+from gaitsim.evaluation.scoring import joined
 from gaitsim.evolution.breeding import breed, first_population, population_from
 from gaitsim.experiment import Experiment, Islands
 

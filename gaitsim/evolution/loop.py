@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 
 from gaitsim.contracts import Array, Genomes
 from gaitsim.evaluation import Evaluation
-from gaitsim.evaluation.judge import hold_terms
+from gaitsim.evaluation.scoring import hold_terms
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import (
     Made,

@@ -8,7 +8,7 @@ from gaitsim.contracts import GenomeSpace
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
 from gaitsim.experiment.model import Experiment, space_of
 from gaitsim.experiment.reader import Reader
-from gaitsim.presets import read_preset
+from gaitsim.registry.presets import read_preset
 
 LARGEST = 1_000_000  # bytes of an experiment file
 

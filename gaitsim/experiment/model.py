@@ -6,7 +6,6 @@ from typing import Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict
 
-from gaitsim import options
 from gaitsim.contracts import (
     Crossover,
     Fitness,
@@ -17,10 +16,10 @@ from gaitsim.contracts import (
     Selection,
     option,
 )
-from gaitsim.declarations import PLUGIN
 from gaitsim.errors import PluginError
-from gaitsim.facts import Fact, Facts
-from gaitsim.registry import KINDS, Entry, containing
+from gaitsim.registry import KINDS, Entry, containing, options
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.repr_mixin import Fact, Facts
 
 SCHEMA = 1
 

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
-from gaitsim import options
-from gaitsim.declarations import PLUGIN
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment.problems import Problems
-from gaitsim.registry import KINDS
+from gaitsim.registry import KINDS, options
+from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.toml import literal
 
 HEAD = ("schema", "name", "description", "seed")

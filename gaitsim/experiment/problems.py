@@ -6,8 +6,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from gaitsim import options
 from gaitsim.errors import GaitsimError, nearest
+from gaitsim.registry import options
 from gaitsim.toml import literal, shortened
 
 # What an error of pydantic says when its own words tell more than the option's type and bounds.
@@ -34,13 +34,17 @@ class Problems:
 
     def report(self, key: str, what: str, allowed: str = "", remedy: str = "") -> None:
         """Take note of a problem with a key."""
-        self.found.append(GaitsimError(what, where=self.where(key), allowed=allowed, remedy=remedy))
+        self.found.append(
+            GaitsimError(what, where=self.where(key), allowed=allowed, remedy=remedy, key=key)
+        )
 
     def of_plugin(self, key: str, error: GaitsimError) -> None:
         """Take note of what a plugin that a key chooses has raised."""
         where = f"{self.where(key)}: {error.where}" if error.where else self.where(key)
         self.found.append(
-            type(error)(error.what, where=where, allowed=error.allowed, remedy=error.remedy)
+            type(error)(
+                error.what, where=where, allowed=error.allowed, remedy=error.remedy, key=key
+            )
         )
 
     def of_options(
@@ -65,7 +69,8 @@ class Problems:
         """Options that are allowed one by one, but not together."""
         changed = [key for key in self.typed if key.startswith(f"{section}.")]
         also = f", with {', '.join(changed)} of the command line" if changed else ""
-        self.found.append(GaitsimError(what, where=f"{self.source}, section {section}{also}"))
+        where = f"{self.source}, section {section}{also}"
+        self.found.append(GaitsimError(what, where=where, key=section))
 
     def _of_option(self, key: str, field: FieldInfo, given: Any, detail: Any) -> None:
         about = options.meaning(field)

@@ -7,9 +7,8 @@ from typing import Any, cast
 
 from pydantic import BaseModel, ValidationError
 
-from gaitsim import options, registry
+from gaitsim import registry
 from gaitsim.contracts import Organism
-from gaitsim.declarations import PLUGIN
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
 from gaitsim.experiment.combination import (
     check_combination,
@@ -20,7 +19,8 @@ from gaitsim.experiment.combination import (
 from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
 from gaitsim.experiment.problems import Problems
-from gaitsim.registry import KINDS, Entry, containing
+from gaitsim.registry import KINDS, Entry, containing, options
+from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.toml import literal
 
 _NAMES = {int: "a whole number", str: "a text in quotes"}

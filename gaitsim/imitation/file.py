@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError
 from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import Network
-from gaitsim.runs.atomic import write_bytes
+from gaitsim.runs.files.atomic import write_bytes
 
 LARGEST = 64 * 2**20  # bytes, packed and unpacked
 

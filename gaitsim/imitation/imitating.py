@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.export.gait import Gait, gait_of_replay
+from gaitsim.gait.files.writer import Gait, gait_of_replay
 from gaitsim.imitation.file import Imitation
 from gaitsim.imitation.imitator import mean_square
 from gaitsim.imitation.learning import Settings, learn

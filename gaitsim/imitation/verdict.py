@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from gaitsim.contracts import Motion
-from gaitsim.evaluation.judge import judge_motion
 from gaitsim.evaluation.playing import play
+from gaitsim.evaluation.scoring import judge_motion
 from gaitsim.experiment import Experiment
 from gaitsim.imitation.imitator import Angles
 from gaitsim.registry import containing

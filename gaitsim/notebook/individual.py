@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
-from gaitsim.facts import Fact, Facts
 from gaitsim.registry import containing
+from gaitsim.repr_mixin import Fact, Facts
 from gaitsim.runs.replay import motion_of, skeleton_of
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class Individual(Facts):
         """
         from PIL import Image
 
-        from gaitsim.export.scene import VIEWS, draw
+        from gaitsim.render.scene import VIEWS, draw
 
         if view not in VIEWS:
             raise GaitsimError(

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
-from gaitsim.facts import Fact, Facts
 from gaitsim.notebook.individual import Individual
 from gaitsim.notebook.search import Search, overrides, resumed
+from gaitsim.repr_mixin import Fact, Facts
 from gaitsim.runs import reader
-from gaitsim.runs.folder import find_run
+from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.replay import Replay, replay
 
 if TYPE_CHECKING:
@@ -148,9 +148,9 @@ class Run(Facts):
         Raises:
             GaitsimError: there is no such kind, or the body has nothing of it.
         """
-        from gaitsim.export.plots import DARK, LIGHT, picture
-        from gaitsim.export.plots.kinds import KINDS, draw
-        from gaitsim.export.plots.request import Request
+        from gaitsim.render.plots import DARK, LIGHT, picture
+        from gaitsim.render.plots.kinds import KINDS, draw
+        from gaitsim.render.plots.request import Request
 
         if kind not in KINDS:
             raise GaitsimError(
@@ -197,7 +197,7 @@ class Run(Facts):
         Raises:
             GaitsimError: it cannot be made so, or not be written.
         """
-        from gaitsim.export.video import Look, Video
+        from gaitsim.render.video import Look, Video
 
         path = Path(path)
         theme = "dark" if dark else "light"

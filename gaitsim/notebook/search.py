@@ -12,9 +12,9 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import Generation, spreading
 from gaitsim.experiment import Experiment, load_experiment, with_overrides
-from gaitsim.facts import Fact, Facts
 from gaitsim.notebook.individual import Individual
-from gaitsim.runs.folder import create_run, resumable
+from gaitsim.repr_mixin import Fact, Facts
+from gaitsim.runs.files.folder import create_run, resumable
 from gaitsim.runs.writer import RunWriter
 
 if TYPE_CHECKING:

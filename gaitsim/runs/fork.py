@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gaitsim.errors import RunError
-from gaitsim.runs import history
-from gaitsim.runs.checkpoint import pack
-from gaitsim.runs.digests import RECORD
-from gaitsim.runs.folder import (
+from gaitsim.runs.files import history
+from gaitsim.runs.files.checkpoint import pack
+from gaitsim.runs.files.checksums import RECORD
+from gaitsim.runs.files.folder import (
     BESTS,
     CHAMPIONS,
     CHECKPOINT,
@@ -23,8 +23,8 @@ from gaitsim.runs.folder import (
     create_folder,
     kept_champions,
 )
-from gaitsim.runs.opening import plan
 from gaitsim.runs.reader import Run
+from gaitsim.runs.resume import plan
 
 
 def fork_run(

@@ -11,10 +11,10 @@ from typing import Any, Literal
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Evolution
 from gaitsim.registry import KINDS
-from gaitsim.runs.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, list_runs
-from gaitsim.runs.lock import is_locked
-from gaitsim.runs.opening import is_finished
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, list_runs
+from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.reader import Run
+from gaitsim.runs.resume import is_finished
 from gaitsim.toml import parse
 
 POINTS = 256

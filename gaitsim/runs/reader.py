@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import KINDS, entries
-from gaitsim.runs.atomic import writing
-from gaitsim.runs.checkpoint import Checkpoint, read_with_fallback
-from gaitsim.runs.fitting import fitting, misfit
-from gaitsim.runs.folder import (
+from gaitsim.runs.compatibility import fitting, misfit
+from gaitsim.runs.files.atomic import writing
+from gaitsim.runs.files.checkpoint import Checkpoint, read_with_fallback
+from gaitsim.runs.files.folder import (
     BESTS,
     CHECKPOINT,
     EXPERIMENT,
@@ -28,7 +28,7 @@ from gaitsim.runs.folder import (
     PREVIOUS,
     command,
 )
-from gaitsim.runs.history import (
+from gaitsim.runs.files.history import (
     header,
     read_bests,
     read_history,

@@ -5,9 +5,9 @@ import shutil
 from pathlib import Path
 
 from gaitsim.errors import RunError
-from gaitsim.runs.atomic import writing
-from gaitsim.runs.folder import EXPERIMENT
-from gaitsim.runs.lock import RunLock
+from gaitsim.runs.files.atomic import writing
+from gaitsim.runs.files.folder import EXPERIMENT
+from gaitsim.runs.files.lock import RunLock
 
 _GONE = ".deleted-"
 

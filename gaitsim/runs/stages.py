@@ -6,11 +6,11 @@ from typing import Any
 
 from pydantic_core import to_jsonable_python
 
-from gaitsim.declarations import PLUGIN
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import KINDS, load_class
-from gaitsim.runs.checkpoint import Checkpoint
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.toml import parse
 
 # Options of [evolution] that change what is evolved. The others say how long, and what is kept.

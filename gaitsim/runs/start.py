@@ -6,10 +6,10 @@ from pathlib import Path
 from gaitsim.contracts import Array
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.experiment import Experiment
-from gaitsim.runs.checkpoint import Champion, read_champion
-from gaitsim.runs.fitting import fitting, misfit
-from gaitsim.runs.folder import START, find_run
-from gaitsim.runs.history import best_terms
+from gaitsim.runs.compatibility import fitting, misfit
+from gaitsim.runs.files.checkpoint import Champion, read_champion
+from gaitsim.runs.files.folder import START, find_run
+from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run
 
 ALLOWED = (

@@ -12,11 +12,19 @@ from gaitsim.contracts import Genomes
 from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Spread, evolve, rescored, stop_reason
-from gaitsim.runs import history, origins
-from gaitsim.runs.atomic import remove_partials, writing
-from gaitsim.runs.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
-from gaitsim.runs.digests import RECORD, digests
-from gaitsim.runs.folder import (
+from gaitsim.runs.files import history
+from gaitsim.runs.files import provenance as origins
+from gaitsim.runs.files.append_only import (
+    ClashError,
+    Growing,
+    GrowingHistory,
+    GrowingIslands,
+    padded,
+)
+from gaitsim.runs.files.atomic import remove_partials, writing
+from gaitsim.runs.files.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
+from gaitsim.runs.files.checksums import RECORD, digests
+from gaitsim.runs.files.folder import (
     BESTS,
     CHAMPIONS,
     CHECKPOINT,
@@ -27,10 +35,9 @@ from gaitsim.runs.folder import (
     champion_file,
     kept_champions,
 )
-from gaitsim.runs.growing import ClashError, Growing, GrowingHistory, GrowingIslands, padded
-from gaitsim.runs.lock import RunLock
-from gaitsim.runs.opening import open_run
+from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.reader import Run, versions
+from gaitsim.runs.resume import open_run
 from gaitsim.runs.stages import Change
 
 REASONS_KEPT = 1000

@@ -9,7 +9,13 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.analysis.statistics import (
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import Evaluator, Executor
+from gaitsim.evaluation.processes import Tell
+from gaitsim.evolution.repeats import evolve_repeats
+from gaitsim.experiment import Experiment, load_experiment, with_overrides
+from gaitsim.study.results import markdown
+from gaitsim.study.statistics import (
     CONFIDENCE,
     RESAMPLES,
     Comparison,
@@ -19,12 +25,6 @@ from gaitsim.analysis.statistics import (
     describe,
     reaching,
 )
-from gaitsim.errors import GaitsimError
-from gaitsim.evaluation import Evaluator, Executor
-from gaitsim.evaluation.processes import Tell
-from gaitsim.evolution.repeats import evolve_repeats
-from gaitsim.experiment import Experiment, load_experiment, with_overrides
-from gaitsim.study.results import markdown
 
 
 @dataclass(frozen=True, eq=False)

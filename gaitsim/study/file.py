@@ -16,8 +16,8 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.loading import read_file
 from gaitsim.experiment.problems import Problems
-from gaitsim.presets import read_preset
 from gaitsim.registry import STUDIES, remembering
+from gaitsim.registry.presets import read_preset
 
 SCHEMA = 1
 MOST_CELLS = 100_000

@@ -15,7 +15,7 @@ from gaitsim.evaluation.executors import WorkerLostError, cores
 from gaitsim.evaluation.processes import Processes, Tell
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
-from gaitsim.runs.atomic import write_bytes, writing
+from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.study.file import Cell
 
 CELLS = "cells"

@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.registry import find
-from gaitsim.testing.packages import Chosen, chosen, rivals
 from gaitsim.testing.report import Finding, Report
-from gaitsim.testing.watch import SECONDS, watch
+from gaitsim.testing.rules.packages import Chosen, chosen, rivals
+from gaitsim.testing.sandbox import SECONDS, watch
 
 __all__ = ["SECONDS", "Finding", "Report", "check", "check_chosen", "check_package"]
 

@@ -15,16 +15,16 @@ from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Se
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, containing, load_entry
-from gaitsim.testing.bits import digest
-from gaitsim.testing.bodies import body_rules, moved_by, some_genomes
-from gaitsim.testing.common import spaces
-from gaitsim.testing.declared import declared, rebuilt, round_trip
-from gaitsim.testing.fitnesses import fitness_rules
-from gaitsim.testing.operators import crossover_rules, mutation_rules
-from gaitsim.testing.partners import partner
-from gaitsim.testing.presets import preset_rules, two_generations
 from gaitsim.testing.report import Finding, Report, advice, error
-from gaitsim.testing.selections import selection_rules
+from gaitsim.testing.rules.bits import digest
+from gaitsim.testing.rules.bodies import body_rules, moved_by, some_genomes
+from gaitsim.testing.rules.common import spaces
+from gaitsim.testing.rules.declared import declared, rebuilt, round_trip
+from gaitsim.testing.rules.fitnesses import fitness_rules
+from gaitsim.testing.rules.operators import crossover_rules, mutation_rules
+from gaitsim.testing.rules.partners import partner
+from gaitsim.testing.rules.presets import preset_rules, two_generations
+from gaitsim.testing.rules.selections import selection_rules
 
 SLOW_IMPORT = 3.0  # seconds, the libraries that gaitsim itself needs left out
 

@@ -158,7 +158,7 @@ class GaitsimApp(App[None]):
 
     def open_making(self, run: Path) -> None:
         """Ask what is to be made of a run: a gait file, a plot, a video, an analysis."""
-        from gaitsim.tui.screens.making import Making
+        from gaitsim.tui.screens.export_dialog import Making
 
         def begin(arguments: Sequence[str] | None) -> None:
             if arguments:

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 from gaitsim import registry, toml
 from gaitsim.contracts import Crossover, Fitness, GenomeSpace, Mutation, Organism, Plugin
-from gaitsim.declarations import PLUGIN
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment import Experiment
 from gaitsim.experiment.model import space_of
-from gaitsim.presets import read_preset
 from gaitsim.registry import EXPERIMENTS, KINDS
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.presets import read_preset
 
 
 @dataclass(frozen=True)

@@ -122,7 +122,7 @@ def remember_theme(path: Path, theme: str) -> None:
     """
     import tomlkit
 
-    from gaitsim.runs.atomic import write_bytes, writing
+    from gaitsim.runs.files.atomic import write_bytes, writing
 
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)

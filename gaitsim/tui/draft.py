@@ -15,12 +15,12 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
-from gaitsim import options, toml
-from gaitsim.declarations import PLUGIN
+from gaitsim import toml
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Evolution, Experiment, Islands, load_experiment, parse_experiment
-from gaitsim.registry import KINDS
-from gaitsim.runs.folder import RUNS
+from gaitsim.registry import KINDS, options
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.runs.files.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 
 SECTIONS = ("evolution", "islands", *KINDS)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitsim.analysis.gait import analyse_gait
-from gaitsim.export.gait import gait_of, write_gait
+from gaitsim.gait import analyse_gait
+from gaitsim.gait.files.writer import gait_of, write_gait
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import replay
 
@@ -190,7 +190,7 @@ def test_of_many_feet_the_foremost_are_shown(gaitsim):
 
 
 def test_runs_that_are_not_there_are_told(gaitsim, puppet, tmp_path):
-    from gaitsim.runs.folder import create_run
+    from gaitsim.runs.files.folder import create_run
 
     create_run(puppet(), tmp_path / "runs/unbegun")
     for name, says in (("nobody", "there is no run 'nobody'"), ("unbegun", "no finished gener")):

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from gaitsim import cli
-from gaitsim.presets import read_preset
 from gaitsim.registry import KINDS
+from gaitsim.registry.presets import read_preset
 
 SPIDER = read_preset("spider")
 

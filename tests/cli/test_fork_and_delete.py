@@ -6,8 +6,8 @@ import shutil
 import pytest
 
 from gaitsim.evaluation import judge
+from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.lock import RunLock
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
 

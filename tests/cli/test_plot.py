@@ -3,8 +3,8 @@
 import pytest
 
 from gaitsim.cli.plot import Kind, Theme
-from gaitsim.export.plots import THEMES
-from gaitsim.export.plots.kinds import KINDS
+from gaitsim.render.plots import THEMES
+from gaitsim.render.plots.kinds import KINDS
 
 
 @pytest.fixture

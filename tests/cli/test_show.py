@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from gaitsim.runs.history import best_terms
+from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run
 
 
@@ -24,7 +24,7 @@ def finished(gaitsim, puppet_file, tmp_path):
 @pytest.fixture
 def unbegun(puppet, tmp_path):
     """A run without a generation."""
-    from gaitsim.runs.folder import create_run
+    from gaitsim.runs.files.folder import create_run
 
     return create_run(puppet(), tmp_path / "runs/unbegun")
 

@@ -139,6 +139,6 @@ def test_ctrl_c_ends_it(gaitsim, run, monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gaitsim.runs.verify.all_again", stop)
+    monkeypatch.setattr("gaitsim.runs.verify.verify.all_again", stop)
     done = gaitsim("verify", "puppet", "--all", code=130)
     assert (done.stdout, done.stderr) == ("", "")

@@ -75,7 +75,7 @@ def test_a_run_that_is_not_there(gaitsim, run):
 
 
 def test_ctrl_c_leaves_nothing(gaitsim, run, tmp_path, monkeypatch):
-    from gaitsim.export.scene import Scene
+    from gaitsim.render.scene import Scene
 
     draw = Scene.draw
 

@@ -9,7 +9,7 @@ import pytest
 
 from gaitsim.errors import PluginError
 from gaitsim.testing import check, check_package
-from gaitsim.testing.packages import chosen
+from gaitsim.testing.rules.packages import chosen
 
 LOOPS = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
 

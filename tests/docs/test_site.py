@@ -9,8 +9,7 @@ from types import ModuleType
 import pytest
 from typer.testing import CliRunner
 
-from gaitsim import options
-from gaitsim.registry import KINDS, entries, load_class
+from gaitsim.registry import KINDS, entries, load_class, options
 
 ROOT = Path(__file__).parents[2]
 BUILD = ROOT / "docs_build"

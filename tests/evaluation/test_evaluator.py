@@ -7,8 +7,8 @@ import pytest
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, judge
 from gaitsim.evaluation import evaluator as module
+from gaitsim.evaluation.chunking import Sharing
 from gaitsim.evaluation.executors import Here, WorkerLostError
-from gaitsim.evaluation.sharing import Sharing
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import containing

@@ -12,8 +12,8 @@ import pytest
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.executors import DEATHS, Here, Threads, WorkerLostError
-from gaitsim.evaluation.portable import Portable
 from gaitsim.evaluation.processes import Processes, without_script
+from gaitsim.evaluation.serialized import Portable
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs signals")
 

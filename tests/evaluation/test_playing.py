@@ -4,8 +4,8 @@ import pytest
 from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import judge
-from gaitsim.evaluation.judge import judge_motion
 from gaitsim.evaluation.playing import play, require_play
+from gaitsim.evaluation.scoring import judge_motion
 from gaitsim.experiment import load_experiment
 
 

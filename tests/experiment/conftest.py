@@ -7,7 +7,7 @@ import tomlkit
 
 from gaitsim.errors import ExperimentError
 from gaitsim.experiment import parse_experiment
-from gaitsim.presets import read_preset
+from gaitsim.registry.presets import read_preset
 
 
 @pytest.fixture(scope="session")

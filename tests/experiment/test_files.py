@@ -10,8 +10,8 @@ from gaitsim.experiment import (
     load_experiment,
     with_overrides,
 )
-from gaitsim.presets import read_preset
 from gaitsim.registry import KINDS
+from gaitsim.registry.presets import read_preset
 
 SPIDER = read_preset("spider")
 

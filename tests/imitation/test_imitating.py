@@ -13,7 +13,7 @@ from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 from gaitsim.imitation import SETTINGS, load_imitator
 from gaitsim.imitation.imitating import imitate, teacher_of
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import replay
 from gaitsim.runs.writer import RunWriter

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gaitsim.evaluation.judge import judge
+from gaitsim.evaluation.scoring import judge
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 

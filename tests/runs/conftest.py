@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from gaitsim.runs.checkpoint import Champion, Checkpoint
+from gaitsim.runs.files.checkpoint import Champion, Checkpoint
 
 
 @pytest.fixture(scope="session")

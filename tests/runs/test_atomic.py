@@ -8,7 +8,13 @@ from pathlib import Path
 import pytest
 
 from gaitsim.errors import RunError
-from gaitsim.runs.atomic import remove_partials, replacing, set_aside, write_bytes, write_rotating
+from gaitsim.runs.files.atomic import (
+    remove_partials,
+    replacing,
+    set_aside,
+    write_bytes,
+    write_rotating,
+)
 
 OLDEST, OLD, NEW = b"oldest" * 100, b"old" * 100, b"new" * 100
 
@@ -116,7 +122,7 @@ def test_a_write_that_stops_half_way_leaves_nothing_half_written(tmp_path):
 import resource, sys
 from pathlib import Path
 from gaitsim.errors import RunError
-from gaitsim.runs.atomic import write_bytes
+from gaitsim.runs.files.atomic import write_bytes
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 try:
     write_bytes(Path(sys.argv[1]), bytes(1_000_000))

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gaitsim.runs import safe_pickle
-from gaitsim.runs.checkpoint import (
+from gaitsim.runs.files import safe_pickle
+from gaitsim.runs.files.checkpoint import (
     Champion,
     Checkpoint,
     Stage,

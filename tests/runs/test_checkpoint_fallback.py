@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import CheckpointError, RunError
-from gaitsim.runs import safe_pickle
-from gaitsim.runs.checkpoint import (
+from gaitsim.runs.files import safe_pickle
+from gaitsim.runs.files.checkpoint import (
     read_checkpoint,
     read_with_fallback,
     write_checkpoint,
 )
-from gaitsim.runs.safe_pickle import NewerCheckpointError
+from gaitsim.runs.files.safe_pickle import NewerCheckpointError
 
 
 @pytest.fixture

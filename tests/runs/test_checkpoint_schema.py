@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import CheckpointError
-from gaitsim.runs import safe_pickle
-from gaitsim.runs.checkpoint import (
+from gaitsim.runs.files import safe_pickle
+from gaitsim.runs.files.checkpoint import (
     Stage,
     pack,
     read_champion,

@@ -12,10 +12,10 @@ import pytest
 from gaitsim.errors import CheckpointError, ExperimentError, PluginError, RunError
 from gaitsim.evaluation import judge
 from gaitsim.evolution import evolve
-from gaitsim.runs import folder as folders
-from gaitsim.runs.checkpoint import read_champion, read_checkpoint, write_checkpoint
-from gaitsim.runs.folder import create_run, find_run, list_runs
-from gaitsim.runs.history import best_terms
+from gaitsim.runs.files import folder as folders
+from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
+from gaitsim.runs.files.folder import create_run, find_run, list_runs
+from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run, versions
 from gaitsim.runs.writer import RunWriter
 

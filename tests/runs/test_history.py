@@ -11,8 +11,8 @@ from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress
-from gaitsim.runs.growing import Growing
-from gaitsim.runs.history import (
+from gaitsim.runs.files.append_only import Growing
+from gaitsim.runs.files.history import (
     COLUMNS,
     line,
     line_ends,

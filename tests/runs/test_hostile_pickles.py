@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitsim.errors import CheckpointError
-from gaitsim.runs import safe_pickle
-from gaitsim.runs.safe_pickle import dumps, load, loads
+from gaitsim.runs.files import safe_pickle
+from gaitsim.runs.files.safe_pickle import dumps, load, loads
 
 FILE = Path("population.pickle")
 PROTO = b"\x80\x05"
@@ -155,7 +155,7 @@ def test_hostile_files_are_refused_in_little_memory(tmp_path):
 import resource, sys
 from pathlib import Path
 from gaitsim.errors import CheckpointError
-from gaitsim.runs.safe_pickle import load
+from gaitsim.runs.files.safe_pickle import load
 pages = int(Path("/proc/self/statm").read_text().split()[0])
 limit = pages * resource.getpagesize() + 2**24
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))

@@ -7,14 +7,14 @@ import pytest
 
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import judge
-from gaitsim.runs.checkpoint import pack, read_checkpoint
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.checkpoint import pack, read_checkpoint
+from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.fork import fork_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import replay
 from gaitsim.runs.stages import stages_of
 from gaitsim.runs.start import champion_of
-from gaitsim.runs.verify import verify
+from gaitsim.runs.verify.verify import verify
 from gaitsim.runs.writer import RunWriter
 
 ISLANDS = (

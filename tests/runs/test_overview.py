@@ -8,8 +8,8 @@ import pytest
 
 from gaitsim.errors import RunError
 from gaitsim.evaluation import judge
-from gaitsim.runs.folder import create_run
-from gaitsim.runs.lock import RunLock
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.overview import POINTS, Curve, Watch, overview
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitsim.errors import CheckpointError, RunError
-from gaitsim.runs import safe_pickle
-from gaitsim.runs.safe_pickle import NewerCheckpointError, dumps, load, loads
+from gaitsim.runs.files import safe_pickle
+from gaitsim.runs.files.safe_pickle import NewerCheckpointError, dumps, load, loads
 
 FILE = Path("population.pickle")
 

@@ -11,9 +11,9 @@ import pytest
 from gaitsim.errors import ExperimentError, PluginError, RunError
 from gaitsim.evaluation import judge
 from gaitsim.evolution import breed, evolve
-from gaitsim.runs.checkpoint import read_champion, read_checkpoint, write_checkpoint
-from gaitsim.runs.folder import create_run
-from gaitsim.runs.history import COLUMNS, best_terms
+from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.files.history import COLUMNS, best_terms
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import replay
 from gaitsim.runs.writer import RunWriter

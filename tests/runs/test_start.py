@@ -9,8 +9,8 @@ import pytest
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import judge
 from gaitsim.evolution.breeding import Purpose, stream
-from gaitsim.runs.checkpoint import Champion, read_champion, write_champion
-from gaitsim.runs.folder import START, create_run
+from gaitsim.runs.files.checkpoint import Champion, read_champion, write_champion
+from gaitsim.runs.files.folder import START, create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.start import check_start, kept_individual, read_start
 from gaitsim.runs.writer import RunWriter

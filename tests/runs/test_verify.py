@@ -9,16 +9,16 @@ import pytest
 from gaitsim.errors import RunError
 from gaitsim.evaluation import judge
 from gaitsim.experiment import with_overrides
-from gaitsim.runs.checkpoint import pack, read_champion, read_checkpoint
-from gaitsim.runs.digests import RECORD, of_genomes, of_row, of_scores, read_digests
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
+from gaitsim.runs.files.checksums import RECORD, of_genomes, of_row, of_scores, read_digests
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.files.provenance import read_origins, write_origin
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.opening import restored
-from gaitsim.runs.origins import read_origins, write_origin
 from gaitsim.runs.reader import Run
-from gaitsim.runs.recorded import Recorded
+from gaitsim.runs.resume import restored
 from gaitsim.runs.start import champion_of
-from gaitsim.runs.verify import sample, verify
+from gaitsim.runs.verify.recorded import Recorded
+from gaitsim.runs.verify.verify import sample, verify
 from gaitsim.runs.writer import RunWriter
 
 LAST = 12
@@ -181,7 +181,7 @@ def test_one_gene_of_the_checkpoint_is_found(run):
     forge_checkpoint(run, scores=evaluation.scores, terms=evaluation.terms)
     digested(run, LAST, genomes=of_genomes(forged.genomes), scores=of_scores(evaluation))
     generation = restored(read_checkpoint(run.path / "population.pickle"))
-    from gaitsim.runs.history import row
+    from gaitsim.runs.files.history import row
 
     space = run.experiment.space()
     generation = replace(generation, diversity=float(space.diversity(forged.genomes)))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gaitsim.evaluation import judge
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 

@@ -10,9 +10,9 @@ from textual.app import App
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
-from gaitsim.terminal import body
-from gaitsim.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
-from gaitsim.terminal.view import NAMED, View
+from gaitsim.render.terminal import body
+from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
+from gaitsim.render.terminal.view import NAMED, View
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
 

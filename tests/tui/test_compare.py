@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitsim.analysis.beside import read, table
-from gaitsim.analysis.differences import ABSENT, differences
 from gaitsim.evaluation import judge
 from gaitsim.evolution import evolve
-from gaitsim.runs.folder import create_run
+from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
+from gaitsim.study.compare_runs import read, table
+from gaitsim.study.differences import ABSENT, differences
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.compare import Compare
 from gaitsim.tui.widgets.curves import Curves

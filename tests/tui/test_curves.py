@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from textual.app import App
 
-from gaitsim.terminal import curves
-from gaitsim.terminal.curves import Series, frame_of, plot, thinned
-from gaitsim.terminal.ticks import labels, ticks
+from gaitsim.render.terminal import curves
+from gaitsim.render.terminal.curves import Series, frame_of, plot, thinned
+from gaitsim.render.terminal.ticks import labels, ticks
 from gaitsim.tui.widgets.curves import Curves
 
 

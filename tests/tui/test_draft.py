@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import create_model
 
-from gaitsim import options
 from gaitsim.contracts import option
 from gaitsim.experiment import load_experiment
+from gaitsim.registry import options
 from gaitsim.tui.catalogue import read_catalogue
 from gaitsim.tui.draft import Draft, choose, load_ready, read
 

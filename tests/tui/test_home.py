@@ -11,10 +11,10 @@ from textual.events import Key
 from textual.keys import _character_to_key
 from textual.widgets import Input
 
-from gaitsim.runs.lock import RunLock, is_locked
+from gaitsim.runs.files.lock import RunLock, is_locked
+from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.widgets.run_table import COLUMNS, NARROW, columns
-from gaitsim.tui.words import clip_name
 
 SIZES = [(80, 24), (160, 48)]
 

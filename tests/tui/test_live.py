@@ -15,12 +15,12 @@ from textual.widgets import Input, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import judge
-from gaitsim.runs.folder import create_run
-from gaitsim.runs.lock import RunLock, is_locked
+from gaitsim.live.course import Course
+from gaitsim.live.protocol import Event, Individual, Snapshot
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
-from gaitsim.steering.course import Course
-from gaitsim.steering.protocol import Event, Individual, Snapshot
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens import live_words as words
 from gaitsim.tui.screens.live import Live

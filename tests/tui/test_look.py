@@ -11,8 +11,8 @@ from gaitsim.errors import RunError
 from gaitsim.registry import KINDS
 from gaitsim.runs.overview import Overview, Watch
 from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.screens.export_dialog import Making
 from gaitsim.tui.screens.help import Help
-from gaitsim.tui.screens.making import Making
 from gaitsim.tui.screens.new import New
 from gaitsim.tui.screens.plugins import Plugins
 from gaitsim.tui.screens.tasks import TaskList

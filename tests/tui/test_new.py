@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 from textual.widgets import Input, Select, TabbedContent
 
-from gaitsim import options
 from gaitsim.experiment import load_experiment
-from gaitsim.registry import KINDS
+from gaitsim.registry import KINDS, options
 from gaitsim.runs.reader import Run
 from gaitsim.tui.screens.new import TITLES
 from gaitsim.tui.widgets.form import Field

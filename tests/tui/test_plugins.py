@@ -3,8 +3,7 @@
 import pytest
 from rich.console import Console
 
-from gaitsim import options
-from gaitsim.registry import EXPERIMENTS, KINDS, entries
+from gaitsim.registry import EXPERIMENTS, KINDS, entries, options
 
 
 def shown(driver):

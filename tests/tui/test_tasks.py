@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitsim.tui.screens.making import PRODUCTS
+from gaitsim.tui.screens.export_dialog import PRODUCTS
 from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task, Tasks, clean, part_of
 

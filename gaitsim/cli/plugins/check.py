@@ -46,7 +46,7 @@ def check(
     from gaitsim.cli.console import print_json
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.testing import check_chosen
-    from gaitsim.testing.packages import chosen
+    from gaitsim.testing.rules.packages import chosen
 
     good = True
     with interruptible(), chosen(reference) as found, _Progress(len(found.entries)) as step:

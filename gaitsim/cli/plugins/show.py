@@ -54,9 +54,8 @@ def _show(kind: str, name: str) -> None:
 
     from rich.text import Text
 
-    from gaitsim import options
     from gaitsim.cli.console import output, table, visible
-    from gaitsim.registry import find, load_class
+    from gaitsim.registry import find, load_class, options
 
     plugin = load_class(kind, name)
     console = output()

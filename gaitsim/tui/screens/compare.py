@@ -12,11 +12,11 @@ from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 from textual.widgets import DataTable, Footer, Header, Static
 
-from gaitsim.analysis.beside import BY, QUANTITIES, Course, read, table
-from gaitsim.runs.folder import CHECKPOINT, EXPERIMENT, command
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, command
+from gaitsim.study.compare_runs import BY, QUANTITIES, Course, read, table
+from gaitsim.tui.formatting import clip, clip_name, visible
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves, Series
-from gaitsim.tui.words import clip, clip_name, visible
 
 EVERY = 1.0  # seconds between two looks whether a run has grown
 NAME = 18  # columns of a run's name, at most

@@ -4,7 +4,7 @@ import asyncio
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.atomic import write_bytes
+from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.tui.screens.ask import Ask
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.confirm import Confirm

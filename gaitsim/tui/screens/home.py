@@ -267,7 +267,9 @@ followed as they go.
         run = self._run()
         if run is None:
             return ""
-        from gaitsim.runs.folder import command  # a quarter of a second: not before the first paint
+        from gaitsim.runs.files.folder import (
+            command,  # a quarter of a second: not before the first paint
+        )
 
         return command("show", run.path)
 

@@ -13,15 +13,15 @@ from textual.binding import Binding, BindingType
 from textual.widgets import Footer, Header
 
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.folder import command
-from gaitsim.runs.lock import is_locked
+from gaitsim.live.course import Course
+from gaitsim.live.process import Engine
+from gaitsim.live.protocol import Snapshot
+from gaitsim.live.watching import Watch
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.reader import Run
-from gaitsim.steering.course import Course
-from gaitsim.steering.engine import Engine
-from gaitsim.steering.protocol import Snapshot
-from gaitsim.steering.watching import Watch
-from gaitsim.tui.screens.live_asking import Asking
 from gaitsim.tui.screens.live_board import Board
+from gaitsim.tui.screens.live_dialogs import Asking
 from gaitsim.tui.screens.live_source import about
 
 PATIENCE = 20.0  # seconds that a run gets to finish its generation when the screen is left

@@ -16,13 +16,13 @@ from textual.widgets import Static
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
-from gaitsim.steering.protocol import Best
+from gaitsim.live.protocol import Best
+from gaitsim.tui.formatting import number
 from gaitsim.tui.screens import live_words as words
 from gaitsim.tui.screens.live_source import Stage, Story
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.lines import Lines
-from gaitsim.tui.words import number
 
 FPS = 12  # ticks a second
 BODY, NEWS = 2, 4  # ticks to one at which, while the run evolves, the body and the panels move

@@ -16,15 +16,14 @@ from textual.timer import Timer
 from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
-from gaitsim import options
-from gaitsim.declarations import PLUGIN
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import KINDS
-from gaitsim.runs.folder import command
-from gaitsim.runs.opening import plan
+from gaitsim.registry import KINDS, options
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.runs.files.folder import command
 from gaitsim.runs.reader import Run
+from gaitsim.runs.resume import plan
+from gaitsim.tui.formatting import visible
 from gaitsim.tui.screens.live_words import shown
-from gaitsim.tui.words import visible
 
 CALM = 0.15  # seconds without a key before what is typed is checked
 

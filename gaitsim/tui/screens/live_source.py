@@ -8,11 +8,11 @@ import numpy as np
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
-from gaitsim.runs.folder import EXPERIMENT
+from gaitsim.live.course import Course
+from gaitsim.live.protocol import Best, Event, Snapshot
+from gaitsim.runs.files.folder import EXPERIMENT
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import motion_of, skeleton_of
-from gaitsim.steering.course import Course
-from gaitsim.steering.protocol import Best, Event, Snapshot
 from gaitsim.toml import parse
 
 EVENTS_KEPT = 200

@@ -8,11 +8,11 @@ from rich.cells import cell_len, set_cell_size
 from rich.style import Style
 from rich.text import Text
 
-from gaitsim.runs.history import MEAN
-from gaitsim.steering.course import Course
-from gaitsim.steering.protocol import Event, Snapshot
+from gaitsim.live.course import Course
+from gaitsim.live.protocol import Event, Snapshot
+from gaitsim.runs.files.history import MEAN
+from gaitsim.tui.formatting import clip, duration, number, visible
 from gaitsim.tui.widgets.spark import BLOCKS
-from gaitsim.tui.words import clip, duration, number, visible
 
 Styles = dict[str, Style]  # by the name of a state, event or part, from the theme
 

@@ -13,10 +13,10 @@ from textual.widgets.option_list import Option
 
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
+from gaitsim.tui.formatting import visible
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.conformance import checked, verdict_view
 from gaitsim.tui.widgets.plugin_view import plugin_view, preset_view
-from gaitsim.tui.words import visible
 
 TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "ready experiments"}
 NOUNS = {"organism": "body", EXPERIMENTS: "ready experiment"}

@@ -10,7 +10,7 @@ from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header
 
-from gaitsim.runs.folder import command
+from gaitsim.runs.files.folder import command
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.replay_pane import ReplayPane
 from gaitsim.tui.widgets.canvas import BodyCanvas

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.registry import containing
-from gaitsim.runs.history import best_terms
+from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import Replay, replay
 

@@ -12,12 +12,12 @@ from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.formatting import clip, clip_name, number, visible
 from gaitsim.tui.screens.replay_loading import Shown, load
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
-from gaitsim.tui.words import clip, clip_name, number, visible
 
 ROOMY = 110  # columns of a pane from which measures stand beside the body
 WORDY = 60  # columns from which its title says what the numbers are

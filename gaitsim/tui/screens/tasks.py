@@ -8,9 +8,9 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Footer, Header, Static
 
+from gaitsim.tui.formatting import visible
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import Task
-from gaitsim.tui.words import visible
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
 BAR = 10  # cells of a progress bar

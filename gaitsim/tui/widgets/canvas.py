@@ -13,8 +13,8 @@ from textual.reactive import reactive
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
-from gaitsim.terminal import body
-from gaitsim.terminal.view import View
+from gaitsim.render.terminal import body
+from gaitsim.render.terminal.view import View
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 FPS = 20

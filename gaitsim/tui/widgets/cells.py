@@ -12,7 +12,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from gaitsim.terminal.braille import Inks, runs
+from gaitsim.render.terminal.braille import Inks, runs
 
 Picture = tuple[NDArray[np.uint32], Inks]
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from rich.text import Text
 
+from gaitsim.tui.formatting import visible
 from gaitsim.tui.widgets.plugin_view import visible_lines
-from gaitsim.tui.words import visible
 
 COMMAND = ("plugins", "check")
 

@@ -8,8 +8,8 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.widget import Widget
 
-from gaitsim.terminal import curves
-from gaitsim.terminal.curves import SAMPLES, Series
+from gaitsim.render.terminal import curves
+from gaitsim.render.terminal.curves import SAMPLES, Series
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 __all__ = ["Curves", "Series"]

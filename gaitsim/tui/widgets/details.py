@@ -8,7 +8,7 @@ from rich.text import Text
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
 from gaitsim.runs.overview import Overview
-from gaitsim.tui.words import duration, visible
+from gaitsim.tui.formatting import duration, visible
 
 
 def details(run: Overview, colours: Mapping[str, str]) -> Text:

@@ -9,8 +9,8 @@ from textual.geometry import Size
 from textual.reactive import reactive
 
 from gaitsim.contracts import Skeleton
-from gaitsim.terminal.body import sides
-from gaitsim.terminal.footfalls import strip
+from gaitsim.render.terminal.body import sides
+from gaitsim.render.terminal.footfalls import strip
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 SHARE = 0.36  # of the terminal's height, at most

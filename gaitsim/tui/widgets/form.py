@@ -10,10 +10,10 @@ from textual.containers import Horizontal, Vertical
 from textual.message import Message
 from textual.widgets import Input, Label, Select, Static
 
-from gaitsim import options
 from gaitsim.errors import GaitsimError
+from gaitsim.registry import options
 from gaitsim.tui.draft import Option
-from gaitsim.tui.words import clip, visible
+from gaitsim.tui.formatting import clip, visible
 
 NAME = 22  # cells of an option's name
 

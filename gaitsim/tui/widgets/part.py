@@ -9,8 +9,8 @@ from textual.widgets import Input, Label, Select, Static
 
 from gaitsim.registry import KINDS
 from gaitsim.tui.draft import Reading
+from gaitsim.tui.formatting import visible
 from gaitsim.tui.widgets.form import Field, choice
-from gaitsim.tui.words import visible
 
 
 class Part(VerticalScroll):

@@ -6,13 +6,13 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from gaitsim import options
 from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin
 from gaitsim.errors import GaitsimError
-from gaitsim.presets import read_preset
+from gaitsim.registry import options
+from gaitsim.registry.presets import read_preset
 from gaitsim.tui.catalogue import Catalogue
+from gaitsim.tui.formatting import visible
 from gaitsim.tui.widgets.toml_view import coloured
-from gaitsim.tui.words import visible
 
 
 def plugin_view(

@@ -11,8 +11,8 @@ from textual.message import Message
 from textual.widgets import DataTable
 
 from gaitsim.runs.overview import Overview
+from gaitsim.tui.formatting import age, clip, clip_name, number
 from gaitsim.tui.widgets.spark import spark
-from gaitsim.tui.words import age, clip, clip_name, number
 
 STATES = {
     "running": ("● running", "success"),

@@ -8,7 +8,7 @@ from textual.containers import Vertical
 from textual.widgets import Static
 
 from gaitsim.tui.draft import Reading
-from gaitsim.tui.words import visible
+from gaitsim.tui.formatting import visible
 
 
 class Verdict(Vertical):

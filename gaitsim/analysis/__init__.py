@@ -1,1 +1,0 @@
-"""What results mean: statistics over repeats."""

@@ -1,6 +1,0 @@
-"""Which gait a body walks: footfalls, phases, support, travel, and the gait's name."""
-
-from gaitsim.analysis.gait.report import Footfalls, Gait, analyse_gait
-from gaitsim.analysis.gait.support import stability_margin
-
-__all__ = ["Footfalls", "Gait", "analyse_gait", "stability_margin"]

@@ -1,0 +1,151 @@
+"""Footfalls: when each foot is on the ground, and how long."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.gait.intervals import Floats
+
+Contacts = NDArray[np.bool_]
+"""(frames, feet): which feet are on the ground until the next frame."""
+
+_STEPS = 2  # touch-downs from which a foot is said to step
+_MOST = 0.5  # of the feet: with fewer that step, the body has no stride
+_CHATTER = 0.1  # of a stride: what is shorter is no stance and no swing
+_STEADY = 0.4  # autocorrelation from which there is a stride
+_EQUAL = 0.8  # of the highest peak: the first that is as high is the stride, not a multiple of it
+
+
+@dataclass(frozen=True)
+class Foot:
+    """One foot's steps.
+
+    Attributes:
+        name: of the foot.
+        duty_factor: share of the time on the ground, of whole strides where it steps, chatter
+            counted as it is.
+        touch_downs: frames in which it comes to the ground, chatter left out.
+        stance, swing: mean time on the ground and off it in seconds, of whole ones; None
+            where there is no whole one.
+    """
+
+    name: str
+    duty_factor: float
+    touch_downs: tuple[int, ...]
+    stance: float | None
+    swing: float | None
+
+    @property
+    def steps(self) -> bool:
+        """Whether it comes down more than once."""
+        return len(self.touch_downs) >= _STEPS
+
+
+@dataclass(frozen=True)
+class Stride:
+    """How the feet repeat themselves.
+
+    Attributes:
+        frames: length of a stride.
+        frequency: strides a second, Hz.
+        periodicity: autocorrelation of the contacts at a stride's distance, 1 where every
+            stride is the same.
+    """
+
+    frames: float
+    frequency: float
+    periodicity: float
+
+
+def feet_of(
+    touching: Contacts, names: tuple[str, ...], frame_rate: float
+) -> tuple[tuple[Foot, ...], Stride | None]:
+    """The steps of each foot, and the stride that they share; None where there is none."""
+    lag, periodicity = _autocorrelation_peak(touching)
+    shortest = max(1, round(_CHATTER * lag)) if lag else 1
+    clean = np.stack([without_chatter(foot, shortest) for foot in touching.T], axis=1)
+    feet = tuple(
+        _foot(name, raw, tidy, frame_rate)
+        for name, raw, tidy in zip(names, touching.T, clean.T, strict=True)
+    )
+    if lag is None:
+        return feet, None
+    intervals = np.array([b - a for foot in feet for a, b in pairwise(foot.touch_downs)])
+    near = intervals[np.abs(intervals - lag) <= lag / 2]
+    frames = float(near.mean()) if len(near) else float(lag)
+    return feet, Stride(frames, frame_rate / frames, periodicity)
+
+
+def runs(foot: Contacts) -> tuple[NDArray[np.intp], Contacts]:
+    """Lengths in frames of stances and swings, in turn, and which are stances."""
+    starts = np.flatnonzero(np.diff(foot)) + 1
+    edges = np.concatenate([[0], starts, [len(foot)]])
+    return np.diff(edges), foot[edges[:-1]]
+
+
+def without_chatter(foot: Contacts, shortest: int) -> Contacts:
+    """The same without stances and swings of fewer frames, the shortest ones first.
+
+    The first and the last one stay: they are cut off, not short.
+    """
+    tidy = foot.copy()
+    while True:
+        lengths, _ = runs(tidy)
+        inner = lengths[1:-1]
+        if not len(inner) or inner.min() >= shortest:
+            return tidy
+        first = int(np.argmin(inner)) + 1
+        start = int(lengths[:first].sum())
+        tidy[start : start + lengths[first]] ^= True
+
+
+def _foot(name: str, raw: Contacts, tidy: Contacts, frame_rate: float) -> Foot:
+    lengths, stance = runs(tidy)
+    whole = np.zeros(len(lengths), dtype=bool)
+    whole[1:-1] = True
+    touch_downs = np.flatnonzero(~tidy[:-1] & tidy[1:]) + 1
+
+    def mean(chosen: Contacts) -> float | None:
+        return float(lengths[chosen].mean()) / frame_rate if chosen.any() else None
+
+    strides = raw[touch_downs[0] : touch_downs[-1]] if len(touch_downs) >= _STEPS else raw
+    return Foot(
+        name,
+        float(strides.mean()),
+        tuple(touch_downs.tolist()),
+        mean(whole & stance),
+        mean(whole & ~stance),
+    )
+
+
+def _autocorrelation_peak(touching: Contacts) -> tuple[int | None, float]:
+    """The stride in frames and the autocorrelation of the contacts there.
+
+    Of the feet that come down at least twice, if they are half of them, added up: one
+    stride fits them all. It is
+    the first peak that is nearly as high as the highest one, within half of the frames.
+    """
+    downs = (np.diff(touching.astype(np.int8), axis=0) > 0).sum(axis=0)
+    stepping = downs >= _STEPS
+    contacts = touching[:, stepping].astype(np.float64)
+    half = len(contacts) // 2
+    if stepping.mean() < _MOST or half < 3:
+        return None, 0.0
+    correlation = np.array([_correlation(contacts, lag) for lag in range(half + 1)])
+    inner = correlation[1:-1]
+    peaks = np.flatnonzero((inner >= correlation[:-2]) & (inner > correlation[2:])) + 1
+    peaks = peaks[peaks > 1]
+    if not len(peaks) or correlation[peaks].max() < _STEADY:
+        return None, float(correlation[peaks].max(initial=0.0))
+    high = peaks[correlation[peaks] >= _EQUAL * correlation[peaks].max()]
+    return int(high[0]), float(correlation[high[0]])
+
+
+def _correlation(contacts: Floats, lag: int) -> float:
+    """Pearson's correlation of all feet with themselves `lag` frames later."""
+    now, later = contacts[: len(contacts) - lag], contacts[lag:]
+    now, later = now - now.mean(axis=0), later - later.mean(axis=0)
+    scale = float(np.sqrt((now**2).sum() * (later**2).sum()))
+    return float((now * later).sum()) / scale if scale else 0.0

@@ -1,0 +1,144 @@
+"""A gait as a file that robots and other programs read: MATLAB, CSV, NumPy."""
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError, PluginError, RunError
+from gaitsim.registry import containing
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import Replay, replay
+
+
+@dataclass(frozen=True, eq=False)
+class Gait:
+    """Joint angles over time.
+
+    Attributes:
+        angles: (frames, joints) float64, radians.
+        joint_names: name of each joint.
+        frame_rate: frames a second, Hz.
+        generation: where it was found.
+        score: of its individual.
+    """
+
+    angles: NDArray[np.float64]
+    joint_names: tuple[str, ...]
+    frame_rate: float
+    generation: int
+    score: float
+
+
+def gait_of(run: Run, generation: int | None = None) -> Gait:
+    """The gait of the best individual of a run, or of one generation.
+
+    Raises:
+        RunError: there is no such generation, or no champion.
+        GaitsimError: the body has no joint angles.
+    """
+    return gait_of_replay(replay(run, generation))
+
+
+def gait_of_replay(replay: Replay) -> Gait:
+    """The gait of a kept individual.
+
+    Raises:
+        GaitsimError: the body has no joint angles.
+        PluginError: the body breaks its contract.
+    """
+    organism, entry = replay.experiment.organism, replay.experiment.entries["organism"]
+    if "joint_angles" not in organism.channels:
+        raise GaitsimError(
+            f"{entry} has no joint angles",
+            where=str(replay.run.path),
+            allowed="a body with the channel 'joint_angles'",
+        )
+    motion = replay.motion
+    with containing(entry, "moving the champion"):
+        angles = np.asarray(motion["joint_angles"][0], dtype=np.float64)
+        names = tuple(str(name) for name in organism.joint_names())
+        frame_rate = float(motion.frame_rate)
+    if angles.ndim != 2 or len(names) != angles.shape[1]:
+        raise PluginError(
+            f"{entry} names {len(names)} joints, but its angles have the shape {angles.shape}",
+            where=entry.target,
+            allowed="a name for each joint of (population, frames, joints)",
+        )
+    if not 0 < frame_rate < np.inf:
+        raise PluginError(
+            f"{entry} moves at {frame_rate} frames a second", where=entry.target, allowed="above 0"
+        )
+    return Gait(angles, names, frame_rate, replay.generation, replay.score)
+
+
+def write_gait(gait: Gait, path: Path, format: str) -> None:
+    """Write a gait at one stroke.
+
+    Args:
+        gait: what to write.
+        path: the file.
+        format: 'mat', with `bestGait`, `frameRate`, `jointNames`, `units`, `generation`
+            and `score`; 'npz', with the same; 'csv', with a column of seconds and one a
+            joint.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    write = {"mat": _mat, "csv": _csv, "npz": _npz}[format]
+    check_folder(path)
+    write_bytes(path, write(gait))
+
+
+def check_folder(path: Path) -> None:
+    """Check that a file can be called so, before work is done for it.
+
+    Raises:
+        RunError: its folder is not there, or it is a folder itself.
+    """
+    if path.is_dir():
+        raise RunError(f"cannot write {path}: it is a folder", remedy="give the path of a file")
+    if not path.parent.is_dir():
+        raise RunError(
+            f"cannot write {path}: there is no folder {path.parent}", remedy="make it first"
+        )
+
+
+def _mat(gait: Gait) -> bytes:
+    from scipy.io import savemat
+
+    file = io.BytesIO()
+    names = np.empty(len(gait.joint_names), dtype=object)  # a cell array of texts
+    names[:] = gait.joint_names
+    # The stubs know paths alone.
+    savemat(file, {**_fields(gait), "jointNames": names}, oned_as="column")  # type: ignore[arg-type]
+    return file.getvalue()
+
+
+def _npz(gait: Gait) -> bytes:
+    file = io.BytesIO()
+    np.savez_compressed(file, **_fields(gait), jointNames=np.array(gait.joint_names))  # type: ignore[arg-type]
+    return file.getvalue()
+
+
+def _fields(gait: Gait) -> dict[str, object]:
+    return {
+        "bestGait": gait.angles,
+        "frameRate": gait.frame_rate,
+        "units": "rad",
+        "generation": gait.generation,
+        "score": gait.score,
+    }
+
+
+def _csv(gait: Gait) -> bytes:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time_s", *gait.joint_names])
+    for frame, row in enumerate(gait.angles.tolist()):
+        writer.writerow([frame / gait.frame_rate, *row])
+    return text.getvalue().encode()

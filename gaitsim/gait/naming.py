@@ -1,0 +1,109 @@
+"""The gait's name, or why it has none."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.gait.contact import Foot, Stride
+from gaitsim.gait.exploits import BRIEF
+from gaitsim.gait.intervals import Floats
+from gaitsim.gait.layout import Layout, layout_of
+from gaitsim.gait.patterns import NEAR, nearest
+
+NONE, STANDING = "none", "standing"
+_CONSISTENT = 0.7  # mean vector of the phases; 0.7 is a spread of 0.13 cycles
+_STEPPING = 0.75  # of the feet must step
+_FEWEST = 3  # touch-downs of some foot, so that phases are compared over two strides
+
+
+@dataclass(frozen=True)
+class Name:
+    """What a gait is called.
+
+    Attributes:
+        name: of the reference gait, 'standing' or 'none'.
+        reason: how near it is, or why there is none.
+        distance: to the reference gait in cycles rms, where one was compared.
+        lag: of a foot behind the one in front of it in cycles, in a metachronal gait.
+        pattern: phases of that gait, shifted so that it is nearest, by foot in cycles; None
+            for feet that were not compared.
+    """
+
+    name: str
+    reason: str
+    distance: float | None = None
+    lag: float | None = None
+    pattern: tuple[float | None, ...] = ()
+
+
+def name_of(
+    feet: tuple[Foot, ...],
+    stride: Stride | None,
+    phases: Floats,
+    consistency: Floats,
+    relative: Floats,
+    still: bool,
+) -> tuple[Name, Mapping[str, float]]:
+    """The gait's name, and its distance to each reference gait where they can be compared.
+
+    Args:
+        feet: their steps.
+        stride: that they share.
+        phases: (feet,), cycles.
+        consistency: of the phases, (feet,).
+        relative: the feet in the body's frame, (frames, feet, 3), metres.
+        still: whether the feet stand still relative to the body.
+    """
+    stepping = sum(foot.steps for foot in feet)
+    if still and not stepping:
+        return Name(STANDING, "nothing moves"), {}
+    if stepping < _STEPPING * len(feet):
+        return Name(NONE, f"{stepping} of {len(feet)} feet step"), {}
+    if stride is None or max(len(foot.touch_downs) for foot in feet) < _FEWEST:
+        return Name(NONE, "the feet do not step periodically"), {}
+    if stride.frames <= 2 * BRIEF:
+        return Name(NONE, "the feet go on and off the ground every frame or two"), {}
+    wavering = [
+        foot.name
+        for foot, r in zip(feet, consistency, strict=True)
+        if foot.steps and r < _CONSISTENT
+    ]
+    if len(wavering) > (1 - _STEPPING) * len(feet):
+        return Name(
+            NONE, f"the phases of {', '.join(wavering[:8])} change from stride to stride"
+        ), {}
+    compared = _in_pairs(phases, relative)
+    if compared is None:
+        return Name(NONE, "the feet do not stand in pairs, left and right"), {}
+    chosen, layout = compared
+    found, distances = nearest(phases[chosen], layout)
+    places = iter(found.phases.tolist())
+    pattern = tuple(next(places) if compared_with else None for compared_with in chosen)
+    away = f"{found.distance:.3f} cycles from {_described(found.name, found.lag)}"
+    if found.distance <= NEAR:
+        return Name(found.name, away, found.distance, found.lag, pattern), distances
+    reason = f"near no reference gait: the nearest is {away}"
+    return Name(NONE, reason, found.distance, pattern=pattern), distances
+
+
+def _described(name: str, lag: float | None) -> str:
+    if lag is None:
+        return name
+    way = "front to back" if lag > 0 else "back to front"
+    return f"a wave that runs {way} by {abs(lag):.2f} cycles a leg"
+
+
+def _in_pairs(phases: Floats, relative: Floats) -> tuple[NDArray[np.bool_], Layout] | None:
+    """Which feet are compared with reference gaits, (feet,), and where they are.
+
+    Those that step, if they make pairs: eight legs of which two are held up can go in a
+    tripod. Else all of them, of which those count that step.
+    """
+    steps = ~np.isnan(phases)
+    for chosen in (steps, np.ones_like(steps)):
+        layout = layout_of(relative[:, chosen])
+        if layout is not None:
+            return chosen, layout
+    return None

@@ -1,0 +1,105 @@
+"""Reference gaits as phase patterns, and which of them a gait is nearest to.
+
+Phases are in cycles after a common moment; a foot with a greater phase comes down later.
+Sides: 0 left, 1 right. Places: 0 the foremost pair.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitsim.gait.intervals import Floats
+from gaitsim.gait.layout import Layout
+from gaitsim.gait.phases import fit
+
+NEAR = 0.1  # cycles rms: farther from a pattern, a gait is not called by its name
+_ALTERNATING = {
+    1: "alternating steps",
+    2: "trot",
+    3: "alternating tripod",
+    4: "alternating tetrapod",
+}
+_LAGS = np.arange(-45, 46) / 100  # cycles tried between neighbours of a metachronal gait
+_SHALLOW = 0.04  # cycles: with less between neighbours, no wave is seen
+
+
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """A reference gait and how near it is.
+
+    Attributes:
+        name: of the reference gait.
+        distance: to it, root mean square over feet, cycles.
+        phases: of the reference, shifted so that it is nearest, (feet,), cycles.
+        lag: of a foot behind the one on its side in front of it, where it was fitted,
+            cycles.
+    """
+
+    name: str
+    distance: float
+    phases: Floats
+    lag: float | None = None
+
+
+def references(layout: Layout) -> dict[str, Floats]:
+    """Phase patterns by the names that gaits with so many legs have, each (feet,), cycles.
+
+    Neighbours and opposite legs alternate in the tetrapod of spiders (R4 L3 R2 L1 against
+    L4 R3 L2 R1: Barth 2002, A Spider's World), in the tripod of insects and in the trot. In
+    wave and ripple each foot follows the one behind it, by 1/legs of a stride and by twice
+    as much, and the sides alternate (Wilson 1966, Annual Review of Entomology 11:103). The
+    walks of four legs are those of Hildebrand (1965, Science 150:701).
+    """
+    side, place, pairs = layout.side, layout.place, layout.pairs
+    found = {
+        _ALTERNATING.get(pairs, f"alternating, {2 * pairs} legs"): (side + place) / 2,
+        "in-phase hop": np.zeros(2 * pairs),
+    }
+    if pairs == 2:
+        found |= {
+            "pace": side / 2,
+            "bound": place / 2,
+            "lateral-sequence walk": side / 2 - place / 4,
+            "diagonal-sequence walk": side / 2 + place / 4,
+        }
+    if pairs > 2:
+        found |= {
+            "wave": side / 2 - place / (2 * pairs),
+            "ripple": side / 2 - place / pairs,
+            "sides in turn": side / 2,
+            "pairs in turn": place / 2,
+        }
+    return {name: pattern % 1.0 for name, pattern in found.items()}
+
+
+def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float]]:
+    """The reference gait that a gait is nearest to, and its distance to each of them.
+
+    A gait that is near none of them, but whose feet follow one another by the same lag all
+    along the body, with the sides in phase or alternating, is 'metachronal'; the lag is
+    fitted. Shallower than 0.04 cycles or of less than three pairs, there is no such wave.
+
+    Args:
+        phases: (feet,), cycles; NaN for feet that do not step, which are left out.
+        layout: which foot is where.
+    """
+    found = [Nearest(name, *fit(phases, pattern)) for name, pattern in references(layout).items()]
+    distances = {one.name: one.distance for one in found}
+    closest = min(found, key=lambda one: one.distance)
+    if closest.distance <= NEAR or layout.pairs < 3:
+        return closest, distances
+    wave = metachronal(phases, layout)
+    distances["metachronal"] = wave.distance
+    return min(closest, wave, key=lambda one: one.distance), distances
+
+
+def metachronal(phases: Floats, layout: Layout) -> Nearest:
+    """The nearest gait in which feet follow one another by the same lag along each side."""
+    found = [
+        Nearest("metachronal", *fit(phases, pattern, starts=8), float(lag))
+        for lag in _LAGS[np.abs(_LAGS) >= _SHALLOW]
+        for across in (0.0, 0.5)
+        for pattern in [layout.side * across + layout.place * lag]
+    ]
+    return min(found, key=lambda one: one.distance)

@@ -1,0 +1,85 @@
+"""Phases of the feet within a stride: circular means and how consistent they are."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gaitsim.gait.contact import Foot, Stride
+from gaitsim.gait.intervals import Floats
+
+
+def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
+    """When each foot comes down after the first one that steps, and how consistently.
+
+    Every touch-down is placed in the stride of the first foot, from its touch-down to its
+    next one, as Hildebrand (1965, Science 150:701) does; before its first and after its
+    last one, strides have the mean length.
+
+    Args:
+        feet: the first that steps is what the others are compared with.
+        stride: its mean length.
+
+    Returns:
+        Phases in cycles from 0 to 1, (feet,), circular means; and the length of the mean
+        vector, (feet,): 1 where it is the same in every stride, near 0 where it is at
+        random. NaN for feet that do not step.
+    """
+    phases, consistency = np.full((2, len(feet)), np.nan)
+    first = next((foot for foot in feet if foot.steps), None)
+    if first is None:
+        return phases, consistency
+    starts = np.array(first.touch_downs, dtype=np.float64)
+    for number, foot in enumerate(feet):
+        if foot.steps:
+            passed = _strides_passed(np.array(foot.touch_downs, dtype=np.float64), starts, stride)
+            phases[number], consistency[number] = circular_mean(passed)
+    if len(starts) > 1:
+        # Against itself a foot is always in phase; how even its own strides are says more.
+        even = starts / stride.frames
+        consistency[feet.index(first)] = circular_mean(even - np.arange(len(even)))[1]
+    return phases, consistency
+
+
+def _strides_passed(times: Floats, starts: Floats, stride: Stride) -> Floats:
+    """How many strides that begin at `starts` have passed at `times`."""
+    passed = np.interp(times, starts, np.arange(len(starts), dtype=np.float64))
+    passed += np.minimum(times - starts[0], 0) / stride.frames
+    passed += np.maximum(times - starts[-1], 0) / stride.frames
+    return np.asarray(passed)
+
+
+def circular_mean(cycles: ArrayLike) -> tuple[float, float]:
+    """Mean direction of angles in cycles, from 0 to 1, and the length of the mean vector."""
+    mean = np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64)).mean()
+    return float(_in_a_cycle(np.angle(mean) / (2 * np.pi))), float(abs(mean))
+
+
+def _in_a_cycle(cycles: ArrayLike) -> Floats:
+    """Phases from 0 to 1; what rounding leaves just below 1 is 0."""
+    phases = np.asarray(cycles, dtype=np.float64) % 1.0
+    return np.where(phases < 1 - 1e-9, phases, 0.0)
+
+
+def wrapped(cycles: NDArray[np.float64]) -> Floats:
+    """Differences in cycles the short way round, from −½ to ½."""
+    return np.asarray((cycles + 0.5) % 1.0 - 0.5)
+
+
+def fit(phases: Floats, pattern: Floats, starts: int = 32) -> tuple[float, Floats]:
+    """Root mean square circular distance of two phase patterns in cycles, and the second shifted.
+
+    The least distance over all common shifts, exactly: at the least one the mean of the
+    differences is zero, which is gone to from evenly spread ones.
+
+    Args:
+        phases: (feet,), cycles; NaN for feet that are left out.
+        pattern: (feet,), cycles.
+        starts: how many shifts are tried.
+    """
+    known = ~np.isnan(phases)
+    away = (phases - pattern)[known]
+    shift = np.arange(starts)[:, None] / starts
+    for _ in range(4):
+        shift = shift + wrapped(away - shift).mean(axis=1, keepdims=True)
+    distances = np.sqrt((wrapped(away - shift) ** 2).mean(axis=1))
+    best = int(np.argmin(distances))
+    return float(distances[best]), _in_a_cycle(pattern + shift[best])

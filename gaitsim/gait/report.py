@@ -1,0 +1,136 @@
+"""All that is said of a gait, from a skeleton alone."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitsim.contracts import Array, Skeleton
+from gaitsim.gait import exploits
+from gaitsim.gait.contact import Contacts, Foot, Stride, feet_of
+from gaitsim.gait.exploits import Flag
+from gaitsim.gait.intervals import Floats
+from gaitsim.gait.layout import body_order, in_body_frame
+from gaitsim.gait.naming import Name, name_of
+from gaitsim.gait.phases import phases_of
+from gaitsim.gait.support import stability_margin
+from gaitsim.gait.travel import Slip, Travel, lying, slip_of, travel_of
+from gaitsim.gait.trunk import heading, size, trunk
+
+
+@dataclass(frozen=True, eq=False)
+class Footfalls:
+    """What the feet do, from left to right and front to back.
+
+    Attributes:
+        feet: the steps of each.
+        touching: which are on the ground until the next frame, (frames, feet).
+        stride: that they share; None where nothing repeats.
+        phases: when each comes down after the first that steps, (feet,), cycles from 0 to 1;
+            NaN for those that do not step, and where there is no stride.
+        consistency: of the phases, (feet,), from 0 at random to 1 in every stride the same.
+        margin: static stability margin, (frames,), metres.
+        slip: of standing feet.
+        lying: share of the time that the trunk itself is on the ground.
+    """
+
+    feet: tuple[Foot, ...]
+    touching: Contacts
+    stride: Stride | None
+    phases: Floats
+    consistency: Floats
+    margin: Floats
+    slip: Slip
+    lying: float
+
+
+@dataclass(frozen=True, eq=False)
+class Gait:
+    """A gait, analysed.
+
+    Attributes:
+        frame_rate: frames a second, Hz.
+        travel: of the body.
+        footfalls: of the feet; None for a body without feet.
+        name: of the gait.
+        distances: to each reference gait, cycles rms; {} where none can be compared.
+        flags: signs of exploits.
+        missing: what cannot be said and why.
+    """
+
+    frame_rate: float
+    travel: Travel
+    footfalls: Footfalls | None
+    name: Name
+    distances: Mapping[str, float]
+    flags: tuple[Flag, ...]
+    missing: tuple[str, ...]
+
+
+def analyse_gait(
+    skeleton: Skeleton, joint_angles: Array | None = None, *, dynamic: bool = False
+) -> Gait:
+    """Analyse one individual's gait.
+
+    Args:
+        skeleton: the body over time.
+        joint_angles: (frames, joints), radians, for the joint travel; None leaves it out.
+        dynamic: whether forces moved the body, so that what did not fall was held.
+    """
+    path, turned = skeleton.path.astype(np.float64), heading(trunk(skeleton))
+    travel = travel_of(skeleton, joint_angles)
+    length = size(skeleton)
+    if skeleton.contacts is None or skeleton.touching is None or not skeleton.contacts.shape[1]:
+        found = None
+        # Without joints that are commanded in every frame, frames are mere samples of a motion.
+        if joint_angles is not None:
+            ends = in_body_frame(skeleton.segments[:, :, 1].astype(np.float64), path, turned)
+            found = exploits.flip_flop(ends, skeleton.names, length, skeleton.frame_rate)
+        return Gait(
+            skeleton.frame_rate,
+            travel,
+            None,
+            Name("none", "the body has no feet"),
+            {},
+            (found,) if found else (),
+            ("footfalls, phases, stability margin and slip: this body's skeleton has no contacts",),
+        )
+    relative = in_body_frame(skeleton.contacts.astype(np.float64), path, turned)
+    order = body_order(relative)
+    relative, contacts = relative[:, order], skeleton.contacts[:, order].astype(np.float64)
+    touching = skeleton.touching[:, order]
+    given = skeleton.contact_names or tuple(f"foot {n + 1}" for n in range(len(order)))
+    names = tuple(given[index] for index in order)
+    feet, stride = feet_of(touching, names, skeleton.frame_rate)
+    phases = consistency = np.full(len(feet), np.nan)
+    if stride is not None:
+        phases, consistency = phases_of(feet, stride)
+    lain = lying(skeleton)
+    footfalls = Footfalls(
+        feet,
+        touching,
+        stride,
+        phases,
+        consistency,
+        stability_margin(skeleton),
+        slip_of(contacts, touching, path, relative),
+        lain,
+    )
+    still = np.abs(np.diff(relative, axis=0)).mean() < exploits.STILL * length
+    name, distances = name_of(feet, stride, phases, consistency, relative, bool(still))
+    flags = (
+        exploits.flip_flop(relative, names, length, skeleton.frame_rate),
+        exploits.flickering(touching, names, skeleton.frame_rate),
+        exploits.sliding(footfalls.slip),
+        None if dynamic else exploits.unsupported(footfalls.margin, path, lain),
+    )
+    missing = () if joint_angles is not None else ("joint travel: the body has no joint angles",)
+    return Gait(
+        skeleton.frame_rate,
+        travel,
+        footfalls,
+        name,
+        distances,
+        tuple(flag for flag in flags if flag),
+        missing,
+    )

@@ -1,0 +1,198 @@
+"""The same gait under slightly other conditions: a score that collapses was an exploit.
+
+A gait that walks loses a little when all servos are late or slow, when its body is mirrored,
+or when a simulation takes smaller steps. One that lives on a gap in the model, such as joints
+that flip between two frames, loses most of its score. Errors of single joints are another
+matter: they tell how exactly a gait must be kept.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import BitSpace, RealSpace
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.playing import play, require_play
+from gaitsim.evaluation.scoring import judge, judge_motion
+from gaitsim.experiment import Experiment, with_overrides
+from gaitsim.gait.perturbations import Angles, lagging, late, mirror, without_every_second
+from gaitsim.gait.subject import Subject
+
+SEED = 0
+DRAWS = 10  # of each perturbation by chance; their mean counts
+OFFSET, NOISE = 1.0, 0.5  # degrees, standard deviation: of a servo's trim, and of every frame
+LATE = (1, 2, 3)  # frames, all joints alike
+APART = 1  # frame at most, each joint on its own
+LAG, LONG_LAG = 1, 3  # frames, time constant of a first-order lag
+GENE_NOISE = 0.01  # of the width of a gene's bounds
+STEP_OPTIONS = ("dt", "time_step")
+COLLAPSE = 0.5  # of what the score is worth: with a greater fall, it collapses
+EXPLOIT, FRAGILE = "likely exploit", "fragile"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One perturbation.
+
+    Attributes:
+        name: what was changed.
+        score: then; the mean, where it was drawn several times.
+        fall: by which the score fell, share of what it is worth; 0 where it rose.
+        sign: what a collapse of the score is a sign of, a 'likely exploit' of the model or
+            a 'fragile' gait; '' where it does not collapse.
+    """
+
+    name: str
+    score: float
+    fall: float
+    sign: str
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """How a score bears perturbations.
+
+    Attributes:
+        score: unperturbed.
+        worth: what falls are compared with: how far the score is above the best of the
+            run's first generation, or its size, whichever is more.
+        trials: the perturbations.
+        missing: those that could not be made, and why.
+    """
+
+    score: float
+    worth: float
+    trials: tuple[Trial, ...]
+    missing: tuple[str, ...]
+
+
+def perturb(subject: Subject, first_best: float | None) -> Robustness:
+    """Play a gait again under all perturbations that its body allows.
+
+    Args:
+        subject: what is played.
+        first_best: best score of the run's first generation, for what the score is worth.
+
+    Raises:
+        PluginError: the body or the fitness fails.
+    """
+    score = subject.score
+    gained = score - first_best if first_best is not None and np.isfinite(first_best) else 0.0
+    worth = max(gained, abs(score))
+    trials: list[Trial] = []
+    missing: list[str] = []
+    for attempt, sign in _ATTEMPTS:
+        try:
+            scores = attempt(subject)
+        except _CannotError as error:
+            missing.append(str(error))
+        else:
+            trials += [_trial(name, score, value, worth, sign) for name, value in scores.items()]
+    return Robustness(score, worth, tuple(trials), tuple(missing))
+
+
+class _CannotError(Exception):
+    """A perturbation that this body does not allow."""
+
+
+def _trial(name: str, score: float, value: float, worth: float, sign: str) -> Trial:
+    fall = max(score - value, 0.0) / worth if worth else 0.0
+    return Trial(name, value, fall, sign if fall > COLLAPSE else "")
+
+
+def _rhythm(subject: Subject) -> dict[str, float]:
+    """Joints that are late or slow alike, or on the other side: a walk is hardly changed."""
+    angles = _playable(subject, "late, lagging and mirrored joints")
+    played: dict[str, Angles] = {"played again": angles[None]}
+    for frames in LATE:
+        played[f"all joints {_frames(frames)} late"] = late(angles, np.array([frames]))[None]
+    played[f"servos with a lag of {_frames(LAG)}"] = lagging(angles, LAG)[None]
+    played["every second frame left out"] = without_every_second(angles)[None]
+    pairs = mirror(subject.experiment.organism.joint_names())
+    if pairs is not None:
+        played["mirrored"] = angles[None, :, pairs]
+    return _scores(subject.experiment, played)
+
+
+def _inexact(subject: Subject) -> dict[str, float]:
+    """Joints that are not where they should be, each on its own, or much too slow."""
+    angles, rng = _playable(subject, "inexact joints"), np.random.default_rng([SEED, 1])
+    apart = [late(angles, rng.integers(0, APART + 1, angles.shape[1:])) for _ in range(DRAWS)]
+    offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
+    noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape))
+    return _scores(
+        subject.experiment,
+        {
+            f"servos with a lag of {_frames(LONG_LAG)}": lagging(angles, LONG_LAG)[None],
+            f"each joint 0 or {_frames(APART)} late": np.stack(apart),
+            f"each joint off by about {OFFSET:g}°": angles + offset,
+            f"noise of {NOISE:g}° in every frame": angles + noise,
+        },
+    )
+
+
+def _playable(subject: Subject, what: str) -> Angles:
+    """The joint angles, (frames, joints), of a body that can play them."""
+    try:
+        require_play(subject.experiment)
+    except GaitsimError as error:
+        raise _CannotError(f"{what}: {error.what}") from None
+    return np.asarray(subject.joint_angles)
+
+
+def _frames(count: int) -> str:
+    return "1 frame" if count == 1 else f"{count} frames"
+
+
+def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, float]:
+    """Mean score of joint angles, (draws, frames, joints), by name."""
+    return {
+        name: float(judge_motion(experiment, play(experiment, these), len(these)).scores.mean())
+        for name, these in played.items()
+    }
+
+
+def _genes(subject: Subject) -> dict[str, float]:
+    """Genes that are a little off, where joints cannot be."""
+    experiment, genome = subject.experiment, subject.genome
+    if genome is None:
+        raise _CannotError("inexact genes: a gait from a file has none")
+    space, rng = experiment.space(), np.random.default_rng([SEED, 2])
+    copies: NDArray[Any] = np.repeat(genome[None], DRAWS, axis=0)
+    if isinstance(space, RealSpace):
+        copies = space.confine(copies + rng.normal(0, GENE_NOISE, copies.shape) * space.width)
+        name = f"genes inexact by {GENE_NOISE:.0%} of their range"
+    elif isinstance(space, BitSpace):
+        copies[np.arange(DRAWS), rng.integers(0, space.genes, DRAWS)] ^= 1
+        copies = space.confine(copies)
+        name = "one gene flipped"
+    else:
+        raise _CannotError(f"inexact genes: a {space.name} genome has no small change")
+    return {name: float(judge(experiment, copies).scores.mean())}
+
+
+def _half_step(subject: Subject) -> dict[str, float]:
+    """Half the time step, of a body that simulates with one."""
+    experiment, genome = subject.experiment, subject.genome
+    options: Mapping[str, Any] = type(experiment.organism).model_fields
+    step = next((name for name in STEP_OPTIONS if name in options), None)
+    if step is None:
+        raise _CannotError(
+            f"half the time step: the body has no option {' or '.join(STEP_OPTIONS)}"
+        )
+    if genome is None:
+        raise _CannotError("half the time step: a gait from a file is not simulated")
+    half = getattr(experiment.organism, step) / 2
+    try:
+        finer = with_overrides(experiment, [f"organism.{step}={half!r}"])
+    except GaitsimError as error:
+        raise _CannotError(f"half the time step: {error.what}") from None
+    return {f"half the time step, {half:g} s": float(judge(finer, genome[None]).scores[0])}
+
+
+# What hardly touches a walk tells an exploit. What touches the coordination of the legs, which
+# any gait needs, tells how exactly they must keep it.
+_ATTEMPTS = ((_rhythm, EXPLOIT), (_half_step, EXPLOIT), (_inexact, FRAGILE), (_genes, FRAGILE))

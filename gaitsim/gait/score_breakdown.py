@@ -1,0 +1,207 @@
+"""Why a gait scored: its terms over time, over the generations, and in words."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Motion
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.subject import Subject, terms_of
+from gaitsim.runs.files.history import COLUMNS, MEAN
+
+PARTS = 10  # of the motion, at whose ends the terms are told
+DOMINANT = 0.6  # of all that the terms add and take: one as large dominates
+SLIGHT = 0.01  # likewise: one as small hardly counts; and of the score's range over generations
+PAID = 0.5  # of a gain: a loss as large pays for it
+RELEVANT = 0.05  # of all that changed: what is smaller is not told
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Terms at growing times.
+
+    Attributes:
+        seconds: (times,).
+        terms: by name, (times,): what each would be, had the motion ended there.
+        unmoved: terms that no cut changes, as they are worked out from channels without time.
+    """
+
+    seconds: Floats
+    terms: Mapping[str, Floats]
+    unmoved: tuple[str, ...]
+
+
+def course(subject: Subject) -> Course | GaitsimError:
+    """The terms of the motion cut to its first tenth, two tenths, … and all of it.
+
+    The contract of a fitness gives totals alone. But every channel that has a time has it
+    as its second axis, so a motion can be cut; what the fitness makes of the part is what
+    the score would be, had the motion ended there. It is no sum of shares: a term that is
+    a mean over time, such as drift, can fall as well as rise.
+
+    Returns:
+        The course; or the error of a fitness that cannot judge a part.
+    """
+    frames = len(subject.skeleton.segments)
+    keeps = np.unique(np.linspace(0, frames, PARTS + 1)[1:].round().astype(int))
+    keeps = keeps[keeps >= min(2, frames)]
+    needs = subject.experiment.fitness.needs
+    try:
+        rows = [terms_of(subject.experiment, cut(subject.motion, needs, frames, keep))
+                for keep in keeps.tolist()]  # fmt: skip
+    except GaitsimError as error:
+        return error
+    terms = {name: np.array([row[name] for row in rows]) for name in subject.terms}
+    timed = any(_has_time(subject.motion, name, frames) for name in needs)
+    unmoved = () if timed else tuple(terms)
+    return Course((keeps - 1) / subject.motion.frame_rate, terms, unmoved)
+
+
+def cut(motion: Motion, names: tuple[str, ...], frames: int, keep: int) -> Motion:
+    """A motion of the channels named, those over time cut to their first frames."""
+    return Motion(
+        motion.frame_rate,
+        {
+            name: motion[name][:, :keep] if _has_time(motion, name, frames) else motion[name]
+            for name in names
+        },
+    )
+
+
+def _has_time(motion: Motion, name: str, frames: int) -> bool:
+    shape = np.shape(motion[name])
+    return len(shape) > 1 and shape[1] == frames
+
+
+@dataclass(frozen=True)
+class Change:
+    """A term over the generations.
+
+    Attributes:
+        name: of the term.
+        first, last: that of the best individual, in the first generation and in the subject's.
+        mean_first, mean_last: its mean over the population then.
+    """
+
+    name: str
+    first: float
+    last: float
+    mean_first: float
+    mean_last: float
+
+    @property
+    def gain(self) -> float:
+        """By how much it rose."""
+        return self.last - self.first
+
+
+def changes(history: Mapping[str, Floats], generation: int) -> tuple[int, tuple[Change, ...]]:
+    """How the terms changed from the first generation of a stage up to another one.
+
+    Returns:
+        The first generation that was judged as that one was, and the terms in the order of
+        the history. What a run scored by before its fitness was changed is left out.
+    """
+    names = [
+        name
+        for name in history
+        if name not in COLUMNS
+        and MEAN + name in history
+        and np.isfinite(history[name][generation - 1])
+    ]
+    same = np.isfinite([history[name][:generation] for name in names]).all(axis=0)
+    if "stage" in history:
+        same &= history["stage"][:generation] == history["stage"][generation - 1]
+    first = int(np.flatnonzero(~same)[-1]) + 1 if not same.all() else 0
+    return first + 1, tuple(
+        Change(
+            name,
+            float(history[name][first]),
+            float(history[name][generation - 1]),
+            float(history[MEAN + name][first]),
+            float(history[MEAN + name][generation - 1]),
+        )
+        for name in names
+    )
+
+
+def in_words(
+    terms: Mapping[str, float], history: Mapping[str, Floats], generation: int | None
+) -> tuple[str, ...]:
+    """What drove the score: terms that dominate, that are constant, and that cancel.
+
+    Args:
+        terms: of the subject's score.
+        history: of the run.
+        generation: in which the subject was found; None for one that no run found.
+    """
+    total = sum(abs(value) for value in terms.values())
+    told = _dominant(terms, total)
+    if generation is None:
+        return (*told, *_slight(terms, total))
+    first, found = changes(history, generation)
+    return (*told, *_driven(first, found), *_constant(history, first, found, generation))
+
+
+def _dominant(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
+    if len(terms) == 1 or not total:
+        return ()
+    return tuple(
+        f"{name} dominates: {abs(value) / total:.0%} of all that the terms add and take"
+        for name, value in terms.items()
+        if abs(value) >= DOMINANT * total
+    )
+
+
+def _slight(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
+    slight = [name for name, value in terms.items() if abs(value) < SLIGHT * total]
+    return (f"hardly counted: {', '.join(slight)}",) if slight else ()
+
+
+def _driven(first: int, found: tuple[Change, ...]) -> tuple[str, ...]:
+    """Which terms the search raised, and which it paid with."""
+    moved = sum(abs(change.gain) for change in found)
+    rose = sorted(
+        (change for change in found if change.gain > RELEVANT * moved), key=lambda c: -c.gain
+    )
+    fell = sorted(
+        (change for change in found if change.gain < -RELEVANT * moved), key=lambda c: c.gain
+    )
+    if not rose and not fell:
+        return ()
+    gain = sum(change.gain for change in found)
+    parts = ", ".join(f"{change.name} {change.gain:+z.3f}" for change in (*rose, *fell))
+    told = [f"since generation {first} the best score changed by {gain:+z.3f}: {parts}"]
+    if rose and fell and -sum(c.gain for c in fell) >= PAID * sum(c.gain for c in rose):
+        told.append(
+            f"{_and(rose)} and {_and(fell)} cancel: what one brings, the other takes "
+            f"({sum(c.gain for c in rose):+.3f} and {sum(c.gain for c in fell):+.3f})"
+        )
+    return tuple(told)
+
+
+def _constant(
+    history: Mapping[str, Floats], first: int, found: tuple[Change, ...], generation: int
+) -> tuple[str, ...]:
+    """Terms of the best that stayed the same, against how far the best score moved."""
+    part = slice(first - 1, generation)
+    best = history["best"][part]
+    spread = float(np.ptp(best[np.isfinite(best)])) if np.isfinite(best).any() else 0.0
+    count = generation - first + 1
+    settled = []
+    for change in found:
+        away = np.abs(history[change.name][part] - change.last) > SLIGHT * spread
+        before = int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0
+        # A term that settled in the last half of the search may just have come to its end.
+        if count > 2 and before < count / 2:
+            when = f"since generation {first + before}" if before else "all along"
+            settled.append(f"{change.name} {change.last:z.3f} {when}")
+    return (f"constant: {', '.join(settled)}",) if settled else ()
+
+
+def _and(terms: list[Change]) -> str:
+    return " + ".join(change.name for change in terms)

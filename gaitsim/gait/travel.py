@@ -1,0 +1,127 @@
+"""Where the body went, how fast, how straight, and at what price."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitsim.contracts import Array, Skeleton
+from gaitsim.gait.contact import Contacts
+from gaitsim.gait.intervals import Floats, half_way, steps
+from gaitsim.gait.trunk import heading, size, trunk
+
+GRAVITY = 9.81  # m/s²
+_LYING = 0.05  # of the body's size: a centre lower than this lies on the ground
+
+
+@dataclass(frozen=True)
+class Travel:
+    """A gait's travel, SI units; None where it cannot be said.
+
+    Attributes:
+        seconds: how long the gait is, from its first frame to its last.
+        forward, lateral, climb: displacement along x, to the left, and up.
+        path: length of the centre's path, seen from above.
+        speed: displacement, seen from above, over time.
+        straightness: displacement over path; 1 is a straight line.
+        drift: greatest distance from the line that it set out on.
+        yaw: turn to the left at the end, radians.
+        yaw_range: between the headings furthest to the left and to the right, radians.
+        height: mean height of the centre above the ground, z = 0.
+        froude: speed² / (gravity × height) (Alexander 1989, Physiological Reviews 69:1199,
+            with the centre for the hip); None where the centre lies on the ground.
+        joint_travel: how far the joints turned, all of them added up, in radians a metre of
+            displacement. It is no energy: it knows neither load nor torque.
+    """
+
+    seconds: float
+    forward: float
+    lateral: float
+    climb: float
+    path: float
+    speed: float
+    straightness: float | None
+    drift: float
+    yaw: float | None
+    yaw_range: float | None
+    height: float
+    froude: float | None
+    joint_travel: float | None
+
+
+@dataclass(frozen=True)
+class Slip:
+    """How far feet slide while they stand.
+
+    Attributes:
+        distance: in metres, added up over time: of the feet that stand, the mean.
+        ratio: that over the length of the path; None where there is no path.
+        share: that over what the feet moved relative to the body while they stood: 0 where
+            all of it carried the body, 1 where none did; None where they did not move.
+    """
+
+    distance: float
+    ratio: float | None
+    share: float | None
+
+
+def travel_of(skeleton: Skeleton, joint_angles: Array | None) -> Travel:
+    """The travel of a skeleton, and of its joints' angles, (frames, joints), if it has any."""
+    path = skeleton.path.astype(np.float64)
+    moved = path[-1] - path[0]
+    straight = float(np.hypot(moved[0], moved[1]))
+    length = float(steps(path).sum())
+    seconds = (len(path) - 1) / skeleton.frame_rate
+    speed = straight / seconds if seconds else 0.0
+    turned = heading(trunk(skeleton))
+    height = float(path[:, 2].mean())
+    return Travel(
+        seconds=seconds,
+        forward=float(moved[0]),
+        lateral=float(moved[1]),
+        climb=float(moved[2]),
+        path=length,
+        speed=speed,
+        straightness=straight / length if length else None,
+        drift=float(np.abs(path[:, 1] - path[0, 1]).max()),
+        yaw=None if turned is None else float(turned[-1]),
+        yaw_range=None if turned is None else float(np.ptp(turned)),
+        height=height,
+        froude=speed**2 / (GRAVITY * height) if height > _LYING * size(skeleton) else None,
+        joint_travel=_joint_travel(joint_angles, straight),
+    )
+
+
+def _joint_travel(angles: Array | None, metres: float) -> float | None:
+    if angles is None or not metres:
+        return None
+    return float(np.abs(np.diff(angles.astype(np.float64), axis=0)).sum()) / metres
+
+
+def slip_of(contacts: Floats, touching: Contacts, path: Floats, relative: Floats) -> Slip:
+    """How far the feet slide on the ground.
+
+    Args:
+        contacts: (frames, feet, 3), metres, in the world.
+        touching: (frames, feet).
+        path: (frames, 3), metres.
+        relative: the feet in the body's frame, (frames, feet, 3), metres.
+    """
+    down = touching[:-1]
+    slid = mean_of(steps(contacts), down)
+    length, pushed = float(steps(path).sum()), float(mean_of(steps(relative), down).sum())
+    distance = float(slid.sum())
+    return Slip(
+        distance, distance / length if length else None, distance / pushed if pushed else None
+    )
+
+
+def mean_of(values: Floats, chosen: Contacts) -> Floats:
+    """Mean over the chosen feet in each interval, (frames, feet) -> (frames,); 0 of none."""
+    count = np.maximum(chosen.sum(axis=1), 1)
+    return np.asarray((values * chosen).sum(axis=1) / count)
+
+
+def lying(skeleton: Skeleton) -> float:
+    """Share of the time that the trunk touches the ground, z = 0, to 1 % of the body's size."""
+    lowest = half_way(trunk(skeleton)[..., 2]).min(axis=1)
+    return float(np.mean(lowest < 0.01 * size(skeleton)))

@@ -1,0 +1,65 @@
+"""The trunk: the part of the body that keeps its shape, and where it heads."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Skeleton
+from gaitsim.gait.intervals import Floats
+
+_FRAMES = 30  # looked at for what keeps its shape
+_SEGMENTS = 200  # and as many segments, for bodies with thousands
+_RIGID = 1e-4  # share of the body's size by which distances within the trunk may differ
+
+_SEEN = 0.3  # share of its shape from above that a body must always show to have a heading
+
+
+def size(skeleton: Skeleton) -> float:
+    """The body's size in metres: the longest diagonal of the box around it, over time."""
+    points = skeleton.segments.reshape(len(skeleton.segments), -1, 3).astype(np.float64)
+    return float(np.linalg.norm(np.ptp(points, axis=1), axis=-1).max(initial=0.0))
+
+
+def trunk(skeleton: Skeleton) -> Floats:
+    """The points of the trunk over time, (frames, points, 3), metres.
+
+    For each segment, the ends of all segments that keep their distance from both of its own
+    make a rigid group; the trunk is the one with the most different points, and of equal
+    ones that of the first segment.
+    """
+    every = -(-skeleton.segments.shape[1] // _SEGMENTS)
+    segments = skeleton.segments[:, ::every].astype(np.float64)
+    points = segments.reshape(len(segments), -1, 3)
+    looked_at = np.unique(np.linspace(0, len(points) - 1, _FRAMES).astype(int))
+    least = np.full((points.shape[1],) * 2, np.inf)
+    most = np.zeros_like(least)
+    for frame in looked_at:
+        distance = np.linalg.norm(points[frame, :, None] - points[frame], axis=-1)
+        least, most = np.minimum(least, distance), np.maximum(most, distance)
+    rigid = most - least <= _RIGID * size(skeleton)
+    places = np.unique(points[0].round(9), axis=0, return_inverse=True)[1].ravel()
+    groups = [rigid[2 * segment] & rigid[2 * segment + 1] for segment in range(segments.shape[1])]
+    best: NDArray[np.bool_] = max(groups, key=lambda group: len(np.unique(places[group])))
+    if not best.any():  # not even one segment keeps its length
+        best[:2] = True
+    return points[:, best]
+
+
+def heading(body: Floats) -> Floats | None:
+    """How far a rigid group of points has turned to the left since the start, seen from above.
+
+    Args:
+        body: (frames, points, 3), metres.
+
+    Returns:
+        (frames,), radians, not wrapped; None where the points lie above one another, or
+        come to: a body that tumbles has no heading.
+    """
+    flat = body[..., :2] - body[..., :2].mean(axis=1, keepdims=True)
+    if np.abs(flat).max(initial=0.0) < 1e-9:
+        return None
+    x, y = flat[0].T
+    along = flat[..., 0] @ x + flat[..., 1] @ y
+    across = flat[..., 1] @ x - flat[..., 0] @ y
+    if np.hypot(along, across).min() < _SEEN * along[0]:
+        return None
+    return np.asarray(np.unwrap(np.arctan2(across, along)))

@@ -1,0 +1,42 @@
+"""A run that evolves in a process of its own, steered and watched from another one.
+
+    who steers (a UI, a script)                       who evolves
+    Engine ── commands, a JSON object a line ──▶ stdin  python -m gaitsim.live RUN
+           ◀── snapshots, a JSON object a line ─ stdout
+
+Commands:
+
+    {"do": "pause"}                                    after the generation that is being made
+    {"do": "go"}                                       on from a pause
+    {"do": "step"}                                     one generation, then pause
+    {"do": "set", "assignments": ["mutation.rate=0.1"]}  between two generations, as a stage
+    {"do": "stop"}                                     after this generation, saved
+
+The end of standard input is a `stop`: a UI that dies, however, leaves a run that is saved and
+resumes exactly. So is SIGTERM. SIGINT is ignored, as Ctrl-C in a terminal is meant for the UI.
+
+A snapshot comes at most twenty times a second, whatever the search's speed, and when something
+happens. Its keys; those after `generations_per_second` only where there is news:
+
+    state         preparing, running, paused; at the end finished, stopped or failed
+    reason        why the run is finished; ''
+    generation    the last one that is on the disk; 0 before the first
+    generations   as many as are planned
+    stage         from 1
+    scored_from   the first generation whose scores can be compared with the present ones
+    evaluations   individuals so far
+    evaluations_per_second, generations_per_second  of late; 0 where it rests
+    rows          of the generations since the last snapshot: {column of the history: [numbers]};
+                  where a reader is slow, the oldest are left out, and are to be had from the run
+    top           of the last generation: [{"score": number, "terms": {term: number}}], best first
+    islands       the best score of each island in the last generation: [numbers]; only where
+                  there are several
+    champion      the best so far: {"generation", "score", "genome": [numbers]}
+    events        what happened: [{"generation", "kind", "text"}]; kinds are best, kept, stage
+                  and warning
+    error         {"what", "where", "allowed", "remedy"}, with "problems", a list of such, where
+                  there are several. With the state `failed` it ended the process. Else a change
+                  was refused, and the run goes on as before.
+
+What is not a finite number is null. The process ends with 0, or 2 where it failed by an `error`.
+"""

@@ -1,0 +1,48 @@
+"""What happened in a run, told from what is on the disk."""
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from gaitsim.live.course import Course
+from gaitsim.live.protocol import Event
+from gaitsim.runs.files.folder import champion_file
+from gaitsim.runs.stages import RunStage
+
+
+def events_in(
+    course: Course, stages: Sequence[RunStage], kept: Collection[int], first: int = 1
+) -> list[Event]:
+    """Better best scores, kept champions and stages, from a generation on, in their order.
+
+    Args:
+        course: the run's history.
+        stages: of the run.
+        kept: generations of which a champion's file is kept.
+        first: the first generation to tell of.
+    """
+    found = [
+        Event(stage.first, "stage", str(change))
+        for stage in stages
+        if stage.first >= first
+        for change in stage.changes
+    ]
+    found += [Event(number, "kept", champion_file(number)) for number in kept if number >= first]
+    for start, end in _comparable(stages, len(course)):
+        best = course["best"][start - 1 : end]
+        highest = np.maximum.accumulate(best)
+        rises = np.flatnonzero(best[1:] > highest[:-1]) + 1
+        if len(best) and np.isfinite(best[0]):
+            rises = np.concatenate([[0], rises])
+        found += [
+            Event(start + int(index), "best", f"{best[index]:.4f}")
+            for index in rises[np.searchsorted(rises, first - start) :]
+        ]
+    order = ("stage", "best", "kept", "warning")
+    return sorted(found, key=lambda event: (event.generation, order.index(event.kind)))
+
+
+def _comparable(stages: Sequence[RunStage], generations: int) -> list[tuple[int, int]]:
+    """First and last generations whose scores can be compared with one another."""
+    starts = [stage.first for stage in stages if stage.number == 1 or stage.rescored]
+    return list(zip(starts, [*(start - 1 for start in starts[1:]), generations], strict=True))

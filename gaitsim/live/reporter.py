@@ -1,0 +1,212 @@
+"""Tells whoever watches how a run goes, at most so often, and never holds the search up."""
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evolution import Generation
+from gaitsim.live.protocol import ENDED, State, plain_error, write_snapshot
+from gaitsim.runs.files.folder import champion_file
+from gaitsim.runs.files.history import island_bests, row
+from gaitsim.runs.writer import RunWriter
+
+PERIOD = 0.05  # seconds between two lines
+TOP = 5
+ROWS_KEPT = 1000  # for a reader who is slow; all are on the disk
+EVENTS_KEPT = 50
+RECENT = 2.0  # seconds over which speeds are taken
+
+
+class Sink(Protocol):
+    """Where lines go."""
+
+    def write(self, data: bytes, /) -> object:
+        """Take a line; may wait for the reader."""
+
+
+class Reporter:
+    """Collects what happens, and writes it in a thread of its own.
+
+    Args:
+        sink: where lines go.
+        lost: called once no one reads them any more.
+        period: seconds between two lines.
+        clock: seconds from any beginning.
+    """
+
+    def __init__(
+        self,
+        sink: Sink,
+        lost: Callable[[], None] = lambda: None,
+        period: float = PERIOD,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._sink, self._lost, self._period, self._clock = sink, lost, period, clock
+        self._lock = threading.Lock()
+        self._values: dict[str, Any] = {
+            "state": "preparing",
+            "reason": "",
+            "generation": 0,
+            "generations": 0,
+            "stage": 1,
+            "scored_from": 1,
+            "evaluations": 0,
+        }
+        self._news: dict[str, Any] = {}
+        self._rows: deque[dict[str, float]] = deque(maxlen=ROWS_KEPT)
+        self._events: deque[dict[str, Any]] = deque(maxlen=EVENTS_KEPT)
+        self._latest: Generation | None = None
+        self._islands = 1
+        self._told: set[tuple[int, str, str]] = set()
+        self._pace: deque[tuple[float, int, int]] = deque()
+        self._wake, self._ending = threading.Event(), threading.Event()
+        self._thread = threading.Thread(target=self._write, daemon=True)
+        self._thread.start()
+
+    def opened(self, writer: RunWriter) -> None:
+        """Tell how far a run is, what is planned, and the stage that begins."""
+        last = writer.last
+        with self._lock:
+            self._islands = writer.experiment.islands.number
+            self._values["generations"] = writer.experiment.evolution.generations
+            self._values["stage"] = writer.stage
+            self._values["scored_from"] = _scored_from(writer)
+            if last is not None:
+                self._values["generation"] = last.number
+                self._values["evaluations"] = last.progress.evaluations
+        first = last.number + 1 if last else 1
+        told = [("warning", writer.warning)] if writer.warning and not self._told else []
+        told += [("stage", str(change)) for change in writer.changes]
+        # A run that is opened again, as a change was refused, is as it was.
+        for kind, text in told:
+            if (first, kind, text) not in self._told:
+                self.event(first, kind, text)
+        self._told = {(0, "opened", ""), *((first, kind, text) for kind, text in told)}
+
+    def begins(self, generation: Generation | None, champion: dict[str, Any] | None) -> None:
+        """Tell of the last generation, before a new one comes, and of the champion so far."""
+        with self._lock:
+            self._latest = generation
+            if champion is not None:
+                self._news["champion"] = champion
+        self._wake.set()
+
+    def finished(self, generation: Generation) -> None:
+        """Tell of a generation that is on the disk."""
+        number, progress = generation.number, generation.progress
+        risen = progress.stagnation == 0 and math.isfinite(progress.best_score)
+        values = row(generation)
+        with self._lock:
+            self._values["generation"] = number
+            self._values["stage"] = progress.stage
+            self._values["evaluations"] = progress.evaluations
+            self._rows.append(values)
+            self._latest = generation
+            now = self._clock()
+            self._pace.append((now, number, progress.evaluations))
+            while len(self._pace) > 2 and now - self._pace[1][0] >= RECENT:
+                self._pace.popleft()
+            if risen:
+                genome = generation.genomes[generation.best].tolist()
+                best = {"generation": number, "score": progress.best_score, "genome": genome}
+                self._news["champion"] = best
+        if risen:
+            self.event(number, "best", f"{progress.best_score:.4f}")
+        if generation.is_champion:
+            self.event(number, "kept", champion_file(number))
+        self._wake.set()
+
+    def event(self, generation: int, kind: str, text: str) -> None:
+        """Tell what happened."""
+        with self._lock:
+            self._events.append({"generation": generation, "kind": kind, "text": text})
+        self._wake.set()
+
+    def state(self, state: State, reason: str = "", error: GaitsimError | None = None) -> None:
+        """Tell the state; with one that ends, wait until all is written."""
+        with self._lock:
+            self._values["state"], self._values["reason"] = state, reason
+            if error is not None:
+                self._news["error"] = plain_error(error)
+            if state != "running":
+                self._pace.clear()
+        if state in ENDED:
+            self._ending.set()
+        self._wake.set()
+        if state in ENDED:
+            self._thread.join()
+
+    def refused(self, error: GaitsimError) -> None:
+        """Tell why a change was not made; the run goes on."""
+        with self._lock:
+            self._news["error"] = plain_error(error)
+        self._wake.set()
+
+    def _write(self) -> None:
+        while True:
+            self._wake.wait()
+            self._wake.clear()
+            ending = self._ending.is_set()
+            try:
+                self._sink.write(write_snapshot(self._take()))
+            except (OSError, ValueError):  # the reader has gone
+                self._lost()
+                return
+            if ending:
+                return
+            self._ending.wait(self._period)
+
+    def _take(self) -> dict[str, Any]:
+        with self._lock:
+            rows, self._rows = self._rows, deque(maxlen=ROWS_KEPT)
+            events, self._events = self._events, deque(maxlen=EVENTS_KEPT)
+            news, self._news = self._news, {}
+            latest, self._latest = self._latest, None
+            by_second = self._speeds()
+            taken = {**self._values, **by_second}
+        if rows:
+            names = dict.fromkeys(name for values in rows for name in values)
+            news["rows"] = {name: [values.get(name) for values in rows] for name in names}
+        if latest is not None:
+            news["top"] = _top(latest)
+            if self._islands > 1:
+                news["islands"] = island_bests(latest, self._islands).tolist()
+        if events:
+            news["events"] = list(events)
+        return taken | news
+
+    def _speeds(self) -> dict[str, float]:
+        if len(self._pace) < 2:
+            return {"evaluations_per_second": 0.0, "generations_per_second": 0.0}
+        (start, first, before), (end, last, after) = self._pace[0], self._pace[-1]
+        passed = max(end - start, 1e-9)
+        return {
+            "evaluations_per_second": (after - before) / passed,
+            "generations_per_second": (last - first) / passed,
+        }
+
+
+def _scored_from(writer: RunWriter) -> int:
+    if writer.last is None:
+        return 1
+    rescored = any(change.rescores for change in writer.changes)
+    return writer.last.number + 1 if rescored else writer.run.comparable
+
+
+def _top(generation: Generation) -> list[dict[str, Any]]:
+    best = np.argsort(-generation.scores, kind="stable")[:TOP]
+    return [
+        {
+            "score": float(generation.scores[index]),
+            "terms": {
+                name: float(values[index]) for name, values in generation.evaluation.terms.items()
+            },
+        }
+        for index in best
+    ]

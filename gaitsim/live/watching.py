@@ -1,0 +1,183 @@
+"""A run that is not steered from here: at rest, or written by another process."""
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import AsyncIterator, Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evolution import stop_reason
+from gaitsim.experiment import Evolution
+from gaitsim.live.course import Course
+from gaitsim.live.events import events_in
+from gaitsim.live.protocol import Best, Event, Individual, Snapshot, State
+from gaitsim.live.tail import Tail
+from gaitsim.runs.files.checkpoint import Checkpoint
+from gaitsim.runs.files.folder import EXPERIMENT, HISTORY, kept_champions
+from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.reader import Run
+from gaitsim.runs.resume import next_progress
+from gaitsim.runs.stages import changes, comparable, islands_in, stages_of
+from gaitsim.toml import parse
+
+PERIOD = 0.25  # seconds between two looks
+RECENT = 3.0  # seconds over which speeds are taken
+TOP = 5
+
+
+class Watch:
+    """A run folder as it stands, and as it grows; reads only, and loads no plugin but to tell
+    of the champion.
+
+    An asynchronous iterator of snapshots, the first with all rows and events. It ends with
+    the first snapshot of a run that no process writes.
+
+    Args:
+        path: the run's folder.
+        period: seconds between two looks.
+        clock: seconds from any beginning.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        period: float = PERIOD,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.run = path
+        self.course = Course()
+        self._period, self._clock = period, clock
+        self._tail = Tail(path / HISTORY)
+        self._last = Snapshot("elsewhere")
+        self._pace: deque[tuple[float, int, int]] = deque()
+
+    async def __aiter__(self) -> AsyncIterator[Snapshot]:
+        """Look again and again, in a thread."""
+        while True:
+            snapshot = await asyncio.to_thread(self.look)
+            yield snapshot
+            if snapshot.ended:
+                return
+            await asyncio.sleep(self._period)
+
+    def look(self) -> Snapshot:
+        """How the run stands now, with what is new since the last look."""
+        try:
+            self._last = self._found()
+        except GaitsimError as error:
+            self._last = replace(self._last, state="failed", rows={}, events=(), error=error)
+        return self._last
+
+    def _found(self) -> Snapshot:
+        if not self.run.is_dir():
+            raise RunError(
+                f"the folder of the run {self.run} is gone",
+                remedy="look for it where it was moved to, or begin a new run",
+            )
+        # Before the checkpoint is read: what was written until then is seen.
+        busy = is_locked(self.run)
+        run = Run(self.run)
+        evolution = _evolution(run)
+        found = run.checkpoint()
+        if found is None:
+            state: State = "elsewhere" if busy else "stopped"
+            return Snapshot(state, generations=evolution.generations)
+        checkpoint, warning = found
+        pending = changes(checkpoint.experiment, run.experiment_text)
+        progress = next_progress(checkpoint, evolution, pending)
+        reason = (
+            ""
+            if busy
+            else stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))
+        )
+        evaluations_per_second, generations_per_second = self._speeds(checkpoint)
+        rows = self._tail.read(checkpoint.generation)
+        seen = len(self.course)
+        self.course.extend(rows)
+        if len(self.course) < checkpoint.generation:
+            raise run.ends_early(HISTORY, len(self.course), checkpoint.generation)
+        stages = stages_of(checkpoint)
+        # A champion's file is written before its generation's checkpoint.
+        kept = [one for one in kept_champions(self.run) if one <= checkpoint.generation]
+        told = events_in(self.course, stages, kept, seen + 1)
+        if warning and not seen:
+            told.append(Event(checkpoint.generation, "warning", warning))
+        return Snapshot(
+            state="elsewhere" if busy else "finished" if reason else "stopped",
+            reason=reason,
+            generation=checkpoint.generation,
+            generations=evolution.generations,
+            stage=len(stages),
+            scored_from=comparable(stages),
+            evaluations=checkpoint.evaluations,
+            evaluations_per_second=evaluations_per_second,
+            generations_per_second=generations_per_second,
+            rows=rows,
+            top=_top(checkpoint),
+            islands=_islands(checkpoint),
+            champion=self._champion(run, checkpoint),
+            events=tuple(told),
+        )
+
+    def _speeds(self, checkpoint: Checkpoint) -> tuple[float, float]:
+        """Evaluations and generations a second, of late."""
+        now, pace = self._clock(), self._pace
+        pace.append((now, checkpoint.generation, checkpoint.evaluations))
+        while len(pace) > 2 and now - pace[1][0] >= RECENT:
+            pace.popleft()
+        (start, first, before), (end, last, after) = pace[0], pace[-1]
+        passed = end - start
+        return ((after - before) / passed, (last - first) / passed) if passed > 0 else (0.0, 0.0)
+
+    def _champion(self, run: Run, checkpoint: Checkpoint) -> Best | None:
+        """The best so far; without its genome where the body's plugin is not to be had."""
+        if not np.isfinite(checkpoint.best_score):
+            return None
+        generation, score = checkpoint.generation - checkpoint.stagnation, checkpoint.best_score
+        before = self._last.champion
+        if before and (before.generation, before.score) == (generation, score) and before.genome:
+            return before
+        if checkpoint.stagnation == 0:
+            genome = checkpoint.genomes[int(np.argmax(checkpoint.scores))]
+        else:
+            try:
+                *_, genome = run.champion(generation)
+            except GaitsimError:
+                return Best(generation, score, ())
+        return Best(generation, score, tuple(genome.tolist()))
+
+
+def _evolution(run: Run) -> Evolution:
+    try:
+        tables = parse(run.experiment_text, str(run.path / EXPERIMENT))
+        return Evolution.model_validate(tables["evolution"])
+    except (KeyError, ValueError):  # Pydantic's errors are ValueErrors
+        raise RunError(
+            f"{run.path / EXPERIMENT} does not say how long the run is",
+            where="section evolution",
+            remedy="take back what was changed in it; the checkpoint holds its text, too",
+        ) from None
+
+
+def _islands(checkpoint: Checkpoint) -> tuple[float, ...]:
+    """The best score of each island; () where there is one population."""
+    number = islands_in(checkpoint.experiment)
+    if number == 1 or len(checkpoint.scores) % number:
+        return ()
+    return tuple(checkpoint.scores.reshape(number, -1).max(axis=1).tolist())
+
+
+def _top(checkpoint: Checkpoint) -> tuple[Individual, ...]:
+    best = np.argsort(-checkpoint.scores, kind="stable")[:TOP]
+    terms = checkpoint.terms.items()
+    return tuple(
+        Individual(
+            float(checkpoint.scores[index]),
+            {name: float(values[index]) for name, values in terms},
+        )
+        for index in best
+    )

@@ -1,0 +1,1 @@
+"""Pictures of runs and gaits: plots, scenes, videos, and pictures in the terminal."""

@@ -1,0 +1,32 @@
+"""Plots for papers and screens: a file a kind, one style for all."""
+
+from gaitsim.render.plots.fitness import fitness_figure, plot_fitness
+from gaitsim.render.plots.style import (
+    COLOURS,
+    DARK,
+    FORMATS,
+    LIGHT,
+    STYLES,
+    THEMES,
+    Theme,
+    check_target,
+    picture,
+    save,
+    styled,
+)
+
+__all__ = [
+    "COLOURS",
+    "DARK",
+    "FORMATS",
+    "LIGHT",
+    "STYLES",
+    "THEMES",
+    "Theme",
+    "check_target",
+    "fitness_figure",
+    "picture",
+    "plot_fitness",
+    "save",
+    "styled",
+]

@@ -1,0 +1,171 @@
+"""Any channel of the motion against time, of one champion or of several generations."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError
+from gaitsim.render.plots.channels import Channel, over_time, read_channel
+from gaitsim.render.plots.components import Line, finite, lines_of
+from gaitsim.render.plots.labels import head, heading_of, shortened
+from gaitsim.render.plots.panels import bars, grid
+from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.runs.replay import Replay
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# What is looked at first, of the channels that a body has.
+USUAL = ("altitude", "margin", "pose", "joint_angles")
+_TOGETHER = 8  # lines of one panel that can be told apart
+_PANELS = 24  # that a page can hold
+
+
+def channel_figure(request: Request) -> "Figure":
+    """A channel's components over time; one line a generation where there are several.
+
+    Raises:
+        GaitsimError: there is no such channel or component, it does not go over time, or
+            there is too much to draw.
+        PluginError: the body cannot work it out.
+    """
+    if len(request.replays) > _TOGETHER:
+        raise GaitsimError(
+            f"{len(request.replays)} generations do not fit on a plot",
+            allowed=f"at most {_TOGETHER}, to be told apart",
+        )
+    name = request.channel or usual_channel(request.replay)
+    channels = [read_channel(replay, name) for replay in request.replays]
+    lines = [lines_of(channel, request.components) for channel in channels]
+    parts = [stretch(len(channel.values), channel.rate, request.window) for channel in channels]
+    with styled(request.theme):
+        if len(channels) == 1 and channels[0].values.dtype.kind == "b":
+            figure = _truths(channels[0], lines[0], parts[0], request.theme)
+            head(figure, heading_of(request.replays))
+            return figure
+        return _numbers(request, channels, lines, parts)
+
+
+def usual_channel(replay: Replay) -> str:
+    """What of a body's channels to draw where nothing is said.
+
+    Raises:
+        LackingError: none goes over time.
+    """
+    channels = replay.experiment.organism.channels
+    known = [name for name in USUAL if name in channels]
+    for name in (*known, *channels):
+        if over_time(replay, name):
+            return name
+    raise LackingError(
+        f"{replay.experiment.entries['organism']} has no channel that goes over time",
+        where=str(replay.run.path),
+        allowed="a channel of the shape (population, frames, …)",
+    )
+
+
+def _truths(channel: Channel, lines: Sequence[Line], part: slice, theme: Theme) -> "Figure":
+    """Rows of bars: while it holds."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(lines))))
+    axes = figure.subplots()
+    rows = [(shortened(line.name, 16), line.values[part]) for line in lines]
+    bars(axes, rows, part.start / channel.rate, channel.rate, [theme.ink] * len(rows))
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel(shortened(channel.name, 30))
+    return figure
+
+
+def _numbers(
+    request: Request,
+    channels: Sequence[Channel],
+    lines: Sequence[Sequence[Line]],
+    parts: Sequence[slice],
+) -> "Figure":
+    """Panels of lines: a panel a component if lines are generations, else a panel a kind."""
+    channel, several = channels[0], len(channels) > 1
+    panels = _panels(channel, lines[0], several)
+    if len(panels) > _PANELS:
+        raise GaitsimError(
+            f"{len(panels)} components of the channel {channel.name!r} do not fit on a plot",
+            allowed=f"{_PANELS} panels",
+            remedy=f"choose some, such as --component '{channel.axes[0][0]}'",
+        )
+    columns = 1 if len(panels) <= 3 else 2 if len(panels) <= 8 else 3
+    figure, places = grid(len(panels), WIDTH, columns=columns, height=_height(len(panels)))
+    for axes, (title, indices) in zip(places, panels.items(), strict=True):
+        drawn: list[tuple[str, Any, int]] = []
+        for which, replay in enumerate(request.replays):
+            label = f"generation {replay.generation}" if several else ""
+            drawn += [
+                (label or _rest(lines[which][i], title), lines[which][i], which) for i in indices
+            ]
+        for index, (label, line, which) in enumerate(drawn):
+            part, rate = parts[which], channels[which].rate
+            times = np.arange(part.start, part.stop) / rate
+            style = request.theme.line(index)
+            axes.plot(times, finite(line.values[part]), label=label, **style)
+        if columns == 1:
+            axes.set_ylabel(_label(channel, title, len(panels) > 1))
+        elif title:
+            axes.set_title(shortened(title, 24), fontsize=7, pad=2)
+        _finish(axes, request.theme)
+    figure.supxlabel("time (s)", fontsize=8)
+    if columns > 1:
+        figure.supylabel(_label(channel, "", False), fontsize=8)
+    handles, labels = places[0].get_legend_handles_labels()
+    single = len(labels) == 1 and not several
+    text = heading_of(request.replays)
+    head(figure, text, *(((), ()) if single else (handles, labels)))
+    return figure
+
+
+def _panels(channel: Channel, lines: Sequence[Line], several: bool) -> dict[str, list[int]]:
+    """Indices of the lines of each panel, by the panel's title.
+
+    What has different units or directions, such as x, y and z, goes to panels of its own.
+    """
+    directions = bool(channel.axes) and channel.axes[-1][:1] == ("x",)
+    if several or (len(lines) > _TOGETHER and not directions):
+        return {line.name: [index] for index, line in enumerate(lines)}
+    if not directions:
+        return {lines[0].name if len(lines) == 1 else "": [*range(len(lines))]}
+    panels: dict[str, list[int]] = {}
+    for index, line in enumerate(lines):
+        panels.setdefault(line.names[-1], []).append(index)
+    if max(map(len, panels.values())) > _TOGETHER:
+        return {line.name: [index] for index, line in enumerate(lines)}
+    return panels
+
+
+def _rest(line: Line, title: str) -> str:
+    """What of a line's name the title of its panel does not say."""
+    if line.name == title:
+        return line.name
+    return " ".join(line.names[:-1] if title and line.names[-1] == title else line.names)
+
+
+def _label(channel: Channel, title: str, several: bool) -> str:
+    """The name of what an axis shows, and its unit."""
+    component = title.rpartition(" ")[2] if channel.name == "pose" else ""
+    # 'x' says enough of a place, not of a velocity.
+    place = several and channel.name in ("pose", "position")
+    name = title if place else f"{channel.name} {title}".strip()
+    unit = channel.unit_of(component)
+    said = shortened(name.replace("_", " "), 24)
+    return f"{said}{chr(10) if several and not place else ' '}({unit})" if unit else said
+
+
+def _height(panels: int) -> float:
+    return {1: 1.7, 2: 1.2, 3: 1.0}.get(panels, 0.75)
+
+
+def _finish(axes: "Axes", theme: Theme) -> None:
+    low, high = axes.get_ylim()
+    if low < 0 < high:
+        axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
+    axes.margins(x=0)

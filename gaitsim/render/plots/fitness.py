@@ -1,0 +1,175 @@
+"""Scores over the generations."""
+
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.plots.labels import head, heading_of_run, numeral
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
+from gaitsim.runs.files.folder import CHAMPIONS
+from gaitsim.runs.reader import Run
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+History = dict[str, NDArray[np.float64]]
+
+
+def plot_fitness(run: Run, path: Path, theme: Theme = LIGHT) -> None:
+    """Write the picture of `fitness_figure`.
+
+    Raises:
+        RunError: no generation is finished yet, or the file cannot be written.
+        GaitsimError: the file's name ends with no known format.
+    """
+    check_target(path)
+    save(fitness_figure(run, theme), path, theme)
+
+
+def fitness_figure(
+    run: Run, theme: Theme = LIGHT, size: tuple[float, float] = (WIDTH, 2.4)
+) -> "Figure":
+    """Best, mean and quartiles of the scores, kept champions, and where stages begin.
+
+    Args:
+        run: with a generation or more.
+        theme: its colours.
+        size: width and height, inches.
+
+    Raises:
+        RunError: no generation is finished yet.
+    """
+    from matplotlib.figure import Figure
+
+    history = run.history
+    if not history:
+        raise run.unfinished()
+    with styled(theme):
+        figure = Figure(figsize=size)
+        axes = figure.subplots()
+        _draw_islands(axes, history, run.islands, theme)
+        _draw(axes, history, theme)
+        _mark_champions(axes, run, history, theme)
+        starts = mark_stages(axes, history, theme)
+        axes.set_xlabel("generation")
+        names = {run.experiment_at(number).entries["fitness"].name for number in (1, *starts)}
+        axes.set_ylabel(f"score ({names.pop()})" if len(names) == 1 else "score of each stage")
+        set_generations(axes, history)
+        if not np.isfinite(history["best"]).all():
+            axes.set_title("generations without a finite score are left out", fontsize=7)
+        head(figure, heading_of_run(run), *axes.get_legend_handles_labels())
+    return figure
+
+
+def _draw(axes: "Axes", history: History, theme: Theme) -> None:
+    blue, orange = theme.colours[:2]
+    generations = history["generation"]
+    mean, spread = history["mean"], history["spread"]
+    band = "mean ± s.d."
+    low, high = mean - spread, mean + spread
+    if "lower quartile" in history:
+        band = "quartiles"
+        low, high = history["lower quartile"], history["upper quartile"]
+    for index, part in enumerate(stages(history)):
+        first = index == 0
+        axes.fill_between(
+            generations[part],
+            low[part],
+            high[part],
+            color=blue,
+            alpha=0.25,
+            linewidth=0,
+            label=band if first else None,
+        )
+        for values, name, colour, style in (
+            (mean, "mean", blue, "--"),
+            (history["best"], "best", orange, "-"),
+        ):
+            axes.plot(
+                generations[part],
+                values[part],
+                color=colour,
+                linestyle=style,
+                label=name if first else None,
+                # A line of one point would not be seen.
+                marker="." if len(generations[part]) == 1 else None,
+            )
+
+
+def _draw_islands(
+    axes: "Axes", history: History, islands: NDArray[np.float64], theme: Theme
+) -> None:
+    """The best of each island, where there are several."""
+    if islands.shape[1] == 1:
+        return
+    for island, bests in enumerate(islands.T):
+        for index, part in enumerate(stages(history)):
+            axes.plot(
+                history["generation"][part],
+                bests[part],
+                color=theme.colours[1],
+                alpha=0.5,
+                linewidth=0.5,
+                label=f"best of each of {islands.shape[1]} islands"
+                if island + index == 0
+                else None,
+            )
+
+
+def _mark_champions(axes: "Axes", run: Run, history: History, theme: Theme) -> None:
+    """Mark the champions that the run kept, and the best one of all."""
+    stems = (file.stem for file in (run.path / CHAMPIONS).glob("generation-*.pickle"))
+    numbers = (int(number) for number in (stem.split("-")[1] for stem in stems) if number.isdigit())
+    kept = np.array(sorted(number for number in numbers if number <= len(history["best"])), int)
+    style: dict[str, Any] = {"linestyle": "", "color": theme.ink, "clip_on": False, "zorder": 3}
+    if len(kept):
+        axes.plot(
+            kept,
+            history["best"][kept - 1],
+            marker="|",
+            markersize=5,
+            markeredgewidth=0.6,
+            label="kept champion",
+            **style,
+        )
+    if np.isfinite(history["best"]).any():
+        number, score, _ = run.champion()
+        axes.plot(
+            number, score, marker="D", markersize=3.5, label=f"champion: {numeral(score)}", **style
+        )
+
+
+def stages(history: History) -> list[slice]:
+    """The rows of each stage of a run; all of them where it has only one."""
+    stage = history.get("stage", np.ones_like(history["generation"]))
+    borders = [0, *(np.flatnonzero(np.diff(stage)) + 1).tolist(), len(stage)]
+    return [slice(first, end) for first, end in pairwise(borders)]
+
+
+def mark_stages(axes: "Axes", history: History, theme: Theme, *, named: bool = True) -> list[int]:
+    """Draw a line before each stage but the first; the generations with which they begin."""
+    starts = [part.start + 1 for part in stages(history)[1:]]
+    for index, start in enumerate(starts, 2):
+        axes.axvline(start - 0.5, color=theme.ink, linewidth=0.6, linestyle=":")
+        if named:
+            axes.annotate(
+                f"stage {index}",
+                (start - 0.5, 0),  # below the curves, which rise
+                xycoords=("data", "axes fraction"),
+                xytext=(2, 2),
+                textcoords="offset points",
+                fontsize=6,
+            )
+    return starts
+
+
+def set_generations(axes: "Axes", history: History, ticks: int = 6) -> None:
+    """Let an axis reach from the first generation to the last."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set_xlim(1, max(2, int(history["generation"][-1])))
+    axes.xaxis.set_major_locator(MaxNLocator(ticks, integer=True))

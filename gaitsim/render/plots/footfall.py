@@ -1,0 +1,83 @@
+"""Footfalls: which foot is on the ground when (Hildebrand 1965)."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.gait.contact import feet_of as measured
+from gaitsim.render.plots.labels import head, heading_of, shortened
+from gaitsim.render.plots.panels import bars
+from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.runs.replay import Replay
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+USUAL = 3.0  # seconds, some strides of most bodies
+
+
+def footfall_figure(request: Request) -> "Figure":
+    """A row a foot, a bar while it is on the ground, and its duty factor in the whole motion.
+
+    The last seconds are drawn, past what a gait needs to settle, or all of it where no foot
+    comes down twice in them.
+
+    Raises:
+        LackingError: the body has no feet.
+        GaitsimError: the window holds none of the motion.
+    """
+    from matplotlib.figure import Figure
+
+    replay, theme = request.replay, request.theme
+    touching, names = feet_of(replay)
+    rate = replay.skeleton.frame_rate
+    part = stretch(len(touching), rate, request.window, USUAL)
+    if request.window is None and _landings(touching[part]).max(initial=0) < 2:
+        part = stretch(len(touching), rate, None)
+    shown = touching[part]
+    steps, _ = measured(touching, names, rate)
+    with styled(theme):
+        figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
+        axes = figure.subplots()
+        rows = [(shortened(name, 12), shown[:, foot]) for foot, name in enumerate(names)]
+        bars(axes, rows, part.start / rate, rate, [_colour(name, theme) for name in names])
+        axes.set_xlabel("time (s)")
+        axes.set_ylabel("foot")
+        duty = axes.secondary_yaxis("right")
+        duty.set_yticks(range(len(names)), [f"{foot.duty_factor:.2f}" for foot in steps])
+        duty.tick_params(length=0)
+        duty.spines["right"].set_visible(False)
+        duty.set_ylabel("duty factor")
+        head(figure, heading_of([replay]))
+    return figure
+
+
+def feet_of(replay: Replay) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """When each foot is on the ground, (frames, feet), and the feet's names.
+
+    Raises:
+        LackingError: the body has no feet.
+    """
+    skeleton = replay.skeleton
+    if skeleton.touching is None or not skeleton.touching.shape[1]:
+        raise LackingError(
+            f"{replay.experiment.entries['organism']} has no feet on the ground to plot",
+            where=str(replay.run.path),
+            allowed="a body whose skeleton has contacts, and says when they touch the ground",
+        )
+    count = skeleton.touching.shape[1]
+    names = skeleton.contact_names or tuple(f"foot {foot}" for foot in range(1, count + 1))
+    return np.asarray(skeleton.touching, dtype=np.bool_), names
+
+
+def _landings(touching: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """How often each foot comes down, (feet,)."""
+    landings: NDArray[np.intp] = np.count_nonzero(~touching[:-1] & touching[1:], axis=0)
+    return landings
+
+
+def _colour(name: str, theme: Theme) -> str:
+    """Left and right feet differ, where their names say which they are."""
+    return {"L": theme.colours[0], "R": theme.colours[1]}.get(name[:1].upper(), theme.ink)

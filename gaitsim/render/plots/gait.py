@@ -1,0 +1,129 @@
+"""A gait in one figure: footfalls, phases against the nearest reference gait, stability."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait import Footfalls, Gait
+from gaitsim.render.plots import LIGHT, Theme, save, styled
+from gaitsim.render.plots.labels import head, shortened
+from gaitsim.render.plots.panels import bars
+from gaitsim.render.plots.style import WIDTH
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+STRIDES = 4  # shown, where the gait has them
+SECONDS = 3.0  # shown of a gait without strides
+
+
+def plot_gait(gait: Gait, title: str, path: Path, theme: Theme = LIGHT) -> None:
+    """Draw footfalls, phases and stability margin of a gait.
+
+    The footfalls and the margin are of the gait's last strides, past what it needs to
+    settle. Phases are dots, as large as they are consistent; the nearest reference gait is
+    a line.
+
+    Raises:
+        GaitsimError: the body has no feet, or the file's name ends with no known format.
+        RunError: the file cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    found = gait.footfalls
+    if found is None:
+        raise GaitsimError(
+            "a body without feet has no footfalls to draw",
+            allowed="a body whose skeleton has contacts",
+            remedy="leave out --figure",
+        )
+    part = _stretch(found, gait.frame_rate)
+    names = [shortened(foot.name, 12) for foot in found.feet]
+    with styled(theme):
+        colours = [theme.colours[0 if 2 * n < len(names) else 1] for n in range(len(names))]
+        rows = 0.17 * max(4, len(names))
+        figure = Figure(figsize=(2 * WIDTH, 1.5 + rows + 1.1))
+        places = figure.subplot_mosaic(
+            [["footfalls", "phases"], ["margin", "phases"]],
+            width_ratios=[2.2, 1],
+            height_ratios=[rows + 0.3, 1.2],
+        )
+        shown = found.touching[part]
+        start = part.start / gait.frame_rate
+        bars(
+            places["footfalls"],
+            [(name, shown[:, n]) for n, name in enumerate(names)],
+            start,
+            gait.frame_rate,
+            colours,
+        )
+        places["footfalls"].set_title("footfalls")
+        places["footfalls"].tick_params(labelbottom=False)
+        _margin(places["margin"], found.margin[part], start, gait.frame_rate, theme)
+        places["margin"].set_xlim(places["footfalls"].get_xlim())
+        _phases(places["phases"], gait, found, names, colours, theme)
+        name = gait.name.name if gait.name.name != "none" else "no named gait"
+        head(figure, f"{shortened(title, 70)}: {name}")
+        save(figure, path, theme)
+
+
+def _stretch(found: Footfalls, frame_rate: float) -> slice:
+    """The frames that are drawn: the last whole strides, or seconds."""
+    frames = len(found.touching)
+    length = round(STRIDES * found.stride.frames if found.stride else SECONDS * frame_rate)
+    return slice(max(0, frames - max(length, 2)), frames)
+
+
+def _margin(
+    axes: "Axes", margin: NDArray[np.float64], start: float, rate: float, theme: Theme
+) -> None:
+    """The margin in millimetres; gaps where no foot is on the ground."""
+    seconds = start + (np.arange(len(margin)) + 0.5) / rate
+    values = np.where(np.isfinite(margin), 1000 * margin, np.nan)
+    axes.plot(seconds, values, color=theme.ink)
+    axes.fill_between(
+        seconds, values, 0, where=values < 0, color=theme.colours[1], alpha=0.3, linewidth=0
+    )
+    axes.axhline(0, color=theme.ink, linewidth=0.5)
+    if np.isnan(values).all():
+        axes.text(0.5, 0.5, "no foot on the ground", transform=axes.transAxes, ha="center")
+    axes.set_title("stability margin (mm)")
+    axes.set_xlabel("time (s)")
+
+
+def _phases(
+    axes: "Axes",
+    gait: Gait,
+    found: Footfalls,
+    names: list[str],
+    colours: list[str],
+    theme: Theme,
+) -> None:
+    """Phases of touch-down in cycles, and those of the nearest reference gait."""
+    axes.set_title("phase of touch-down (cycles)")
+    axes.set_ylim(len(names) - 0.4, -0.6)
+    axes.set_yticks(range(len(names)), names)
+    axes.grid(visible=False, axis="y")
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlim(-0.15, 1.15)
+    axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "¼", "½", "¾", "1"])
+    for row, phase in enumerate(gait.name.pattern):
+        if phase is not None:
+            for cycle in (-1, 0, 1):
+                axes.plot(
+                    [phase + cycle] * 2, [row - 0.4, row + 0.4], color=theme.ink, linewidth=0.8
+                )
+    known = np.flatnonzero(np.isfinite(found.phases))
+    for row in known.tolist():
+        size = 4 + 26 * float(found.consistency[row]) ** 2
+        # 0 and 1 are the same moment: what is near one of them is drawn at both.
+        places = found.phases[row] + np.array([-1.0, 0.0, 1.0])
+        axes.scatter(places, [row] * 3, s=size, color=colours[row], zorder=3, linewidth=0)
+    if not len(known):
+        axes.text(0.5, 0.5, "no stride", transform=axes.transAxes, ha="center")
+    elif gait.name.distance is not None:
+        away = f"rms distance to the nearest\nreference gait (lines): {gait.name.distance:.2f}"
+        axes.set_xlabel(away)

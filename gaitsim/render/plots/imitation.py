@@ -1,0 +1,54 @@
+"""How the error of imitators fell while they learnt."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.plots.labels import head
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def errors_figure(
+    errors: Mapping[str, NDArray[np.float64]], heading: str, theme: Theme = LIGHT
+) -> "Figure":
+    """Mean squared errors over the epochs, on a logarithmic scale.
+
+    Args:
+        errors: by label, each (epochs,), rad².
+        heading: what stands above.
+        theme: its colours.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+
+    with styled(theme):
+        figure = Figure(figsize=(WIDTH, 2.4))
+        axes = figure.subplots()
+        for index, (label, values) in enumerate(errors.items()):
+            epochs = np.arange(1, len(values) + 1)
+            marker = "." if len(values) == 1 else None  # a line of one point would not be seen
+            # An error of zero has no logarithm; the line has a gap there.
+            shown = np.where(values > 0, values, np.nan)
+            axes.plot(epochs, shown, label=label, marker=marker, **theme.line(index))
+        if any((values > 0).any() for values in errors.values()):
+            axes.set_yscale("log")
+            axes.yaxis.set_major_formatter(FuncFormatter(_power_of_ten))
+            axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.set_xlim(1, max(2, *(len(values) for values in errors.values())))
+        axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+        axes.set_xlabel("epoch")
+        axes.set_ylabel("MSE of the next frame (rad²)")
+        handles, labels = axes.get_legend_handles_labels()
+        head(figure, heading, *((handles, labels) if len(errors) > 1 else ()))
+    return figure
+
+
+def _power_of_ten(value: float, _position: int | None = None) -> str:
+    """Such as '10⁻³'; the style takes no text for mathematics, which axes would write."""
+    exponent = str(round(np.log10(value)))
+    return "10" + exponent.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,0 +1,100 @@
+"""Joint angles over time, a panel a leg."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitsim.render.plots.channels import has_channel, read_channel
+from gaitsim.render.plots.components import finite
+from gaitsim.render.plots.labels import head, heading_of, shortened
+from gaitsim.render.plots.panels import grid, intervals, shade
+from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.style import WIDTH, styled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+USUAL = 2.0  # seconds: more would blur in a column's width
+_TOGETHER = 6  # joints without legs that share a panel
+
+
+def joints_figure(request: Request) -> "Figure":
+    """Angles from the pose at rest in degrees; shaded while a leg's foot is on the ground.
+
+    Raises:
+        LackingError: the body has no joint angles.
+        GaitsimError: the window holds none of the motion.
+    """
+    replay, theme = request.replay, request.theme
+    if not has_channel(replay, "joint_angles"):
+        raise LackingError(
+            f"{replay.experiment.entries['organism']} has no joint angles to plot",
+            where=str(replay.run.path),
+            allowed="a body with the channel 'joint_angles'",
+            remedy="--kind channel plots any of its channels",
+        )
+    channel = read_channel(replay, "joint_angles")
+    part = stretch(len(channel.values), channel.rate, request.window, USUAL)
+    degrees = np.degrees(finite(channel.values[part].reshape(part.stop - part.start, -1)))
+    times = np.arange(part.start, part.stop) / channel.rate
+    names = channel.axes[-1] if len(channel.axes) == 1 else ()
+    legs = legs_of(names or tuple(map(str, range(degrees.shape[1]))))
+    feet = dict(zip(replay.skeleton.contact_names, _touching(request, part), strict=False))
+    with styled(theme):
+        sides = _sides([*legs])
+        figure, panels = grid(
+            len(legs),
+            WIDTH,
+            columns=2 if sides else min(3, len(legs)),
+            height=0.72 if len(legs) > 2 else 1.6,
+            downwards=sides,
+            share_y=True,
+        )
+        for axes, (leg, joints) in zip(panels, legs.items(), strict=True):
+            for index, (joint, column) in enumerate(joints.items()):
+                axes.plot(times, degrees[:, column], label=joint, **theme.line(index))
+            if leg in feet:
+                shade(axes, intervals(feet[leg], times[0], channel.rate), theme)
+            axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
+            axes.set_title(shortened(leg, 24), fontsize=7, pad=2)
+            axes.set_xlim(times[0], times[-1])
+        figure.supxlabel("time (s)", fontsize=8)
+        figure.supylabel("joint angle (°)", fontsize=8)
+        handles, labels = panels[0].get_legend_handles_labels()
+        if feet.keys() & legs.keys():
+            from matplotlib.patches import Patch
+
+            handles.append(Patch(facecolor=theme.faint, alpha=0.5))
+            labels.append("stance")
+        one = len(legs) == len(names) > 1 or labels == [""]
+        head(figure, heading_of([replay]), *(((), ()) if one else (handles, labels)))
+    return figure
+
+
+def legs_of(names: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Joints by leg: the columns of 'L1 coxa', 'L1 femur' … as {'L1': {'coxa': 0, …}, …}.
+
+    Names that say no legs are together where there are few, else each on its own.
+    """
+    split = [name.rpartition(" ")[::2] for name in names]
+    legs: dict[str, dict[str, int]] = {}
+    for column, (leg, joint) in enumerate(split):
+        legs.setdefault(leg, {})[joint] = column
+    whole = sum(map(len, legs.values())) == len(names)
+    if len({tuple(joints) for joints in legs.values()}) == 1 and "" not in legs and whole:
+        return legs
+    if len(names) <= _TOGETHER:
+        return {"": {name: column for column, name in enumerate(names)}}
+    return {name: {"": column} for column, name in enumerate(names)}
+
+
+def _sides(legs: Sequence[str]) -> bool:
+    """Whether the first half of the legs are left ones and the others right ones."""
+    half = len(legs) // 2
+    return [leg[:1] for leg in legs] == ["L"] * half + ["R"] * half and half > 0
+
+
+def _touching(request: Request, part: slice) -> Sequence[np.ndarray]:
+    skeleton = request.replay.skeleton
+    return () if skeleton.touching is None else [*np.asarray(skeleton.touching[part], bool).T]

@@ -1,0 +1,67 @@
+"""The kinds of plots by name, and what each can be told."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from gaitsim.render.plots.channel import channel_figure, usual_channel
+from gaitsim.render.plots.fitness import fitness_figure
+from gaitsim.render.plots.footfall import footfall_figure
+from gaitsim.render.plots.joints import joints_figure
+from gaitsim.render.plots.path import path_figure
+from gaitsim.render.plots.request import Request
+from gaitsim.render.plots.stability import stability_figure
+from gaitsim.render.plots.terms import terms_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of plot.
+
+    Attributes:
+        draw: makes it.
+        moves: whether it shows an individual's motion rather than the whole run.
+        several: whether it shows more than one individual.
+    """
+
+    draw: Callable[[Request], "Figure"]
+    moves: bool = True
+    several: bool = False
+
+
+KINDS: Mapping[str, Kind] = {
+    "fitness": Kind(lambda request: fitness_figure(request.run, request.theme), moves=False),
+    "terms": Kind(terms_figure, moves=False),
+    "path": Kind(path_figure),
+    "channel": Kind(channel_figure, several=True),
+    "footfall": Kind(footfall_figure),
+    "joints": Kind(joints_figure),
+    "stability": Kind(stability_figure),
+}
+
+
+def draw(kind: str, request: Request) -> "Figure":
+    """Draw a kind of plot.
+
+    Raises:
+        GaitsimError: the run or its body has nothing of the kind, and why.
+    """
+    return KINDS[kind].draw(request)
+
+
+def file_stem(kind: str, request: Request) -> str:
+    """What a plot's file is called, such as 'channel-margin-generation-138'."""
+    if not KINDS[kind].moves:
+        return kind
+    parts = [kind]
+    if kind == "channel":
+        parts += [request.channel or usual_channel(request.replay), *request.components]
+    numbers = [str(replay.generation) for replay in request.replays]
+    if not KINDS[kind].several:
+        numbers = numbers[:1]
+    shown = "-".join(numbers) if len(numbers) <= 4 else f"{numbers[0]}-to-{numbers[-1]}"
+    stem = "-".join([*parts, f"generation-{shown}"])
+    return "".join(char if char.isalnum() or char in "-_" else "-" for char in stem)

@@ -1,0 +1,87 @@
+"""What is written on plots: headings, legends, and names that may be long."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitsim.render.plots.style import WIDTH
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import Replay
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_HEADING = 58  # characters of 8 points in a column's width
+_LEGEND = 62  # characters of 7 points in a row of a legend, marks not counted
+_MARK = 7  # characters that a legend's mark takes
+
+
+def shortened(text: str, length: int) -> str:
+    """A text of at most `length` characters, its middle left out where it is longer."""
+    if len(text) <= length:
+        return text
+    head = length * 2 // 3
+    return f"{text[:head]}…{text[head - length + 1 :]}"
+
+
+def numeral(value: float) -> str:
+    """A number of four digits with a true minus sign, as axes write it."""
+    return f"{value:.4g}".replace("-", "−")
+
+
+def heading_of_run(run: Run) -> str:
+    """The experiment's name and seed."""
+    return _named(run, "")
+
+
+def heading_of(replays: Sequence[Replay]) -> str:
+    """The same with the generation and the score, or with the generations."""
+    numbers = ", ".join(str(replay.generation) for replay in replays)
+    one = replays[0]
+    if len(replays) > 1:
+        return _named(one.run, f", generations {shortened(numbers, 24)}")
+    return _named(one.run, f", generation {numbers}, score {numeral(one.score)}")
+
+
+def _named(run: Run, more: str) -> str:
+    """What more there is to say, behind as much of the name as there is room for."""
+    rest = f", seed {run.experiment.seed}{more}"
+    name = " ".join(run.experiment.name.split())
+    return shortened(name, max(10, _HEADING - len(rest))) + rest
+
+
+def head(
+    figure: "Figure", text: str, handles: Sequence[Any] = (), labels: Sequence[str] = ()
+) -> None:
+    """Write a heading above everything, and under it a legend, where it hides no data."""
+    scale = figure.get_figwidth() / WIDTH
+    text = shortened(text, int(_HEADING * scale))
+    if not handles:
+        figure.suptitle(text, x=0.01, ha="left")
+        return
+    # The heading is the legend's title, as a title of the figure would be drawn over it.
+    figure.legend(
+        handles,
+        labels,
+        loc="outside upper left",
+        title=text,
+        title_fontsize=8,
+        alignment="left",
+        ncols=_columns(labels, _LEGEND * scale),
+        handlelength=1.8,
+        columnspacing=1.0,
+        borderaxespad=0.1,
+        borderpad=0.1,
+        labelspacing=0.3,
+    )
+
+
+def _columns(labels: Sequence[str], width: float) -> int:
+    """The most columns of a legend that fit, which is filled column by column."""
+    lengths = [len(label) + _MARK for label in labels]
+    for columns in range(len(labels), 1, -1):
+        parts = np.array_split(lengths, columns)
+        if sum(int(part.max()) for part in parts) <= width:
+            return columns
+    return 1

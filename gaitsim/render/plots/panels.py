@@ -1,0 +1,92 @@
+"""Small panels in rows and columns, one scale of time for all."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.plots.style import Theme
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_HEADROOM = 0.75  # inches above and below the panels
+
+
+def grid(
+    count: int,
+    width: float,
+    *,
+    columns: int = 1,
+    height: float = 1.0,
+    downwards: bool = False,
+    share_y: bool = False,
+) -> tuple["Figure", list["Axes"]]:
+    """A figure with panels, each column of one scale along x.
+
+    Args:
+        count: how many panels.
+        width: of the figure, inches.
+        columns: of panels.
+        height: of a panel, inches.
+        downwards: whether they fill column after column rather than row after row.
+        share_y: whether all have one scale along y.
+    """
+    from matplotlib.figure import Figure
+
+    rows = -(-count // columns)
+    figure = Figure(figsize=(width, _HEADROOM + rows * height))
+    places = figure.subplots(rows, columns, sharex=True, sharey=share_y, squeeze=False)
+    ordered = [*(places.T if downwards else places).ravel()]
+    for unused in ordered[count:]:
+        unused.remove()
+    for column in places.T:
+        below = [axes for axes in column if axes in figure.axes]
+        if below:  # The lowest of a column that ends early has numbers of its own.
+            below[-1].tick_params(labelbottom=True)
+    return figure, ordered[:count]
+
+
+def bars(
+    axes: "Axes",
+    rows: Sequence[tuple[str, NDArray[np.bool_]]],
+    start: float,
+    rate: float,
+    colours: Sequence[str],
+) -> None:
+    """Draw when something holds, a row each, the first at the top.
+
+    Args:
+        axes: where.
+        rows: names and (frames,) truth values.
+        start: time of the first frame, s.
+        rate: frames a second, Hz; a frame lasts until the next one.
+        colours: of each row.
+    """
+    for place, ((_, holds), colour) in enumerate(zip(rows, colours, strict=True)):
+        axes.broken_barh(intervals(holds, start, rate), (place - 0.36, 0.72), facecolor=colour)
+    axes.set_yticks(range(len(rows)), [name for name, _ in rows])
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.grid(visible=False, axis="y")
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlim(start, start + len(rows[0][1]) / rate)
+
+
+def intervals(holds: NDArray[np.bool_], start: float, rate: float) -> list[tuple[float, float]]:
+    """When something holds: beginnings and durations, seconds; a frame lasts until the next."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
+    begins, ends = edges[::2], edges[1::2]
+    return [
+        (start + begin / rate, (end - begin) / rate)
+        for begin, end in zip(begins.tolist(), ends.tolist(), strict=True)
+    ]
+
+
+def shade(axes: "Axes", spans: Sequence[tuple[float, float]], theme: Theme, **more: Any) -> None:
+    """Shade spans of time behind everything."""
+    low_high = axes.get_xaxis_transform()
+    axes.broken_barh(
+        spans, (0, 1), transform=low_high, facecolor=theme.faint, alpha=0.5, zorder=0, **more
+    )

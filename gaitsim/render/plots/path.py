@@ -1,0 +1,204 @@
+"""The path of a body through space, with the body drawn at a few moments."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Skeleton
+from gaitsim.render.plots.channels import trials_of
+from gaitsim.render.plots.labels import head, heading_of
+from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.scenery import floor, mast, nice, seen
+from gaitsim.render.plots.style import WIDTH, Theme, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+_MOMENTS = 6  # that a body is drawn at, at most
+_SMALLEST = 0.07  # of the scene, that a body is drawn
+_FLYING = 0.25  # height over width from which a scene has a scale of heights
+
+_POINT = 1e-6  # m; what is smaller has no size to draw
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What is drawn.
+
+    Attributes:
+        path: (frames, 3), metres.
+        bodies: (moments, segments, 2, 3), metres.
+        at: frames of the moments, (moments,).
+        factor: by which the bodies are enlarged about the path.
+    """
+
+    path: Floats
+    bodies: Floats
+    at: NDArray[np.intp]
+    factor: float
+
+
+def path_figure(request: Request) -> "Figure":
+    """The path from a corner of the room and from above, at one scale.
+
+    Raises:
+        LackingError: the body is nowhere in a frame.
+        GaitsimError: the window holds none of the motion.
+    """
+    replay, theme = request.replay, request.theme
+    skeleton = replay.skeleton
+    part = stretch(len(skeleton.segments), skeleton.frame_rate, request.window)
+    scene = scene_of(skeleton, part)
+    if scene is None:
+        raise LackingError(
+            f"{replay.experiment.entries['organism']} is nowhere in this motion: its skeleton "
+            "holds no finite numbers",
+            where=str(replay.run.path),
+        )
+    points = np.concatenate([scene.path, scene.bodies.reshape(-1, 3)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    if (high - low).max() < _POINT:  # a body that is one point and stays there
+        low, high = low - 0.05, high + 0.05
+    if low[2] > -1e-9 and low[2] < high[2] - low[2]:
+        low[2] = 0.0  # the ground, not just what is lowest
+    with styled(theme):
+        space, above, scale = _panels(low, high)
+        figure = space.get_figure(root=True)
+        assert figure is not None, "they are the panels of one"
+        _corner_view(space, scene, low, high, scale, theme)
+        _top_view(above, scene, theme)
+        # What is written takes room; what is left for the scene tells which numbers fit.
+        scale = _measured(space)
+        space.clear()
+        _corner_view(space, scene, low, high, scale, theme)
+        text = heading_of([replay])
+        handles, labels = space.get_legend_handles_labels()
+        if (trials := trials_of(replay)) > 1:
+            labels[0] += f", first of {trials} trials"
+        if scene.factor > 1:
+            text += f"; body × {scene.factor:g}"
+        head(figure, text, handles, labels)
+    return figure
+
+
+def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
+    """What is drawn of a part of a motion; None where no frame of it is finite.
+
+    The body is drawn at its start, at its end, and as often between as it hides no other.
+    """
+    whole = np.isfinite(skeleton.segments[part]).all(axis=(1, 2, 3))
+    whole &= np.isfinite(skeleton.path[part]).all(axis=1)
+    if not whole.any():
+        return None
+    segments = np.asarray(skeleton.segments[part][whole], dtype=np.float64)
+    path = np.asarray(skeleton.path[part][whole], dtype=np.float64)
+    extent = float(np.ptp(segments[0].reshape(-1, 3), axis=0).max())
+    across = float(np.ptp(path, axis=0).max())
+    factor = 1.0
+    if 0 < extent < _SMALLEST * across:
+        factor = nice(_SMALLEST * across / extent)
+    gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    room = 1.15 * extent * factor
+    count = min(_MOMENTS, 1 + int(across / room)) if room > 0 else 1
+    count = max(count, 2 if gone[-1] > 0.05 * extent else 1)
+    at = np.searchsorted(gone, np.linspace(0, gone[-1], count) - 1e-12)
+    bodies = path[at, None, None] + factor * (segments[at] - path[at, None, None])
+    return Scene(path, bodies, at, factor)
+
+
+def _panels(low: Floats, high: Floats) -> tuple["Axes", "Axes", float]:
+    """Panels for the views from a corner and from above, and about how many points a metre is.
+
+    One is over the other; beside each other for what is tall and slim.
+    """
+    from matplotlib.figure import Figure
+
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1)
+    width, height = np.ptp(seen(corners.reshape(-1, 3)), axis=0)
+    across, deep = high[:2] - low[:2]
+    if height > 2 * width:
+        figure = Figure(figsize=(WIDTH, 4.0))
+        left, right = figure.subplots(1, 2)
+        right.set_aspect("equal", adjustable="box")
+        return left, right, 72 * 3.0 / height
+    scale = min(2.75 / width, 2.8 / height)
+    second = float(np.clip(2.7 * deep / max(across, 1e-9), 0.5, 1.6))
+    figure = Figure(figsize=(WIDTH, 1.35 + scale * height + second))
+    top, bottom = figure.subplots(2, 1, height_ratios=(scale * height + 0.35, second + 0.2))
+    bottom.set_aspect("equal", adjustable="datalim")  # fills the width
+    return top, bottom, 72 * scale
+
+
+def _measured(axes: "Axes") -> float:
+    """Points on paper a metre, once all is laid out."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None, "it is one of its panels"
+    figure.draw_without_rendering()
+    (left, _), (right, _) = axes.transData.transform([(0, 0), (1, 0)])
+    return float((right - left) * 72 / figure.dpi)
+
+
+def _corner_view(
+    axes: "Axes", scene: Scene, low: Floats, high: Floats, scale: float, theme: Theme
+) -> None:
+    corner = floor(axes, low, high, scale, theme)
+    if high[2] - low[2] > _FLYING * (high - low)[:2].max():
+        mast(axes, np.array([*corner, low[2]]), float(high[2]), theme)
+    shadow = scene.path.copy()
+    shadow[:, 2] = low[2]
+    axes.plot(*seen(shadow).T, color=theme.faint, linewidth=1.2, zorder=1)
+    for frame in scene.at.tolist():
+        drop = np.stack([scene.path[frame], shadow[frame]])
+        axes.plot(*seen(drop).T, color=theme.ink, linewidth=0.4, linestyle=":", zorder=1)
+    _bodies(axes, seen(scene.bodies), theme)
+    _line(axes, seen(scene.path), theme)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+
+
+def _top_view(axes: "Axes", scene: Scene, theme: Theme) -> None:
+    _bodies(axes, scene.bodies[..., :2], theme)
+    _line(axes, scene.path[:, :2], theme)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.set_title("from above", fontsize=7, pad=2)
+
+
+def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
+    """Bodies on paper, (moments, segments, 2, 2), the later the darker."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import to_rgb
+
+    ink, paper = (np.array(to_rgb(colour)) for colour in (theme.colours[0], theme.background))
+    shares = np.linspace(0.4, 1.0, len(bodies)) if len(bodies) > 1 else [1.0]
+    for body, share in zip(bodies, shares, strict=True):
+        # Mixed rather than transparent, which would show a dot wherever two lines meet.
+        colour = tuple(share * ink + (1 - share) * paper)
+        lines = LineCollection([*body], colors=[colour], linewidths=0.8, zorder=2)
+        lines.set_capstyle("round")
+        axes.add_collection(lines)
+    axes.autoscale_view()
+
+
+def _line(axes: "Axes", path: Floats, theme: Theme) -> None:
+    """The path on paper, (frames, 2), its start and its end marked."""
+    orange = theme.colours[1]
+    axes.plot(*path.T, color=orange, linewidth=1.2, label="path", zorder=3)
+    for place, marker, face, name in (
+        (path[0], "o", theme.background, "start"),
+        (path[-1], "s", orange, "end"),
+    ):
+        axes.plot(
+            *place,
+            marker=marker,
+            linestyle="",
+            markersize=4,
+            markerfacecolor=face,
+            markeredgecolor=orange,
+            label=name,
+            zorder=4,
+        )

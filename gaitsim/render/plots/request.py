@@ -1,0 +1,70 @@
+"""What is asked of a plot, beside its kind."""
+
+from dataclasses import dataclass
+
+from gaitsim.errors import GaitsimError
+from gaitsim.render.plots.style import LIGHT, Theme
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import Replay
+
+
+class LackingError(GaitsimError):
+    """A body, or its motion, has nothing of what a kind of plot shows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """What is asked for.
+
+    Attributes:
+        run: whose plot it is.
+        replays: individuals to draw; one or more for kinds of motion.
+        channel: of the motion, None for the first of what is usual.
+        components: names or indices of what to draw of the channel; () draws all.
+        window: first and last second, None for what suits the kind.
+        theme: colours.
+    """
+
+    run: Run
+    replays: tuple[Replay, ...] = ()
+    channel: str | None = None
+    components: tuple[str, ...] = ()
+    window: tuple[float, float] | None = None
+    theme: Theme = LIGHT
+
+    @property
+    def replay(self) -> Replay:
+        """The individual, of kinds that draw one."""
+        return self.replays[0]
+
+
+def stretch(
+    frames: int, rate: float, window: tuple[float, float] | None, usual: float | None = None
+) -> slice:
+    """The frames of a window of time.
+
+    Args:
+        frames: of the motion.
+        rate: frames a second, Hz.
+        window: first and last second, None for the last ones.
+        usual: how many seconds the last ones are; None takes all.
+
+    Raises:
+        LackingError: the motion has only one frame.
+        GaitsimError: fewer than two frames are in the window.
+    """
+    if frames < 2:
+        raise LackingError(
+            "the motion has only one frame, so there is nothing over time",
+            allowed="a body that moves in two frames or more",
+        )
+    if window is None:
+        return slice(0 if usual is None else max(0, frames - round(usual * rate)), frames)
+    first, last = window
+    found = slice(max(0, round(first * rate)), min(frames, round(last * rate) + 1))
+    if first < 0 or found.stop - found.start < 2:
+        raise GaitsimError(
+            f"no two frames of the motion are between {first:g} and {last:g} s",
+            allowed=f"a part of 0 to {(frames - 1) / rate:.4g} s, of {rate:g} frames a second",
+        )
+    return found

@@ -1,0 +1,154 @@
+"""A view from a corner: points in space on paper, at one scale, on a floor with a grid."""
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.plots.style import Theme
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+
+AZIMUTH, ELEVATION = math.radians(-75.0), math.radians(24.0)
+# Rows: to the right on paper, up on paper; parallel projection, so that lengths compare.
+VIEW: Floats = np.array(
+    [
+        [-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0],
+        [
+            -math.sin(ELEVATION) * math.cos(AZIMUTH),
+            -math.sin(ELEVATION) * math.sin(AZIMUTH),
+            math.cos(ELEVATION),
+        ],
+    ]
+)
+
+_SIZE = 7  # points of what is written
+# Points from one number to the next: between them across, from middle to middle down.
+_APART = (5.0, 10.0)
+
+
+def seen(points: NDArray[np.floating]) -> Floats:
+    """Points in space, (…, 3), on paper, (…, 2), metres."""
+    flat: Floats = np.asarray(points, dtype=np.float64) @ VIEW.T
+    return flat
+
+
+def nice(step: float) -> float:
+    """The least of 1, 2, 5 times a power of ten that is no smaller."""
+    power = 10.0 ** math.floor(math.log10(step))
+    return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= step * (1 - 1e-9))
+
+
+def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -> Floats:
+    """Draw a floor under a box, with metres along its front and its right side.
+
+    Args:
+        axes: where.
+        low: least x, y, z of what stands on it.
+        high: largest.
+        scale: points on paper a metre, so that numbers do not touch.
+        theme: colours.
+
+    Returns:
+        The floor's corner of least x and y, (2,), on lines of the grid.
+    """
+    step = nice(float((high - low).max()) / 9)
+    first = np.floor(low[:2] / step - 0.05)
+    last = np.ceil(high[:2] / step + 0.05)
+    begin, end, z = first * step, last * step, float(low[2])
+    for axis in (0, 1):
+        for line in range(int(first[axis]), int(last[axis]) + 1):
+            ends = np.array([[*begin, z], [*end, z]])
+            ends[:, axis] = line * step
+            axes.plot(*seen(ends).T, color=theme.faint, linewidth=0.5, alpha=0.7, zorder=0)
+    # The corner is left to y.
+    across = range(int(first[0]), int(last[0]))
+    room = _longest(line * step for line in across) + _APART[0]
+    for line in _labelled(across[0], across[-1], room / (step * scale * VIEW[0, 0])):
+        at = seen(np.array([line * step, begin[1], z]))
+        _write(axes, at, f"{line * step:g}", (0, -4.5), ha="center", va="top")
+    deep = _labelled(int(first[1]), int(last[1]), _APART[1] / (step * scale * VIEW[1, 1]))
+    for line in deep:
+        at = seen(np.array([end[0], line * step, z]))
+        _write(axes, at, f"{line * step:g}", (3, -1), ha="left", va="center")
+    _write(
+        axes,
+        seen(np.array([(begin[0] + end[0]) / 2, begin[1], z])),
+        "x (m)",
+        (0, -13),
+        ha="center",
+        va="top",
+    )
+    _write(
+        axes,
+        seen(np.array([end[0], (begin[1] + end[1]) / 2, z])),
+        "y (m)",
+        # The floor's side leans to the right, and so do its numbers.
+        (3 + _longest(line * step for line in deep) + 6, -4),
+        ha="left",
+        va="center",
+    )
+    return begin
+
+
+def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
+    """Draw a scale of heights that stands on a point of the floor, (3,), up to `top` metres."""
+    step = nice((top - float(foot[2])) / 5)
+    first, last = math.ceil(foot[2] / step - 1e-6), math.ceil(top / step - 1e-6)
+    ends = np.array([foot, [*foot[:2], last * step]])
+    axes.plot(*seen(ends).T, color=theme.ink, linewidth=0.6)
+    for line in range(first, last + 1):
+        at = seen(np.array([*foot[:2], line * step]))
+        axes.annotate(
+            "",
+            (float(at[0]), float(at[1])),
+            xytext=(-2.5, 0),
+            textcoords="offset points",
+            arrowprops={
+                "arrowstyle": "-",
+                "linewidth": 0.6,
+                "color": theme.ink,
+                "shrinkA": 0,
+                "shrinkB": 0,
+            },
+        )
+        _write(axes, at, f"{line * step:g}", (-4, 0), ha="right", va="center")
+    middle = seen(np.array([*foot[:2], (foot[2] + last * step) / 2]))
+    aside = 4 + _longest(line * step for line in range(first, last + 1)) + 3
+    _write(axes, middle, "z (m)", (-aside, 0), ha="right", va="center", rotation=90)
+
+
+def _labelled(first: int, last: int, least: float) -> range:
+    """Lines of a grid to label: each, or one in so many that they are apart, 0 among them."""
+    every = int(nice(max(1.0, least)))
+    return range(math.ceil(first / every) * every, last + 1, every)
+
+
+def _longest(numbers: Iterable[float]) -> float:
+    """Points across that the longest of some numbers takes."""
+    from matplotlib.textpath import TextPath
+
+    paths = [TextPath((0, 0), _printed(f"{number:g}"), size=_SIZE) for number in numbers]
+    return max((float(path.get_extents().x1) for path in paths), default=0.0)
+
+
+def _printed(text: str) -> str:
+    """With a true minus sign, as axes write it."""
+    return text.replace("-", "−")
+
+
+def _write(axes: "Axes", at: Floats, text: str, shift: tuple[float, float], **how: Any) -> None:
+    axes.annotate(
+        _printed(text),
+        (float(at[0]), float(at[1])),
+        xytext=shift,
+        textcoords="offset points",
+        fontsize=_SIZE,
+        annotation_clip=False,
+        **how,
+    )

@@ -1,0 +1,85 @@
+"""The static stability margin over time."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.plots.channels import has_channel, read_channel
+from gaitsim.render.plots.components import finite
+from gaitsim.render.plots.footfall import feet_of
+from gaitsim.render.plots.labels import head, heading_of
+from gaitsim.render.plots.panels import intervals, shade
+from gaitsim.render.plots.request import Request, stretch
+from gaitsim.render.plots.style import WIDTH, styled
+from gaitsim.runs.replay import Replay
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MILLIMETRES = 1000.0
+
+
+def stability_figure(request: Request) -> "Figure":
+    """The margin in millimetres, and how many feet are on the ground; shaded while below zero.
+
+    It is the body's own channel `margin` where there is one, else worked out from its feet
+    and its centre (`gaitsim.gait.stability_margin`).
+
+    Raises:
+        LackingError: the body has no feet.
+        GaitsimError: the window holds none of the motion.
+    """
+    from matplotlib.figure import Figure
+
+    replay, theme = request.replay, request.theme
+    touching, _ = feet_of(replay)
+    margin = margin_of(replay)
+    rate = replay.skeleton.frame_rate
+    part = stretch(min(len(margin), len(touching)), rate, request.window)
+    times = np.arange(part.start, part.stop) / rate
+    shown = margin[part]
+    with styled(theme):
+        figure = Figure(figsize=(WIDTH, 2.3))
+        axes, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+        axes.plot(times, finite(shown) * _MILLIMETRES, label="margin", **theme.line(0))
+        if np.isfinite(shown).any():
+            least = int(np.nanargmin(np.where(np.isfinite(shown), shown, np.nan)))
+            value = float(shown[least]) * _MILLIMETRES
+            axes.plot(
+                times[least],
+                value,
+                linestyle="",
+                marker="v",
+                markersize=4,
+                color=theme.colours[1],
+                label=f"least: {value:.1f} mm".replace("-", "−"),
+                clip_on=False,
+                zorder=3,
+            )
+        axes.axhline(0, color=theme.ink, linewidth=0.6, zorder=1)
+        unsupported = intervals(~(shown >= 0), times[0], rate)
+        if unsupported:
+            share = float(np.mean(~(shown >= 0)))
+            shade(axes, unsupported, theme, label=f"not held by its feet: {share:.0%} of the time")
+        axes.set_ylabel("stability\nmargin (mm)")
+        below.step(times, touching[part].sum(axis=1), where="post", **theme.line(0))
+        below.set_ylim(0, touching.shape[1] + 0.3)
+        below.set_yticks([0, touching.shape[1] // 2, touching.shape[1]])
+        below.set_ylabel("feet on\nground")
+        below.set_xlabel("time (s)")
+        below.set_xlim(times[0], times[-1])
+        figure.align_ylabels()
+        head(figure, heading_of([replay]), *axes.get_legend_handles_labels())
+    return figure
+
+
+def margin_of(replay: Replay) -> NDArray[np.float64]:
+    """The static stability margin, (frames,), metres; −inf where no foot is on the ground."""
+    if has_channel(replay, "margin"):
+        channel = read_channel(replay, "margin")
+        if channel.values.ndim == 1:
+            return np.asarray(channel.values, dtype=np.float64)
+    from gaitsim.gait import stability_margin
+
+    return np.asarray(stability_margin(replay.skeleton), dtype=np.float64)

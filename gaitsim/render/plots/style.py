@@ -1,0 +1,153 @@
+"""How plots look, and how they become files; drawn without a display."""
+
+import io
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.runs.files.atomic import write_bytes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = ("png", "svg", "pdf")
+WIDTH = 3.4  # inches: a column of a journal, 86 mm
+RESOLUTION = 300  # dots an inch of a PNG
+_UNDATED: dict[str, dict[str, Any]] = {
+    "png": {},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+# Okabe & Ito (2008): told apart by colour-blind readers, too.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+# The same palette where black would not be seen, and its blue hardly.
+COLOURS_ON_DARK = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00", "#FFFFFF")
+# They tell lines apart in grey, too.
+STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 1)))
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Colours of a plot.
+
+    Attributes:
+        name: as `--theme` takes it.
+        background: behind everything.
+        ink: text, axes, and what is drawn once.
+        faint: grids, and what stands in the background.
+        colours: of lines, in their order.
+    """
+
+    name: str
+    background: str
+    ink: str
+    faint: str
+    colours: tuple[str, ...]
+
+    def line(self, index: int) -> dict[str, Any]:
+        """Colour and dashes of the line of an index; no two of the first 48 look the same."""
+        # Seven colours with eight dashes would take turns; with seven they would stay together.
+        shift = index // len(self.colours)
+        return {
+            "color": self.colours[index % len(self.colours)],
+            "linestyle": STYLES[(index + shift) % len(STYLES)],
+        }
+
+
+LIGHT = Theme("light", "#FFFFFF", "#1A1A1A", "#C8C8C8", COLOURS)
+DARK = Theme("dark", "#15181C", "#E6E6E6", "#4A4F57", COLOURS_ON_DARK)
+THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
+
+
+@contextmanager
+def styled(theme: Theme) -> Iterator[None]:
+    """Figures that are built and drawn within look like gaitsim's, whatever a user's settings."""
+    from matplotlib import style
+
+    settings = {
+        "axes.axisbelow": True,
+        "axes.edgecolor": theme.ink,
+        "axes.facecolor": theme.background,
+        "axes.grid": True,
+        "axes.labelcolor": theme.ink,
+        "axes.labelsize": 8,
+        "axes.linewidth": 0.6,
+        "axes.spines.right": False,
+        "axes.spines.top": False,
+        "axes.titlelocation": "left",
+        "axes.titlesize": 8,
+        "figure.constrained_layout.h_pad": 0.03,
+        "figure.constrained_layout.w_pad": 0.03,
+        "figure.constrained_layout.use": True,
+        "figure.facecolor": theme.background,
+        "figure.titlesize": 8,
+        "font.size": 8,
+        "grid.alpha": 0.5,
+        "grid.color": theme.faint,
+        "grid.linewidth": 0.4,
+        "legend.fontsize": 7,
+        "legend.frameon": False,
+        "lines.linewidth": 1.0,
+        "lines.solid_capstyle": "round",
+        "pdf.fonttype": 42,  # Journals refuse Type 3 fonts.
+        "savefig.facecolor": theme.background,
+        "svg.hashsalt": "gaitsim",  # else names in it are at random
+        "text.color": theme.ink,
+        "text.parse_math": False,  # Names are no mathematics, whatever dollar signs they hold.
+        **{f"{axis}tick.{key}": value for axis in "xy" for key, value in _ticks(theme).items()},
+    }
+    with style.context(settings, after_reset=True):
+        yield
+
+
+def _ticks(theme: Theme) -> dict[str, Any]:
+    return {"color": theme.ink, "labelsize": 7, "major.size": 2.5, "major.width": 0.6}
+
+
+def picture(figure: "Figure", format: str, theme: Theme, resolution: float = RESOLUTION) -> bytes:
+    """A figure as the content of a file; the same picture is the same bytes.
+
+    Args:
+        figure: made within `styled(theme)`.
+        format: one of `FORMATS`.
+        theme: it also rules what matplotlib makes as late as it draws, such as ticks.
+        resolution: dots an inch of a PNG.
+    """
+    drawn = io.BytesIO()
+    with styled(theme), warnings.catch_warnings():
+        # A name may be in a script that the font lacks; it is drawn as boxes.
+        warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
+        figure.savefig(drawn, format=format, dpi=resolution, metadata=_UNDATED[format])
+    return drawn.getvalue()
+
+
+def save(figure: "Figure", path: Path, theme: Theme = LIGHT) -> None:
+    """Write a figure at one stroke, in the format that the name ends with.
+
+    Raises:
+        GaitsimError: the file's name ends with no known format.
+        RunError: it cannot be written.
+    """
+    check_target(path)
+    format = path.suffix.removeprefix(".").lower()
+    write_bytes(path, picture(figure, format, theme))
+
+
+def check_target(path: Path) -> None:
+    """Check that a plot can be called so, before work is done for it.
+
+    Raises:
+        GaitsimError: its name ends with no known format.
+        RunError: its folder is not there, or it is a folder itself.
+    """
+    if path.suffix.removeprefix(".").lower() not in FORMATS:
+        raise GaitsimError(
+            f"{path} does not end with a format that can be drawn",
+            allowed=", ".join(f".{known}" for known in FORMATS),
+        )
+    check_folder(path)

@@ -1,0 +1,84 @@
+"""A study's surfaces: mean best score over an axis and the generations, in 3D."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim.render.plots import save
+from gaitsim.study.file import EXPERIMENT, Cell, Study
+from gaitsim.study.running import Best, recorded
+
+
+def surface_axis(study: Study) -> str | None:
+    """The axis that a surface can be drawn over: the only one, and of numbers; else None."""
+    if len(study.axes) != 1 or {*study.axes} & {"evolution.generations", "seed"}:
+        return None
+    (axis,) = study.axes
+    numbers = all(
+        isinstance(v, int | float) and not isinstance(v, bool) for v in study.values(axis)
+    )
+    return axis if numbers and len(study.values(axis)) > 1 else None
+
+
+def plot_surface(
+    study: Study, experiment: str, results: Sequence[tuple[Cell, Best]], path: Path
+) -> None:
+    """Draw one experiment's surface; none where one generation or no score is recorded.
+
+    Args:
+        study: with an axis of numbers, see `surface_axis`.
+        experiment: which of its experiments.
+        results: of all its cells.
+        path: PNG, SVG or PDF.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    axis = surface_axis(study)
+    assert axis is not None, "a study that has a surface"
+    mine = [(cell, best) for cell, best in results if cell.point[EXPERIMENT] == experiment]
+    generations = recorded(mine[0][0].experiment, study.record_every)
+    along = np.array([cell.point[axis] for cell, _ in mine], dtype=float)
+    means = np.stack([best.mean(axis=0) for _, best in mine])
+    means[~np.isfinite(means)] = np.nan  # where a repeat has no score, the surface has a hole
+    if means.shape[1] < 2 or np.isnan(means).all():
+        return
+    figure = Figure(figsize=(5.4, 4.2))
+    axes = figure.add_axes((0.0, -0.02, 0.96, 1.0), projection="3d")
+    x, y = np.meshgrid(generations, along)
+    axes.plot_surface(  # type: ignore[attr-defined]
+        x,
+        y,
+        means,
+        cmap="viridis",
+        rcount=len(along),
+        ccount=len(generations),
+        linewidth=0.1,
+        antialiased=True,
+    )
+    axes.set_xlabel("generations")
+    axes.set_ylabel(
+        axis.removeprefix("evolution.").replace("_", " ")
+        + " size" * (axis == "evolution.population")
+    )
+    axes.set_zlabel("mean best score")  # type: ignore[attr-defined]
+    lowest, highest = min(0.0, float(np.nanmin(means))), float(np.nanmax(means))
+    low, *_, high = MaxNLocator(5).tick_values(lowest, highest)
+    axes.set_zlim(low, high)  # type: ignore[attr-defined]
+    for one in (axes.xaxis, axes.yaxis, axes.zaxis):  # type: ignore[attr-defined]
+        one.set_major_locator(MaxNLocator(5))
+    axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
+    if (along % 1 == 0).all():
+        axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    axes.set_box_aspect(None, zoom=0.88)  # type: ignore[call-arg]
+    axes.view_init(elev=24, azim=-128)  # type: ignore[attr-defined]
+    axes.set_title(
+        f"{experiment}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}",
+        fontsize="medium",
+        y=0.95,
+    )
+    save(figure, path)

@@ -1,0 +1,57 @@
+"""The terms of the score over the generations: which of them drove the search."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitsim.render.plots.fitness import mark_stages, set_generations, stages
+from gaitsim.render.plots.labels import head, heading_of_run, shortened
+from gaitsim.render.plots.panels import grid
+from gaitsim.render.plots.request import Request
+from gaitsim.render.plots.style import WIDTH, styled
+from gaitsim.runs.files.history import COLUMNS, MEAN
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def terms_figure(request: Request) -> "Figure":
+    """A panel a term: that of each generation's best, and the mean of the population.
+
+    Each panel has a scale of its own, and a line at zero where it is near.
+
+    Raises:
+        RunError: no generation is finished yet.
+    """
+    history, theme = request.run.history, request.theme
+    if not history:
+        raise request.run.unfinished()
+    names = [name for name in history if name not in COLUMNS and MEAN + name in history]
+    generations = history["generation"]
+    with styled(theme):
+        figure, panels = grid(len(names), WIDTH, columns=2 if len(names) > 1 else 1, height=1.0)
+        for axes, name in zip(panels, names, strict=True):
+            for part in stages(history):
+                for values, label, colour, style in (
+                    (history[MEAN + name], "mean of the population", theme.colours[0], "--"),
+                    (history[name], "best individual", theme.colours[1], "-"),
+                ):
+                    axes.plot(
+                        generations[part],
+                        np.where(np.isfinite(values[part]), values[part], np.nan),
+                        color=colour,
+                        linestyle=style,
+                        label=label if part.start == 0 else None,
+                        marker="." if len(generations[part]) == 1 else None,
+                    )
+            low, high = axes.get_ylim()
+            if low <= 0 <= high:
+                axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
+            axes.set_title(shortened(name, 28), fontsize=7, pad=2)
+            axes.margins(x=0)
+            mark_stages(axes, history, theme, named=False)
+            set_generations(axes, history, ticks=3 if len(names) > 1 else 6)
+        figure.supxlabel("generation", fontsize=8)
+        figure.supylabel("term of the score", fontsize=8)
+        head(figure, heading_of_run(request.run), *panels[0].get_legend_handles_labels())
+    return figure

@@ -1,0 +1,127 @@
+"""Bodies in three dimensions: a still of one, or picture after picture of several."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Skeleton
+from gaitsim.render.scene.camera import VIEWS, fitting
+from gaitsim.render.scene.clip import Take
+from gaitsim.render.scene.layout import inner_edges, tiles
+from gaitsim.render.scene.themes import THEMES, Theme
+
+__all__ = ["THEMES", "VIEWS", "Picture", "Scene", "Take", "draw"]
+
+Picture = NDArray[np.uint8]
+"""(height, width, 4): red, green, blue, opacity, the top row first."""
+
+Stamp = tuple[tuple[slice, slice], NDArray[np.uint16], NDArray[np.uint16]]
+"""Where something is put on each picture; colours times opacity, and what shows through."""
+
+FILLED = 0.56, 0.52  # shares of a panel's width and height that a body may fill
+
+
+class Scene:
+    """Bodies side by side, seen from one side and at one scale.
+
+    Args:
+        takes: what to show, a panel each.
+        size: width and height, pixels.
+        view: one of `VIEWS`.
+        theme: one of `THEMES`.
+    """
+
+    def __init__(self, takes: Sequence[Take], size: tuple[int, int], view: str, theme: str) -> None:
+        from matplotlib import style
+
+        # Whatever a user's settings of matplotlib are.
+        with style.context({}, after_reset=True):
+            self._build(takes, size, view, THEMES[theme])
+        self.seconds = max(take.seconds for take in takes)
+
+    def _build(self, takes: Sequence[Take], size: tuple[int, int], view: str, theme: Theme) -> None:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.collections import LineCollection
+        from matplotlib.figure import Figure
+        from matplotlib.transforms import IdentityTransform
+
+        from gaitsim.render.scene.labels import DPI
+        from gaitsim.render.scene.panel import Panel
+
+        width, height = size
+        figure = Figure((width / DPI, height / DPI), dpi=DPI, facecolor=theme.ground)
+        self._canvas: Any = FigureCanvasAgg(figure)
+        places = tiles(len(takes), width, height)
+        box = np.concatenate([take.box for take in takes])
+        _, _, wide, tall = places[0]
+        scale, middle = fitting(box, view, FILLED[0] * wide, FILLED[1] * tall)
+        self.panels = [
+            Panel(figure, place, take, theme, view, scale, middle)
+            for place, take in zip(places, takes, strict=True)
+        ]
+        edges = inner_edges(places, height)
+        figure.add_artist(
+            LineCollection(edges, colors=theme.faint, transform=IdentityTransform(), zorder=9)
+        )
+        self._still = list(self._stamps())
+
+    def _stamps(self) -> Iterator[Stamp]:
+        """Take away the texts that stay as they are, which take 1 to 3 ms each to draw."""
+        figure, height = self._canvas.figure, self._canvas.get_width_height()[1]
+        figure.patch.set_alpha(0)
+        for panel in self.panels:
+            panel.lettering.clock.set_visible(False)
+        self._canvas.draw()
+        drawn = np.array(self._canvas.buffer_rgba())
+        for panel in self.panels:
+            for artist in panel.lettering.still:
+                box = artist.get_window_extent(self._canvas.get_renderer())
+                top, bottom = (max(height - int(y), 0) for y in (box.y1 + 3, box.y0 - 2))
+                place = (slice(top, bottom), slice(max(int(box.x0) - 2, 0), int(box.x1) + 3))
+                artist.remove()
+                opacity = drawn[place][..., 3:].astype(np.uint16)
+                yield place, drawn[place][..., :3] * opacity, 255 - opacity
+            panel.lettering.clock.set_visible(True)
+        figure.patch.set_alpha(1)
+
+    def draw(self, seconds: float, turned: float = 0.0) -> Picture:
+        """The picture at a moment.
+
+        Args:
+            seconds: since the takes began; one that has ended keeps its last pose.
+            turned: how far the camera has gone around the bodies, degrees.
+        """
+        for panel in self.panels:
+            panel.show(seconds, turned)
+        self._canvas.draw()
+        picture = np.array(self._canvas.buffer_rgba())
+        for place, ink, clear in self._still:
+            part = picture[place][..., :3]
+            part[:] = (part * clear + ink + 127) // 255
+        return picture
+
+
+def draw(
+    skeleton: Skeleton,
+    seconds: float = 0.0,
+    *,
+    size: tuple[int, int] = (1280, 720),
+    view: str = "iso",
+    theme: str = "light",
+    title: str = "",
+    details: str = "",
+) -> Picture:
+    """A still of one body, such as for a page of documentation.
+
+    Args:
+        skeleton: its motion.
+        seconds: at which moment of it.
+        size: width and height, pixels.
+        view: one of `VIEWS`.
+        theme: one of `THEMES`.
+        title: a first line in it.
+        details: a second one.
+    """
+    return Scene([Take(skeleton, title, details)], size, view, theme).draw(seconds)

@@ -1,0 +1,178 @@
+"""A body in the picture: filled outlines, the farthest first."""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.scene.anatomy import Anatomy
+from gaitsim.render.scene.camera import Camera
+from gaitsim.render.scene.shapes import capsules, hull
+from gaitsim.render.scene.themes import Colour, mixed
+
+Points = NDArray[np.float64]
+
+FOG = 0.3  # how much the far side of a body takes of the background
+EDGE = 1.1  # width of an outline
+LIGHT = np.array([0.3, -0.5, 0.81])  # to where the light is
+
+
+class Part(NamedTuple):
+    """A filled outline: its corners (corners, 2), colours, and the width of its edge, pixels."""
+
+    outline: Points
+    face: Colour
+    edge: Colour
+    width: float
+
+
+def body(
+    camera: Camera, segments: Points, look: Anatomy, colours: Mapping[str, Colour], line: float
+) -> list[Part]:
+    """Limbs, plates and solids, in the order in which a painter would take them.
+
+    Args:
+        camera: that looks.
+        segments: (segments, 2, 3) m.
+        look: how they are to be drawn.
+        colours: of the theme, by their names there.
+        line: pixels of a line of width 1.
+    """
+    drawn = [
+        *_limbs(camera, segments[look.limbs], look, colours, line),
+        *_plates(camera, segments.reshape(-1, 3), look, colours, line),
+        *_solids(camera, segments.reshape(-1, 3), look, colours, line),
+    ]
+    drawn.sort(key=lambda one: -one[0])
+    return [part for _, parts in drawn for part in parts]
+
+
+def shadow(camera: Camera, flat: Points, look: Anatomy) -> list[Points]:
+    """The outlines of a body's shadow, as the light from above casts it.
+
+    Args:
+        camera: that sees it.
+        flat: the body's segments on the ground, (segments, 2, 3) m.
+        look: how the body is drawn.
+    """
+    ends = flat.reshape(-1, 3)
+    outlines = list(_capsules(camera, flat[look.limbs], look.radii)[0])
+    outlines += [camera.project(ends[list(plate)])[0] for plate in look.plates]
+    for faces in look.solids:
+        corners = sorted({corner for face in faces for corner in face})
+        outlines.append(hull(camera.project(ends[corners])[0]))
+    return outlines
+
+
+def _limbs(
+    camera: Camera, segments: Points, look: Anatomy, colours: Mapping[str, Colour], line: float
+) -> Iterator[tuple[float, list[Part]]]:
+    """Round bars with a light upper side."""
+    sides, depth = _capsules(camera, segments, look.radii)
+    lights, _ = _capsules(camera, segments, look.radii, 0.42, 0.36)
+    fog, trunk = _fog(camera, depth, look), look.trunks[:, None]
+    side, light, edge = (
+        mixed(np.where(trunk, colours[thick], colours[thin]), colours["ground"], fog)
+        for thick, thin in (
+            ("body", "limb"),
+            ("body_light", "limb_light"),
+            ("limb_edge", "limb_edge"),
+        )
+    )
+    # Limbs begin inside a trunk, on its middle line: it is drawn over them.
+    depth = depth - look.span * look.trunks
+    for i in range(len(segments)):
+        yield (
+            float(depth[i]),
+            [
+                Part(sides[i], side[i], edge[i], EDGE * line),
+                Part(lights[i], light[i], light[i], 0.0),
+            ],
+        )
+
+
+def _plates(
+    camera: Camera, ends: Points, look: Anatomy, colours: Mapping[str, Colour], line: float
+) -> Iterator[tuple[float, list[Part]]]:
+    """Slabs with rounded corners."""
+    for plate, radius in zip(look.plates, look.plate_radii, strict=True):
+        corners = ends[list(plate)]
+        normal = _normal(corners)
+        normal *= -np.sign(normal @ camera.ahead)
+        front, depth = camera.project(corners + radius * normal)
+        back, _ = camera.project(corners - radius * normal)
+        fog = _fog(camera, depth.mean(), look)
+        side, light, edge = (
+            mixed(colours[name], colours["ground"], fog)
+            for name in ("body", "body_light", "limb_edge")
+        )
+        around = hull(np.concatenate([front, back]))
+        rounding = 2 * radius * camera.scale
+        yield (
+            float(depth.mean()),
+            [
+                Part(around, edge, edge, rounding + 2 * EDGE * line),
+                Part(around, side, side, rounding),
+                Part(front, light, light, 0.3 * rounding),
+            ],
+        )
+
+
+def _solids(
+    camera: Camera, ends: Points, look: Anatomy, colours: Mapping[str, Colour], line: float
+) -> Iterator[tuple[float, list[Part]]]:
+    """The faces that are turned to the camera, the lighter the more they are to the light."""
+    for faces in look.solids:
+        parts = []
+        depths = []
+        for face in faces:
+            corners = ends[list(face)]
+            outline, depth = camera.project(corners)
+            depths.append(float(depth.mean()))
+            if _turns_left(outline) <= 0:
+                continue
+            shine = 0.5 + 0.5 * float(_normal(corners) @ LIGHT)
+            fog = _fog(camera, depth.mean(), look)
+            colour = mixed(colours["limb"], colours["limb_light"], shine)
+            parts.append(
+                Part(
+                    outline,
+                    mixed(colour, colours["ground"], fog),
+                    mixed(colours["limb_edge"], colours["ground"], fog),
+                    EDGE * line,
+                )
+            )
+        yield float(np.mean(depths)), parts
+
+
+def _capsules(
+    camera: Camera, segments: Points, radii: Points, share: float = 1.0, lift: float = 0.0
+) -> tuple[Points, Points]:
+    """Limbs in the picture, thinner and nearer to the light by shares of their radii."""
+    ends, depth = camera.project(segments)
+    pixels = radii * camera.scale_at(depth)
+    along = ends[:, 1] - ends[:, 0]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    across *= np.where(across[:, 1:] < 0, -1.0, 1.0)
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
+    ends = ends + lift * pixels[..., None] * across[:, None]
+    return capsules(ends, share * pixels), depth.mean(axis=1)
+
+
+def _fog(camera: Camera, depth: float | Points, look: Anatomy) -> NDArray[np.float64]:
+    """How far into the background something at a depth is."""
+    return np.asarray(FOG * np.clip((depth - camera.distance) / look.span + 0.5, 0.0, 1.0))
+
+
+def _normal(corners: Points) -> Points:
+    """Of a polygon (corners, 3), to where it turns left; corners may be in a line."""
+    after = np.roll(corners, -1, axis=0)
+    normal = np.cross(corners - corners[0], after - corners[0]).sum(axis=0)
+    return np.asarray(normal / max(float(np.linalg.norm(normal)), 1e-12))
+
+
+def _turns_left(outline: Points) -> float:
+    """Twice the area of a polygon (corners, 2), negative where it turns right."""
+    x, y = outline.T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

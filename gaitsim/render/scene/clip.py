@@ -1,0 +1,124 @@
+"""One body over time as a scene shows it: poses between frames, where the camera looks."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Skeleton
+from gaitsim.render.scene.anatomy import Anatomy, anatomy
+from gaitsim.render.scene.camera import steadied
+
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A body at one moment, above the floor.
+
+    Attributes:
+        segments: (segments, 2, 3) m.
+        contacts: (contacts, 3) m, none where the body has none.
+        touching: which of them do, (contacts,).
+        middle: where the body is, (3,) m.
+        aim: where the camera looks but for the framing, (3,) m.
+        trail: where it has been, its own place last, (points, 3) m.
+    """
+
+    segments: Points
+    contacts: Points
+    touching: NDArray[np.bool_]
+    middle: Points
+    aim: Points
+    trail: Points
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """A skeleton to be shown, and what is written beside it.
+
+    Attributes:
+        skeleton: whose numbers are finite.
+        title: the first line.
+        details: the second.
+    """
+
+    skeleton: Skeleton
+    title: str = ""
+    details: str = ""
+    flies: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "flies", self.skeleton.contacts is None)
+
+    @cached_property
+    def anatomy(self) -> Anatomy:
+        """How it is drawn."""
+        return anatomy(self.skeleton)
+
+    @cached_property
+    def path(self) -> Points:
+        """Where it is above the floor, (frames, 3) m."""
+        return np.asarray(self.skeleton.path, dtype=np.float64) - (0.0, 0.0, self.floor)
+
+    @cached_property
+    def seconds(self) -> float:
+        """From the first frame to the last."""
+        return (len(self.path) - 1) / self.skeleton.frame_rate
+
+    @cached_property
+    def floor(self) -> float:
+        """Height of the ground that is drawn, m: below what flies, as its zero is its start."""
+        return min(0.0, float(self.skeleton.segments[..., 2].min())) if self.flies else 0.0
+
+    def grounded(self, points: Points) -> Points:
+        """Points (…, 3) moved up or down to the ground that is drawn."""
+        profile = self.skeleton.ground
+        height = 0.0 if profile is None else np.interp(points[..., 0], *profile.T)
+        return np.stack(np.broadcast_arrays(points[..., 0], points[..., 1], height), axis=-1)
+
+    @cached_property
+    def corners(self) -> Points:
+        """Where along x the ground has corners, (corners,) m."""
+        profile = self.skeleton.ground
+        return np.empty(0) if profile is None else profile[:, 0].astype(np.float64)
+
+    @cached_property
+    def box(self) -> Points:
+        """Its points about its path at up to 100 moments, (points, 3) m."""
+        every = np.unique(np.linspace(0, len(self.path) - 1, 100).astype(int))
+        about = self.skeleton.segments[every] - (0.0, 0.0, self.floor)
+        about -= self._aims[every][:, None, None]
+        return np.asarray(about, dtype=np.float64).reshape(-1, 3)
+
+    @cached_property
+    def _aims(self) -> Points:
+        return steadied(self.path, self.skeleton.frame_rate)
+
+    def at(self, seconds: float) -> Pose:
+        """The pose at a time, between two frames by linear interpolation; the last one after it."""
+        place = min(max(seconds, 0.0) * self.skeleton.frame_rate, len(self.path) - 1.0)
+        # What is a frame but for rounding is that frame.
+        place = round(place) if abs(place - round(place)) < 1e-6 else place
+        before = int(place)
+        share = place - before
+
+        def between(values: NDArray[np.floating[Any]]) -> Points:
+            one = np.asarray(values[before], dtype=np.float64)
+            return one + share * (values[before + 1] - one) if share else one
+
+        skeleton = self.skeleton
+        middle = between(self.path)
+        contacts, touching = np.empty((0, 3)), np.empty(0, dtype=np.bool_)
+        if skeleton.contacts is not None and skeleton.touching is not None:
+            contacts, touching = between(skeleton.contacts), skeleton.touching[before]
+        return Pose(
+            between(skeleton.segments) - (0.0, 0.0, self.floor),
+            contacts,
+            touching,
+            middle,
+            between(self._aims),
+            np.concatenate([self.path[: before + 1], middle[None]]),
+        )

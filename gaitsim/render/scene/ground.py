@@ -1,0 +1,83 @@
+"""The ground: a grid that fades with distance and whose lines thin out from far above."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.scene.camera import Camera
+
+Points = NDArray[np.float64]
+
+SHADES = 8  # steps in which lines fade
+PIECES = 20  # of a line
+SPARSE, DENSE = 420.0, 34.0  # pixels between lines that are drawn in full, and not at all
+MOST = 80  # lines in each direction
+_LADDER = (1.0, 5.0)  # times powers of ten, metres: each step is a multiple of the one before
+
+
+def steps(spacing: float) -> list[float]:
+    """Distances between lines, from the finest one not below `spacing`, four of them."""
+    power = int(np.floor(np.log10(spacing))) - 1
+    every = [factor * 10.0**p for p in range(power, power + 6) for factor in _LADDER]
+    return [step for step in every if step >= spacing * 0.999][:4]
+
+
+def fine_step(scale: float, unit: float) -> float:
+    """Distance between the finest lines that are well seen at a scale, metres."""
+    return steps(1.5 * DENSE * unit / scale)[0]
+
+
+def grid(
+    camera: Camera, span: float, reach: float, unit: float, corners: Points
+) -> tuple[Points, NDArray[np.float64]]:
+    """The pieces of the grid's lines about what the camera looks at.
+
+    Args:
+        camera: that looks.
+        span: of the body, m.
+        reach: how far the ground is drawn, pixels at its distance.
+        unit: pixels of the picture that a pixel at 720 lines would be.
+        corners: where along x lines need ends, as the ground has corners there, (corners,) m.
+
+    Returns:
+        Both ends of each piece, at z = 0, (pieces, 2, 3) m, and how strong it is, 0 to 1,
+        (pieces,).
+    """
+    middle = _aim(camera, span)
+    _, depth = camera.project(middle)
+    scale = float(camera.scale_at(depth))
+    radius = reach / scale
+    pieces, strengths = [], []
+    every = steps(DENSE * unit / scale)
+    for step, coarser in zip(every, [*every[1:], 0.0], strict=True):
+        strength = np.log(step * scale / unit / DENSE) / np.log(SPARSE / DENSE)
+        lines = int(min(radius / step, MOST))
+        for axis in (0, 1):
+            across = (np.round(middle[axis] / step) + np.arange(-lines, lines + 1)) * step
+            if coarser:  # those lines are drawn once, and stronger
+                across = across[np.abs(across / coarser - np.round(across / coarser)) > 1e-6]
+            along = middle[1 - axis] + np.linspace(-radius, radius, PIECES + 1)
+            if axis:
+                near = (along[0] < corners) & (corners < along[-1])
+                along = np.union1d(along, corners[near])
+            points = np.zeros((len(across), len(along), 3))
+            points[:, :, axis] = across[:, None]
+            points[:, :, 1 - axis] = along
+            pieces.append(np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3))
+            strengths.append(np.full(len(pieces[-1]), min(strength, 1.0)))
+    ends, strength = np.concatenate(pieces), np.concatenate(strengths)
+    away = np.linalg.norm(ends.mean(axis=1) - middle, axis=1) / radius
+    return ends, strength * np.clip(1 - away**2, 0, 1) ** 1.5
+
+
+def _aim(camera: Camera, span: float) -> Points:
+    """The middle of the ground: below a body, or for one that flies, where the camera looks."""
+    foot = np.array([camera.target[0], camera.target[1], 0.0])
+    above, down = max(float(camera.target[2]) - span, 0.0), -float(camera.ahead[2])
+    if down > 0:
+        foot[:2] += camera.ahead[:2] * min(above / down, 4 * camera.distance)
+    return foot
+
+
+def shaded(strength: NDArray[np.float64]) -> NDArray[np.intp]:
+    """The shade, 0 to SHADES, that a strength of 0 to 1 is drawn in; 0 is not drawn."""
+    return np.round(np.clip(strength, 0, 1) * SHADES).astype(np.intp)

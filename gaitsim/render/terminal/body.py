@@ -1,0 +1,168 @@
+"""A body on the ground at one moment, in braille dots."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Skeleton
+from gaitsim.errors import GaitsimError
+from gaitsim.render.scene.camera import Camera, Points
+from gaitsim.render.scene.clip import Pose, Take
+from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
+from gaitsim.render.terminal.ticks import round_step
+from gaitsim.render.terminal.view import View, camera
+
+# Inks, the higher over the lower.
+GROUND, TRACK = 1, 2
+BODY = 3  # + SIDES × shade + side: the near over the far
+MIDDLE, LEFT, RIGHT = range(3)
+SIDES, SHADES = 3, 3  # the last shade is the nearest
+FOOT = BODY + SIDES * SHADES  # + side
+
+STANCE = ord("●")
+APART, LINES = 12.0, 12  # dots between two lines of the ground, and lines across it, about
+ALONG = 4  # dots of such a line between two that cross it
+REACH = 0.75  # of the ground around the body, in widths of the picture
+DENSEST = 1.5  # dots between lines of the ground: nearer to each other they are left out
+BOLD = 150  # dots of a picture's height from which lines are two dots wide
+TRAIL = 80  # points of a path that are drawn, at most
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """A skeleton, ready to be drawn at any moment.
+
+    Attributes:
+        skeleton: whose numbers are finite.
+
+    Raises:
+        GaitsimError: it cannot be drawn.
+    """
+
+    skeleton: Skeleton
+
+    def __post_init__(self) -> None:
+        segments = self.skeleton.segments
+        if not segments.size:
+            raise GaitsimError(
+                f"the body has nothing to draw: {segments.shape[0]} frames of "
+                f"{segments.shape[1]} segments",
+                allowed="a skeleton of one frame and one segment or more",
+            )
+        if not (np.isfinite(segments).all() and np.isfinite(self.skeleton.path).all()):
+            raise GaitsimError(
+                "the body's skeleton holds numbers that are not finite",
+                remedy="tell the author of the body; another generation may be drawn",
+            )
+
+    @cached_property
+    def take(self) -> Take:
+        """The skeleton between its frames."""
+        return Take(self.skeleton)
+
+    @cached_property
+    def sides(self) -> NDArray[np.intp]:
+        """Of each segment: MIDDLE, LEFT or RIGHT, by its name."""
+        return sides(self.skeleton.names)
+
+    @cached_property
+    def feet(self) -> NDArray[np.intp]:
+        """The same of each contact."""
+        names = self.skeleton.contact_names
+        count = 0 if self.skeleton.contacts is None else self.skeleton.contacts.shape[1]
+        return sides(names) if names else np.full(count, MIDDLE, dtype=np.intp)
+
+
+def sides(names: Sequence[str]) -> NDArray[np.intp]:
+    """On which side things are, by names such as 'L1 femur' or 'right wing'."""
+    found = []
+    for name in names:
+        match = re.match(r"(left|right)\b|([LR])(?=[\d_ ]|$)", name)
+        word = (match.group(1) or match.group(2))[0].upper() if match else ""
+        found.append({"L": LEFT, "R": RIGHT}.get(word, MIDDLE))
+    return np.array(found, dtype=np.intp)
+
+
+def picture(
+    figure: Figure, seconds: float, view: View, columns: int, rows: int
+) -> tuple[NDArray[np.uint32], Inks]:
+    """A body at a moment: the characters as code points, and their inks, both (rows, columns)."""
+    dots = empty(columns, rows)
+    height, width = dots.shape
+    if not dots.size:
+        return cells(dots)
+    take = figure.take
+    pose = take.at(seconds)
+    eye = camera(view, take, pose, width, height)
+    _ground(dots, eye, take)
+    limbs, shades = _limbs(eye, pose.segments, figure.sides, height)
+    track = _track(eye, take, pose, height)
+    draw_lines(dots, np.concatenate([track, limbs]), np.append(np.full(len(track), TRACK), shades))
+    codes, inks = cells(dots, behind=TRACK)
+    if len(pose.contacts):
+        feet = _flat(eye, pose.contacts[pose.touching], height)[0]
+        at = np.rint((feet - (0.5, 1.5)) / (2, 4)).astype(np.intp)
+        inside = ((at >= 0) & (at < (columns, rows))).all(axis=1)
+        at, side = at[inside], figure.feet[pose.touching][inside]
+        codes[at[:, 1], at[:, 0]] = STANCE
+        inks[at[:, 1], at[:, 0]] = FOOT + side
+    return codes, inks
+
+
+def _flat(eye: Camera, points: Points, height: int) -> tuple[Points, Points]:
+    """Dots (…, 2) from the upper left corner, and depths (…)."""
+    flat, depth = eye.project(points)
+    flat[..., 1] = height - 1 - flat[..., 1]
+    return flat, depth
+
+
+def _ground(dots: Dots, eye: Camera, take: Take) -> None:
+    """Lines of dots that stay where they are in the world, so that a body is seen to move."""
+    height, width = dots.shape
+    foot = np.array([eye.target[0], eye.target[1], 0.0])
+    scale = float(eye.scale_at(eye.project(foot)[1]))
+    step = round_step(max(APART, width / LINES) / scale)
+    reach = min(REACH * width / scale, 0.8 * eye.distance)
+    lines = int(reach / step)
+    across = np.arange(-lines, lines + 1) * step
+    along = np.arange(-lines * ALONG, lines * ALONG + 1) * (step / ALONG)
+    grid = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
+    points = np.zeros((2 * len(grid), 3))
+    points[:, :2] = np.concatenate([grid, grid[:, ::-1]]) + np.rint(foot[:2] / step) * step
+    points = points[np.linalg.norm(points[:, :2] - foot[:2], axis=1) <= reach]
+    flat, depth = _flat(eye, take.grounded(points), height)
+    # Seen so flat, lines one behind the other become a solid floor.
+    apart = eye.scale_at(depth) * step * max(-float(eye.ahead[2]), 0.1)
+    draw_points(dots, flat[eye.in_front(depth) & (apart >= DENSEST)], GROUND)
+
+
+def _track(eye: Camera, take: Take, pose: Pose, height: int) -> Points:
+    """Where the body has been, (lines, 2, 2): on the ground, but in the air where it flies."""
+    every = max(1, len(pose.trail) // TRAIL)
+    trail = pose.trail[::-every][::-1]
+    if not take.flies:
+        trail = take.grounded(trail)
+    flat, depth = _flat(eye, trail, height)
+    seen = eye.in_front(depth)
+    return np.stack([flat[:-1], flat[1:]], axis=1)[seen[:-1] & seen[1:]]
+
+
+def _limbs(
+    eye: Camera, segments: Points, side: NDArray[np.intp], height: int
+) -> tuple[Points, NDArray[np.intp]]:
+    """Lines (lines, 2, 2) and their inks: the side's, shaded by the distance to the camera."""
+    ends, depth = _flat(eye, segments, height)
+    middle = depth.mean(axis=1)
+    spread = float(np.ptp(middle))
+    share = (middle.max() - middle) / spread if spread > 1e-3 * eye.distance else np.ones(len(side))
+    shade = np.minimum((share * SHADES).astype(np.intp), SHADES - 1)
+    inks = BODY + SIDES * shade + side
+    if height < BOLD:
+        return ends, inks
+    steep = np.abs(ends[:, 1] - ends[:, 0]).argmax(axis=1) == 1
+    beside = np.where(steep[:, None], (1.0, 0.0), (0.0, 1.0))[:, None]
+    return np.concatenate([ends, ends + beside]), np.tile(inks, 2)

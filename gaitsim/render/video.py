@@ -1,0 +1,277 @@
+"""Videos of a run: its fitness curve, then its champions as they move."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError, PluginError, nearest
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.render.encoder import encode
+from gaitsim.render.plots.channels import trials_of
+from gaitsim.render.scene import THEMES, VIEWS, Picture, Scene, Take
+from gaitsim.runs.reader import Run
+from gaitsim.runs.replay import Replay, replay
+
+FORMATS = ("mp4", "gif")
+FPS = {"mp4": 30.0, "gif": 25.0}
+SIZES = {"mp4": (1280, 720), "gif": (640, 360)}
+FASTEST = {"mp4": 120.0, "gif": 50.0}  # browsers slow a GIF down that is faster
+SMALLEST, LARGEST = 64, 4096  # pixels
+PANEL = 120  # pixels: a body in less cannot be seen
+SPEEDS = 0.01, 100.0
+
+INTRO, CROSSFADE = 1.5, 0.4  # seconds, the latter the last of the former
+ORBIT = 10.0  # seconds that a turn around the body takes at least
+MARGIN = 0.05  # around the fitness curve, of the smaller side
+_LETTERS = 95.0  # dots an inch of the fitness curve, for letters that can be read
+_WIDTHS = 3.4, 5.6  # inches of the fitness curve: all its words fit, and are not lost in it
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a video looks; one that cannot be made is refused.
+
+    Attributes:
+        format: one of `FORMATS`.
+        size: width and height, pixels; None takes the format's.
+        fps: pictures a second; None takes the format's.
+        speed: of the motion, 1 is real time.
+        view: one of `gaitsim.render.scene.VIEWS`.
+        theme: one of `gaitsim.render.scene.THEMES`.
+        intro: whether it begins with the fitness curve.
+
+    Raises:
+        GaitsimError: says which of them cannot be, and what can.
+    """
+
+    format: str = "mp4"
+    size: tuple[int, int] | None = None
+    fps: float | None = None
+    speed: float = 1.0
+    view: str = "iso"
+    theme: str = "light"
+    intro: bool = True
+
+    def __post_init__(self) -> None:
+        for name, known in (("format", FORMATS), ("view", VIEWS), ("theme", THEMES)):
+            word = getattr(self, name)
+            if word not in known:
+                raise GaitsimError(
+                    f"there is no {name} {word!r}",
+                    where=f"--{name}",
+                    allowed=", ".join(known),
+                    remedy=nearest(word, list(known)),
+                )
+        self._check_size()
+        fastest = FASTEST[self.format]
+        if not 1 <= self.rate <= fastest:
+            raise GaitsimError(
+                f"{self.fps:g} pictures a second cannot be shown",
+                where="--fps",
+                allowed=f"1 to {fastest:g} in {self.format.upper()}",
+            )
+        if not SPEEDS[0] <= self.speed <= SPEEDS[1]:
+            raise GaitsimError(
+                f"a speed of {self.speed:g} cannot be shown",
+                where="--speed",
+                allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
+            )
+
+    def _check_size(self) -> None:
+        width, height = self.pixels
+        where, allowed = "--size", f"{SMALLEST}x{SMALLEST} to {LARGEST}x{LARGEST}"
+        if not (SMALLEST <= width <= LARGEST and SMALLEST <= height <= LARGEST):
+            raise GaitsimError(
+                f"a video of {width}x{height} pixels is too small or too large",
+                where=where,
+                allowed=allowed,
+            )
+        if self.format == "mp4" and (width % 2 or height % 2):
+            raise GaitsimError(
+                f"an MP4 cannot be {width}x{height} pixels: H.264 wants even numbers",
+                where=where,
+                allowed=f"{allowed}, both even",
+                remedy=f"--size {width + width % 2}x{height + height % 2}",
+            )
+
+    @property
+    def pixels(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.size or SIZES[self.format]
+
+    @property
+    def rate(self) -> Fraction:
+        """Pictures a second."""
+        fps = FPS[self.format] if self.fps is None else self.fps
+        return Fraction(fps if np.isfinite(fps) else 0).limit_denominator(1001)
+
+
+class Video:
+    """A video that can be written: its champions are moved, and fit into the picture.
+
+    Args:
+        run: whose champions are shown.
+        generations: whose best; () for the best of all.
+        look: how it looks.
+
+    Raises:
+        RunError: there is no such generation, or no champion.
+        GaitsimError: so many bodies do not fit.
+    """
+
+    def __init__(self, run: Run, generations: Sequence[int] = (), look: Look | None = None) -> None:
+        self.run, self.look = run, look or Look()
+        shown = [replay(run, generation) for generation in generations or (None,)]
+        self.generations = tuple(one.generation for one in shown)
+        self._check_room(len(shown))
+        takes = [_take(one, self.look.speed, alone=len(shown) == 1) for one in shown]
+        self._scene = Scene(takes, self.look.pixels, self.look.view, self.look.theme)
+        ratio = float(self.look.rate) / self.look.speed
+        # What is a frame but for rounding is one.
+        self._moving = int(self._scene.seconds * ratio + 1e-6) + 1
+        self._intro = round(INTRO * self.look.rate) if self.look.intro else 0
+
+    def __len__(self) -> int:
+        """Of how many pictures."""
+        return self._intro + self._moving
+
+    @property
+    def name(self) -> str:
+        """Of the file that it becomes unless told otherwise."""
+        numbers = "-".join(map(str, self.generations))
+        if len(self.generations) == 1:
+            return f"video-generation-{numbers}.{self.look.format}"
+        many = f"{self.generations[0]}-to-{self.generations[-1]}" if len(numbers) > 60 else numbers
+        return f"video-generations-{many}.{self.look.format}"
+
+    def write(self, path: Path, advance: Callable[[], object] = lambda: None) -> None:
+        """Write it, picture by picture.
+
+        Args:
+            path: the file.
+            advance: called after each picture.
+
+        Raises:
+            RunError: the file cannot be written.
+        """
+        check_folder(path)
+        samples = self._samples() if self.look.format == "gif" else ()
+
+        def pictures() -> Iterator[Picture]:
+            for picture in self.pictures():
+                yield picture
+                advance()
+
+        encode(
+            pictures(),
+            path,
+            format=self.look.format,
+            size=self.look.pixels,
+            fps=self.look.rate,
+            samples=samples,
+        )
+
+    def pictures(self) -> Iterator[Picture]:
+        """Its pictures, made one at a time."""
+        if self._intro:
+            curve, first = self._curve(), self._draw(0)
+            fading = min(round(CROSSFADE * self.look.rate), self._intro)
+            for number in range(self._intro):
+                share = max(number + 1 - (self._intro - fading), 0) / (fading + 1)
+                yield _mixed(curve, first, share)
+        for number in range(self._moving):
+            yield self._draw(number)
+
+    def _draw(self, number: int) -> Picture:
+        """The picture of a number, counted from the end of the intro."""
+        shown = number / float(self.look.rate)
+        turn = 360 / max(self._moving / float(self.look.rate), ORBIT)
+        return self._scene.draw(
+            shown * self.look.speed, turn * shown if self.look.view == "orbit" else 0.0
+        )
+
+    def _samples(self) -> list[Picture]:
+        """Pictures that have all colours of the video."""
+        numbers = {0, self._moving // 3, 2 * self._moving // 3, self._moving - 1}
+        return [self._draw(number) for number in sorted(numbers)] + (
+            [self._curve()] if self._intro else []
+        )
+
+    def _curve(self) -> Picture:
+        """The fitness curve, as large as the video and in its colours."""
+        from io import BytesIO
+
+        from matplotlib.image import imread
+
+        from gaitsim.render.plots import THEMES as PLOT_THEMES
+        from gaitsim.render.plots import fitness_figure, picture
+
+        width, height = self.look.pixels
+        edge = round(MARGIN * min(width, height))
+        dots = (width - 2 * edge) / float(np.clip((width - 2 * edge) / _LETTERS, *_WIDTHS))
+        theme = replace(PLOT_THEMES[self.look.theme], background=THEMES[self.look.theme].ground)
+        # A hundredth more, as what is a whole number but for rounding is cut down to one.
+        size = ((width - 2 * edge + 0.01) / dots, (height - 2 * edge + 0.01) / dots)
+        drawn = picture(fitness_figure(self.run, theme, size), "png", theme, dots)
+        curve = np.round(imread(BytesIO(drawn)) * 255).astype(np.uint8)
+        framed = np.empty((height, width, 4), dtype=np.uint8)
+        framed[:] = curve[0, -1]
+        framed[edge : height - edge, edge : width - edge] = curve
+        return framed
+
+    def _check_room(self, bodies: int) -> None:
+        from gaitsim.render.scene.layout import tiles
+
+        _, _, wide, tall = tiles(bodies, *self.look.pixels)[0]
+        if bodies > 1 and min(wide, tall) < PANEL:
+            raise GaitsimError(
+                f"{bodies} bodies do not fit side by side into "
+                f"{self.look.pixels[0]}x{self.look.pixels[1]} pixels",
+                where="--generations",
+                allowed=f"{PANEL} pixels or more for each",
+                remedy="show fewer of them, or make the picture larger with --size",
+            )
+
+
+def _take(shown: Replay, speed: float, alone: bool) -> Take:
+    """A champion, as a scene wants it; what cannot be drawn is the body's fault.
+
+    Args:
+        shown: the champion.
+        speed: of the motion.
+        alone: whether no other is shown beside it.
+    """
+    skeleton = shown.skeleton
+    entry = shown.experiment.entries["organism"]
+    parts = [skeleton.segments, skeleton.path]
+    parts += [] if skeleton.contacts is None else [skeleton.contacts]
+    if not skeleton.segments.size or not all(np.isfinite(part).all() for part in parts):
+        raise PluginError(
+            f"{entry} has a skeleton that cannot be drawn",
+            where=entry.target,
+            allowed="one frame and one segment or more, of finite numbers",
+            remedy=f"report it to the author of {entry.package}",
+        )
+    if not 0 < skeleton.frame_rate < np.inf:
+        raise PluginError(
+            f"{entry} moves at {skeleton.frame_rate} frames a second",
+            where=entry.target,
+            allowed="above 0",
+        )
+    name, generation = shown.run.path.resolve().name, f"generation {shown.generation}"
+    score = f"score {shown.score:.4g}".replace("-", "−")
+    title, *details = (name, generation, score) if alone else (generation, score, name)
+    if (trials := trials_of(shown)) > 1:
+        details.append(f"first of {trials} trials")
+    if speed != 1:
+        details.append(f"{speed:g} × speed")
+    return Take(skeleton, title, "   ".join(details))
+
+
+def _mixed(one: Picture, other: Picture, share: float) -> Picture:
+    if not share:
+        return one
+    return np.round(one * np.float32(1 - share) + other * np.float32(share)).astype(np.uint8)

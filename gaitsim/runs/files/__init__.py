@@ -1,0 +1,1 @@
+"""The files of a run, one module a file format; each is read with bounds and written atomically."""

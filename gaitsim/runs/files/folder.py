@@ -1,0 +1,212 @@
+"""Run folders: what they are called, how one is made, found and listed."""
+
+import os
+import re
+import secrets
+import shlex
+import shutil
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from itertools import chain, count
+from pathlib import Path
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.experiment import Experiment
+from gaitsim.runs.files.atomic import sync_folder, write_bytes, writing
+from gaitsim.runs.files.checkpoint import Champion, pack
+from gaitsim.runs.files.safe_pickle import MAX_BYTES
+
+RUNS = Path("runs")
+EXPERIMENT = "experiment.toml"
+START = "start.pickle"
+CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
+HISTORY, BESTS = "history.csv", "bests.bin"
+ISLANDS = "islands.csv"
+DIGESTS, ORIGINS = "digests.bin", "origins.json"
+CHAMPIONS, EXPORTS = "champions", "exports"
+_DRAFT = ".new-run-"
+
+
+def command(verb: str, path: Path, *more: object) -> str:
+    """A gaitsim command on a run, as a shell takes it."""
+    return shlex.join(["gaitsim", verb, str(path), *map(str, more)])
+
+
+@contextmanager
+def resumable(path: Path) -> Iterator[None]:
+    """Let an error in the block say how the run in `path` is gone on with."""
+    try:
+        yield
+    except GaitsimError as error:
+        if path.exists():
+            error.then(f"go on with: {command('resume', path)}")
+        raise
+
+
+def find_run(reference: str) -> Path:
+    """The folder of a run, given as a path or as a name under `runs/`.
+
+    Raises:
+        RunError: there is none.
+    """
+    places = [Path(place) for place in (reference, RUNS / reference) if reference]
+    for path in places:
+        # os.path, unlike pathlib, answers for names that no file can have, too.
+        if os.path.isfile(path / EXPERIMENT):  # noqa: PTH113
+            return path
+    for path in places:
+        if os.path.isfile(path / CHECKPOINT):  # noqa: PTH113
+            raise RunError(
+                f"the run {path} has lost its {EXPERIMENT}",
+                remedy="restore it from a copy of the run; the checkpoint holds its text, too",
+            )
+    for path in places:
+        if os.path.isdir(path):  # noqa: PTH112
+            raise RunError(
+                f"{path} is not a run: it holds no {EXPERIMENT}",
+                remedy="'gaitsim runs' lists the runs here",
+            )
+    known = [run.name for run in list_runs(RUNS)]
+    raise RunError(
+        f"there is no run {reference!r}",
+        allowed=", ".join(known) or f"no run is in {RUNS}/ of this folder yet",
+        remedy="give a run's name or the path of its folder; 'gaitsim runs' lists them",
+    )
+
+
+def champion_file(generation: int) -> str:
+    """Where in a run's folder the champion of a generation is kept."""
+    return f"{CHAMPIONS}/generation-{generation:06d}.pickle"
+
+
+def kept_champions(run: Path) -> list[int]:
+    """The generations of which a run's folder keeps a champion's file, in order."""
+    names = (path.stem for path in (run / CHAMPIONS).glob("generation-*.pickle"))
+    matches = (re.fullmatch(r"generation-(\d+)", name) for name in names)
+    return sorted(int(match[1]) for match in matches if match)
+
+
+def list_runs(root: Path) -> list[Path]:
+    """The run folders under `root`, oldest first.
+
+    Raises:
+        RunError: `root` is no folder, or may not be read.
+    """
+    found = []
+    try:
+        # A folder whose name begins with a dot is one that create_run is still making.
+        for path in root.iterdir() if root.exists() else ():
+            if not path.name.startswith(".") and os.path.isfile(path / EXPERIMENT):  # noqa: PTH113
+                found.append((_made(path), path.name, path))
+    except OSError as error:
+        raise RunError(
+            f"cannot list {root}: {error.strerror}", remedy="give a folder that holds runs"
+        ) from None
+    return [path for *_, path in sorted(found)]
+
+
+def _made(path: Path) -> float:
+    try:
+        return (path / EXPERIMENT).stat().st_mtime
+    except OSError:  # it was deleted just now
+        return 0.0
+
+
+def create_run(
+    experiment: Experiment, out: Path | None = None, start: Champion | None = None
+) -> Path:
+    """Make the folder of a new run; a name that is taken gets a number: spider-2.
+
+    The folder appears at one stroke, with its experiment in it.
+
+    Args:
+        experiment: written to it, resolved.
+        out: the folder to make; None is `runs/<name of the experiment>`.
+        start: an individual that fits the experiment's body, which the first population
+            is made of; None draws it.
+
+    Raises:
+        RunError: it cannot be made, or the population is too large for a checkpoint.
+    """
+    check_size(experiment)
+    wanted = RUNS / experiment.name if out is None else out
+    files: dict[str, str | bytes] = {EXPERIMENT: experiment.to_toml()}
+    if start is not None:
+        files[START] = pack(start)
+    return create_folder(wanted, files, (CHAMPIONS, EXPORTS))
+
+
+def create_folder(
+    wanted: Path, files: Mapping[str, str | bytes], folders: Iterable[str] = ()
+) -> Path:
+    """Make a folder at one stroke, files and folders in it; a taken name gets a number.
+
+    Files may be in those folders.
+
+    Raises:
+        RunError: it cannot be made.
+    """
+    if wanted.name in ("", ".."):
+        raise RunError(
+            f"{wanted} is there already, and cannot be made as a new folder",
+            remedy="give --out the path of a folder that is to be made",
+        )
+    with writing(wanted):
+        wanted.parent.mkdir(parents=True, exist_ok=True)
+        _remove_drafts(wanted.parent)
+        draft = wanted.parent / f"{_DRAFT}{secrets.token_hex(8)}"
+        draft.mkdir()
+        try:
+            for name in folders:
+                (draft / name).mkdir()
+            for name, content in files.items():
+                data = content.encode() if isinstance(content, str) else content
+                write_bytes(draft / name, data)
+            path = _name(draft, wanted)
+            sync_folder(path.parent)
+        except BaseException:
+            shutil.rmtree(draft, ignore_errors=True)
+            raise
+    return path
+
+
+def _remove_drafts(folder: Path) -> None:
+    """Remove drafts of runs that a program left when it was killed: those an hour old."""
+    for draft in folder.glob(f"{_DRAFT}*"):
+        with suppress(OSError):
+            if draft.stat().st_mtime < time.time() - 3600:
+                shutil.rmtree(draft)
+
+
+def check_size(experiment: Experiment) -> None:
+    """Check that the population is one that a checkpoint can hold.
+
+    Raises:
+        RunError: it is too large.
+    """
+    population, space = experiment.individuals, experiment.space()
+    # The other half is room for the scores and their terms.
+    most = MAX_BYTES // 2 // (space.genes * space.dtype.itemsize)
+    if population > most:
+        raise RunError(
+            f"{population:,} individuals with {space.genes} genes are too many for a checkpoint",
+            allowed=f"evolution.population up to {most // experiment.islands.number:,}",
+        )
+
+
+def free_name(wanted: Path) -> Path:
+    """The first of a, a-2, a-3, … that is free now, which `create_run` takes."""
+    others = (wanted.with_name(f"{wanted.name}-{number}") for number in count(2))
+    return next(path for path in chain([wanted], others) if not os.path.lexists(path))
+
+
+def _name(draft: Path, wanted: Path) -> Path:
+    """Give `draft` the first free name."""
+    while True:
+        path = free_name(wanted)
+        try:
+            return draft.rename(path)
+        except OSError:
+            if not os.path.lexists(path):  # else: another run took the name meanwhile
+                raise

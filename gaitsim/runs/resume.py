@@ -1,0 +1,293 @@
+"""From a run folder to what its search goes on from: checked, changed where asked, rescored later.
+
+Nothing is written here but the changed experiment, as the last step, at one stroke. A change
+that matters begins a stage with the next generation. Until that is written, the stage is only
+the difference between `experiment.toml` and the checkpoint: whoever opens the run finds it
+there, whether a program was killed meanwhile or not, and another change replaces it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from gaitsim.contracts import Array
+from gaitsim.errors import ExperimentError, GaitsimError, RunError
+from gaitsim.evaluation import Evaluation
+from gaitsim.evolution import Generation, Progress, stage_progress, stop_reason
+from gaitsim.experiment import Evolution, Experiment
+from gaitsim.registry import options
+from gaitsim.runs.compatibility import fitting, misfit
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.checkpoint import Checkpoint, Stage
+from gaitsim.runs.files.folder import EXPERIMENT, check_size, command
+from gaitsim.runs.reader import Run, versions
+from gaitsim.runs.stages import Change, changes, islands_in, pending, threshold_in
+from gaitsim.runs.start import fitting_start
+
+POPULATION = "evolution.population"
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """What a search goes on from.
+
+    Attributes:
+        experiment: as it goes on.
+        last: the last generation, with the progress that the next one starts from; None
+            before the first.
+        start: the genome that the first population is made of, (genes,); None draws it.
+        stages: those that have ended, that which `changes` end counted.
+        changes: that begin a stage; () where none begins.
+        warnings: what a user should know about how the run was found.
+    """
+
+    experiment: Experiment
+    last: Generation | None
+    start: Array | None
+    stages: tuple[Stage, ...]
+    changes: tuple[Change, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def rescores(self) -> bool:
+        """Whether the last generation has to be judged anew before the next is bred."""
+        return any(change.rescores for change in self.changes)
+
+
+def open_run(
+    run: Run,
+    overrides: Sequence[str] = (),
+    *,
+    generations: int | None = None,
+    any_version: bool = False,
+) -> Opening:
+    """Find what a run goes on from, and write to its experiment what is to be changed.
+
+    Args:
+        run: locked by this process; a damaged checkpoint of it is renamed.
+        overrides: 'KEY=VALUE' each.
+        generations: how far it is to go; None as far as planned.
+        any_version: whether other versions of packages than before will do.
+
+    Raises:
+        ExperimentError: the experiment has problems, or would have them with the overrides.
+        RunError: the run is damaged, was made with other versions, or would not go on.
+    """
+    found = run.checkpoint(keep_damaged=True)
+    opening = plan(run, found, overrides, generations=generations, any_version=any_version)
+    if overrides or generations is not None:
+        write_bytes(run.path / EXPERIMENT, opening.experiment.to_toml().encode())
+    return opening
+
+
+def plan(
+    run: Run,
+    found: tuple[Checkpoint, str | None] | None,
+    overrides: Sequence[str],
+    *,
+    generations: int | None,
+    any_version: bool,
+) -> Opening:
+    """What a run would go on from. Writes nothing; raises as `open_run` does.
+
+    Args:
+        run: locked or not.
+        found: its checkpoint and what to warn of; None where there is none.
+        overrides: 'KEY=VALUE' each.
+        generations: how far it is to go; None as far as planned.
+        any_version: whether other versions of packages than before will do.
+    """
+    given = [*_extended(generations), *overrides]
+    if found is None:
+        experiment = run.experiment_with(given)
+        check_size(experiment)
+        opening = Opening(experiment, None, fitting_start(run, experiment), (), (), ())
+    else:
+        checkpoint, warning = found
+        experiment = _changed(run, checkpoint, given)
+        opening = _begun(run, checkpoint, experiment, any_version=any_version)
+        warnings = [warning] if warning else []
+        if opening.changes and not overrides:
+            warnings.append(
+                f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
+                f"({', '.join(map(str, opening.changes))}): the run goes on as it says now"
+            )
+        if opening.changes and overrides:
+            _hold_goal(run, opening)
+        opening = replace(opening, warnings=(*warnings, *opening.warnings))
+    return opening
+
+
+def _extended(generations: int | None) -> list[str]:
+    return [] if generations is None else [f"evolution.generations={generations}"]
+
+
+def _hold_goal(run: Run, opening: Opening) -> None:
+    """Refuse a stage that would end before its first generation."""
+    last = opening.last
+    assert last is not None, "a stage follows another"
+    reason = stop_reason(
+        opening.experiment.evolution, last.number, last.progress, len(last.genomes)
+    )
+    if reason:
+        raise RunError(
+            f"no generation would be evolved under these changes: {reason}",
+            where=f"{run.path}, at generation {last.number}",
+            remedy=f"let it go on further, as by --generations {last.number + 100}",
+        )
+
+
+def _begun(
+    run: Run, checkpoint: Checkpoint, experiment: Experiment, *, any_version: bool
+) -> Opening:
+    warnings = _compare_versions(run, experiment, checkpoint, any_version=any_version)
+    found = pending(checkpoint, experiment)
+    last = restored(checkpoint)
+    last = replace(last, progress=next_progress(checkpoint, experiment.evolution, found))
+    stages = checkpoint.stages
+    if found:
+        ended = Stage(checkpoint.generation, checkpoint.experiment, checkpoint.versions)
+        stages = (*stages, ended)
+    return Opening(experiment, last, None, stages, found, tuple(warnings))
+
+
+def _changed(run: Run, checkpoint: Checkpoint, overrides: Sequence[str]) -> Experiment:
+    """The experiment after the overrides, held to what the population allows."""
+    number = islands_in(checkpoint.experiment)
+    population = len(checkpoint.genomes) // number
+    if not overrides:
+        run.check_fit(checkpoint)
+        return run.experiment
+    try:
+        experiment = run.experiment_with(overrides)
+    except ExperimentError as error:
+        raise ExperimentError([*error.problems, *_asked_size(overrides, population)]) from None
+    problems = []
+    if experiment.evolution.population != population:
+        problems.append(_other_size(population))
+    if experiment.islands.number != number:
+        problems.append(_other_islands(number))
+    wrong = misfit(experiment, checkpoint.genomes, checkpoint.experiment, "the population")
+    if wrong:
+        problems.append(
+            GaitsimError(
+                f"{wrong}; a run that goes on keeps its genomes",
+                where="command line, options of organism",
+                allowed=fitting(experiment),
+                remedy="begin a run of its own with 'gaitsim run'",
+            )
+        )
+    if problems:
+        raise ExperimentError(problems)
+    done, generations = checkpoint.generation, experiment.evolution.generations
+    if generations < done:
+        raise RunError(
+            f"the run {run.path} is at generation {done} already",
+            allowed=f"--generations {done} or more",
+            remedy=f"leave it, or begin a new one: {command('run', run.path / EXPERIMENT)}",
+        )
+    return experiment
+
+
+def _asked_size(overrides: Sequence[str], population: int) -> list[GaitsimError]:
+    """The problem of another population's size, in overrides that have other problems."""
+    asked: object = population
+    for text in overrides:
+        key, _, typed = text.partition("=")
+        if key.strip() == POPULATION:
+            asked = options.parse_value(typed)
+    differs = isinstance(asked, int) and asked != population
+    return [_other_size(population)] if differs else []
+
+
+def _other_islands(number: int) -> GaitsimError:
+    return GaitsimError(
+        "a run that goes on keeps its islands",
+        where="command line, key islands.number",
+        allowed=f"{number:,}; topology, every and migrants may be changed"
+        if number > 1
+        else f"{number:,}",
+        remedy="begin a run of its own with 'gaitsim run'; --from starts it from this one",
+    )
+
+
+def _other_size(population: int) -> GaitsimError:
+    return GaitsimError(
+        "the population of a run that goes on keeps its size",
+        where=f"command line, key {POPULATION}",
+        allowed=f"{population:,}",
+        remedy="begin a run of its own with 'gaitsim run'; --from starts it from this one",
+    )
+
+
+def _compare_versions(
+    run: Run, experiment: Experiment, checkpoint: Checkpoint, *, any_version: bool
+) -> list[str]:
+    """Refuse other versions of what is used before and after; what to warn of.
+
+    What only former stages used makes no difference any more.
+    """
+    now = versions(experiment)
+    changed = {
+        name: f"{name}: {then} then, {now[name]} now"
+        for name, then in checkpoint.versions.items()
+        if name in now and now[name] != then
+    }
+    numpy = changed.pop("numpy", None)
+    if changed and not any_version:
+        raise RunError(
+            f"the run {run.path} was made with other versions: " + "; ".join(changed.values()),
+            remedy="install those versions, or go on with these by --any-version: "
+            "the rest may then not be what it would have been",
+        )
+    return [f"another version of {numpy}: the last bits may differ"] if numpy else []
+
+
+def restored(checkpoint: Checkpoint) -> Generation:
+    """The generation that a checkpoint holds."""
+    reasons = {int(index): reason for index, reason in checkpoint.reasons.items()}
+    return Generation(
+        number=checkpoint.generation,
+        genomes=checkpoint.genomes,
+        evaluation=Evaluation(checkpoint.scores, checkpoint.terms, reasons),
+        progress=Progress(
+            evaluations=checkpoint.evaluations,
+            best_score=checkpoint.best_score,
+            stagnation=checkpoint.stagnation,
+            threshold=checkpoint.threshold,
+            stage=len(checkpoint.stages) + 1,
+        ),
+        diversity=float("nan"),
+        seconds=0.0,
+        is_champion=False,
+        stop="",
+    )
+
+
+def next_progress(
+    checkpoint: Checkpoint, evolution: Evolution, begins: Sequence[Change]
+) -> Progress:
+    """Progress from which the generation after a checkpoint starts.
+
+    Args:
+        checkpoint: of the last generation.
+        evolution: as it goes on.
+        begins: the changes that begin a stage; none where none begins.
+    """
+    progress = restored(checkpoint).progress
+    if begins:
+        rescored = any(change.rescores for change in begins)
+        size = len(checkpoint.genomes)
+        progress = stage_progress(progress, evolution, rescored=rescored, population=size)
+    # One that the user changed holds from now on, whether a stage begins or not.
+    if evolution.fitness_threshold != threshold_in(checkpoint.experiment):
+        progress = replace(progress, threshold=evolution.fitness_threshold)
+    return progress
+
+
+def is_finished(evolution: Evolution, checkpoint: Checkpoint, experiment: str) -> bool:
+    """Whether a stop condition holds for a run with this checkpoint and this experiment.
+
+    Needs none of its plugins.
+    """
+    progress = next_progress(checkpoint, evolution, changes(checkpoint.experiment, experiment))
+    return bool(stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes)))

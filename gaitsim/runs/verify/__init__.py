@@ -1,0 +1,1 @@
+"""Re-evolve recorded generations and compare them with the files of the run."""

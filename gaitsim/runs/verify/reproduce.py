@@ -1,0 +1,177 @@
+"""Generations of a run made once more, and what is not as it was recorded."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gaitsim.errors import CheckpointError
+from gaitsim.evaluation import Evaluation, Evaluator
+from gaitsim.evolution import Generation, evolve, rescored, spreading, stage_progress
+from gaitsim.experiment import Experiment
+from gaitsim.runs.files.checkpoint import Checkpoint
+from gaitsim.runs.files.checksums import of_genomes, of_scores
+from gaitsim.runs.files.folder import CHECKPOINT, PREVIOUS, champion_file
+from gaitsim.runs.files.history import best_terms
+from gaitsim.runs.resume import restored
+from gaitsim.runs.start import fitting_start
+from gaitsim.runs.verify.recorded import Recorded, row_differences
+
+Judges = Callable[[Experiment], Evaluator]
+"""Makes an evaluator of an experiment."""
+
+
+def all_again(recorded: Recorded, judges: Judges) -> Iterator[tuple[Generation, list[str]]]:
+    """Evolve the whole run once more, from its file alone, stage by stage.
+
+    Yields:
+        Each generation, and what is not as it was recorded.
+
+    Raises:
+        GaitsimError: an experiment has problems, or a plugin fails.
+    """
+    last: Generation | None = None
+    for stage in recorded.stages:
+        for generation in _goes_on(recorded, last, stage.last, judges):
+            yield generation, differences(recorded, generation)
+            last = generation
+
+
+def some_again(
+    recorded: Recorded, generations: list[int], judges: Judges
+) -> Iterator[tuple[int, bool, list[str]]]:
+    """Make some generations once more, wholly where what they were bred from is still there.
+
+    That is the first one, and the last one out of the checkpoint before it. Of any other, the
+    best individual is judged again.
+
+    Args:
+        recorded: the run.
+        generations: in order.
+        judges: evaluators.
+
+    Yields:
+        Each one's number, whether it was made wholly, and what is not as it was recorded.
+
+    Raises:
+        GaitsimError: an experiment has problems, or a plugin fails.
+    """
+    for number in generations:
+        before = None
+        if number == recorded.last and recorded.previous is not None:
+            before = restored(recorded.previous)
+        if number == 1 or before is not None:
+            (generation,) = _goes_on(recorded, before, number, judges)
+            yield number, True, differences(recorded, generation)
+            continue
+        with judges(recorded.experiment(number)) as evaluator:
+            found = _best_again(recorded, number, evaluator.evaluate)
+            if number == recorded.last:
+                found += _population_again(recorded, evaluator.evaluate)
+        yield number, False, found
+
+
+def _goes_on(
+    recorded: Recorded, last: Generation | None, until: int, judges: Judges
+) -> Iterator[Generation]:
+    """The generations after `last` up to `until`, all of one stage."""
+    stage = recorded.stage(until)
+    experiment = endless(recorded.experiment(until), until)
+    start = fitting_start(recorded.run, experiment) if last is None else None
+    with judges(experiment) as evaluator:
+        if last is not None and last.number < stage.first and stage.number > 1:
+            progress = stage_progress(
+                last.progress,
+                experiment.evolution,
+                rescored=stage.rescored,
+                population=len(last.genomes),
+            )
+            last = (
+                rescored(last, evaluator.evaluate, progress)
+                if stage.rescored
+                else replace(last, progress=progress)
+            )
+        yield from evolve(experiment, evaluator.evaluate, last, start, spreading(evaluator))
+
+
+def endless(experiment: Experiment, generations: int) -> Experiment:
+    """The same experiment, to be stopped by nothing before so many generations."""
+    never = {"target_score": None, "max_evaluations": None, "stagnation": None}
+    evolution = experiment.evolution.model_copy(update={"generations": generations, **never})
+    return replace(experiment, evolution=evolution)
+
+
+def differences(recorded: Recorded, again: Generation) -> list[str]:
+    """What a generation that was made again is not as recorded, a text each."""
+    number = again.number
+    found = []
+    for part, digest in (
+        ("genomes", of_genomes(again.genomes)),
+        ("scores", of_scores(again.evaluation)),
+    ):
+        if recorded.digest(number, part) not in (None, digest):
+            found.append(f"the {part} of the population are others")
+    found += row_differences(recorded, again)
+    if number == recorded.last:
+        found += _unlike(recorded.checkpoint, CHECKPOINT, again)
+    elif recorded.previous is not None and number == recorded.previous.generation:
+        found += _unlike(recorded.previous, PREVIOUS, again)
+    champion = recorded.champions.get(number)
+    if isinstance(champion, CheckpointError):
+        found.append(champion.what)
+    elif champion is not None and not np.array_equal(champion.genome, again.genomes[again.best]):
+        found.append(f"{champion_file(number)} holds another genome")
+    return found
+
+
+def _unlike(checkpoint: Checkpoint, name: str, again: Generation) -> list[str]:
+    """What of a checkpoint is not as in its generation made again."""
+    found = []
+    if checkpoint.genomes.shape != again.genomes.shape:
+        found.append(f"{name}: the population has another size")
+    else:
+        individuals, genes = np.nonzero(checkpoint.genomes != again.genomes)
+        if len(genes):
+            found.append(f"{name}: gene {genes[0] + 1} of individual {individuals[0]} is another")
+        found += _unlike_scores(checkpoint, name, again.evaluation)
+    if checkpoint.best_score != again.progress.best_score:
+        found.append(f"{name}: the best score so far is another")
+    if checkpoint.stagnation != again.progress.stagnation:
+        found.append(f"{name}: the generations since it rose are others")
+    return found
+
+
+def _unlike_scores(checkpoint: Checkpoint, name: str, again: Evaluation) -> list[str]:
+    found = []
+    wrong = np.flatnonzero(checkpoint.scores != again.scores)
+    if len(wrong):
+        then, now = float(checkpoint.scores[wrong[0]]), float(again.scores[wrong[0]])
+        found.append(f"{name}: the score of individual {wrong[0]} is {then!r}, but {now!r}")
+    for term, values in checkpoint.terms.items():
+        if not np.array_equal(values, again.terms.get(term, np.empty(0)), equal_nan=True):
+            found.append(f"{name}: the term {term} is another")
+    return found
+
+
+def _best_again(recorded: Recorded, number: int, evaluate: Callable[..., Evaluation]) -> list[str]:
+    """What of a generation's best individual, judged again, is not as recorded."""
+    best = recorded.bests[number - 1]
+    genome = best["genome"].astype(recorded.experiment(number).space().dtype)
+    evaluation = evaluate(genome[None])
+    found = []
+    then, now = float(best["score"]), float(evaluation.scores[0])
+    if then != now:
+        found.append(f"the score of its best individual is {then!r}, but {now!r}")
+    kept = best_terms(recorded.columns, number)
+    for term, values in evaluation.terms.items():
+        value = float(values[0])
+        if not np.isnan(value) and kept.get(term) != value:
+            found.append(
+                f"the term {term} of its best individual is {kept.get(term)!r}, but {value!r}"
+            )
+    return found
+
+
+def _population_again(recorded: Recorded, evaluate: Callable[..., Evaluation]) -> list[str]:
+    checkpoint = recorded.checkpoint
+    return _unlike_scores(checkpoint, CHECKPOINT, evaluate(checkpoint.genomes))

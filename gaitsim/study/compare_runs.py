@@ -1,0 +1,113 @@
+"""Runs side by side: their curves, and what became of each."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.runs.reader import Run
+from gaitsim.study.differences import Difference, Stages, differences
+
+QUANTITIES = ("best", "mean", "median", "diversity")
+BY = ("generation", "evaluations", "seconds")
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A run as it went.
+
+    Attributes:
+        label: what it is called beside the others.
+        path: its folder.
+        history: its columns by name; {} before the first generation.
+        stages: the first generation and the experiment of each.
+        comparable: the first generation whose scores compare with those of the last one.
+        problem: why it cannot be read.
+    """
+
+    label: str
+    path: Path
+    history: Mapping[str, Values] = field(default_factory=dict)
+    stages: Stages = ()
+    comparable: int = 1
+    problem: GaitsimError | None = None
+
+    @property
+    def generation(self) -> int:
+        """The last one that is finished; 0 before the first."""
+        return len(self.history["generation"]) if self.history else 0
+
+    @property
+    def champion(self) -> int | None:
+        """The generation of the best score; None where there is none."""
+        scores = self.history["best"][self.comparable - 1 :] if self.history else np.empty(0)
+        if not np.isfinite(scores).any():
+            return None
+        return self.comparable + int(np.argmax(np.where(np.isfinite(scores), scores, -np.inf)))
+
+    def axis(self, by: str) -> Values:
+        """One of `BY` at each generation."""
+        values = self.history[by]
+        return np.cumsum(values) if by == "seconds" else values
+
+    def marks(self, by: str) -> tuple[float, ...]:
+        """Where stages but the first begin, on one of `BY`."""
+        axis = self.axis(by)
+        return tuple(float(axis[first - 1]) for first, _ in self.stages[1:] if first <= len(axis))
+
+
+def read(paths: Sequence[Path]) -> tuple[Course, ...]:
+    """Read runs; one that cannot be read has its problem instead of a history."""
+    names = [path.name for path in paths]
+    labels = [path.name if names.count(path.name) == 1 else str(path) for path in paths]
+    return tuple(_read(label, path) for label, path in zip(labels, paths, strict=True))
+
+
+def _read(label: str, path: Path) -> Course:
+    run = Run(path)
+    try:
+        stages = run.stages
+        told = tuple((stage.first, stage.experiment) for stage in stages)
+        return Course(
+            label,
+            path,
+            run.history,
+            told or ((1, run.experiment_text),),
+            run.comparable if stages else 1,
+        )
+    except GaitsimError as error:
+        return Course(label, path, problem=error)
+    except OSError as error:
+        problem = RunError(f"cannot read {path}: {error.strerror or error}")
+        return Course(label, path, problem=problem)
+
+
+def table(courses: Sequence[Course]) -> tuple[Difference, ...]:
+    """What became of each run, then the options in which they differ; a value a run."""
+    facts: dict[str, Callable[[Course], str]] = {
+        "generations": lambda one: f"{one.generation:,}",
+        "best score": _best,
+        "found in generation": lambda one: f"{one.champion:,}" if one.champion else "–",
+        "evaluations": lambda one: f"{int(one.history['evaluations'][-1]):,}",
+        "seconds": lambda one: f"{float(one.history['seconds'].sum()):,.1f}",
+    }
+    told = [
+        Difference(name, tuple(say(one) if one.history else "–" for one in courses))
+        for name, say in facts.items()
+    ]
+    return (*told, *options(courses))
+
+
+def options(courses: Sequence[Course]) -> tuple[Difference, ...]:
+    """The options in which runs differ; a value a run."""
+    return differences([one.stages for one in courses])
+
+
+def _best(course: Course) -> str:
+    if course.champion is None:
+        return "–"
+    return f"{course.history['best'][course.champion - 1]:z.4f}".replace("-", "−")

@@ -1,0 +1,219 @@
+"""Rules for a body: its genomes, and how it moves them."""
+
+import math
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Motion, Organism, RealSpace
+from gaitsim.errors import PluginError
+from gaitsim.experiment.model import space_of
+from gaitsim.registry import Entry
+from gaitsim.testing.report import Finding, advice, error
+from gaitsim.testing.rules.bits import same
+from gaitsim.testing.rules.repeats import repeated
+from gaitsim.testing.rules.views import drawn, measured, played
+
+COUNT = 6  # individuals that are moved
+SLOW = 0.5  # seconds for an individual: 300 generations of 100 take 4 hours
+
+_REAL = "biuf"  # kinds of dtype that are real numbers
+
+
+def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Iterator[Finding]:
+    """All rules for a body, as its options are; stops where the next rules could not hold."""
+    space = space_of(entry, body)
+    found = list(_space(body, space))
+    yield from found
+    if any(finding.level == "error" for finding in found):
+        return
+    genomes = some_genomes(space)
+    motion, seconds = _timed(body, genomes)
+    figures["first_call_seconds"] = seconds
+    found = list(_motion(body, motion))
+    yield from found
+    if found:
+        return
+    assert isinstance(motion, Motion)
+    yield from _channels(body, motion)
+    yield from repeated(body, genomes, motion)
+    yield from drawn(body, motion)
+    yield from measured(body, motion)
+    yield from played(body, motion)
+    yield from _speed(body, space, figures)
+
+
+def some_genomes(space: GenomeSpace, count: int = COUNT) -> Genomes:
+    """Genomes of a space, (count, genes): random ones, the last two at the bounds."""
+    genomes = space.random(count, np.random.default_rng(1))
+    if isinstance(space, RealSpace) and count > 2:
+        genomes[-2:] = space.confine(np.stack([space.lower, space.upper]))
+    return genomes
+
+
+def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
+    if not isinstance(space, RealSpace | BitSpace):
+        yield advice(
+            "genome space",
+            "a RealSpace or a BitSpace, on which the installed operators work",
+            f"a {type(space).__name__}",
+            "ship a crossover and a mutation that name it in their 'spaces'",
+        )
+    if space.genes < 1 or len(set(space.labels)) < space.genes:
+        yield error(
+            "genome space",
+            "at least one gene, and a label of its own for each",
+            f"{space.genes} genes, {len(set(space.labels))} labels",
+            "give GenomeSpace.labels one different name a gene",
+        )
+        return
+    genomes = space.random(50, np.random.default_rng(2))
+    if not (len(genomes) == 50 and space.contains(genomes)):
+        yield error(
+            "genome space",
+            "random genomes that belong to the space",
+            f"shape {np.shape(genomes)}, dtype {genomes.dtype}, or genes outside of it",
+            "let random() end with confine()",
+        )
+        return
+    if not same(space.confine(genomes), genomes):
+        yield error(
+            "genome space",
+            "confine() leaves genomes of the space as they are",
+            "it changes them",
+            "let 'repair' return a genome unchanged that it has repaired before",
+        )
+    if not same(space.random(5, np.random.default_rng(3)), space.random(5, _rng())) or not same(
+        body.genome_space().random(5, _rng()), space.random(5, _rng())
+    ):
+        yield error(
+            "genome space",
+            "the same genomes from the same generator, whenever genome_space() is asked",
+            "others",
+            "draw from the generator that is given, and from nothing else",
+        )
+
+
+def _rng() -> np.random.Generator:
+    return np.random.default_rng(3)
+
+
+def _timed(body: Organism, genomes: Genomes) -> tuple[object, float]:
+    begun = time.perf_counter()
+    motion: object = body.move(genomes.copy())
+    return motion, time.perf_counter() - begun
+
+
+def _motion(body: Organism, motion: object) -> Iterator[Finding]:
+    """What would leave nothing to look at."""
+    if not isinstance(motion, Motion):
+        yield error(
+            "motion",
+            "move() returns a gaitsim.contracts.Motion",
+            f"a {type(motion).__name__}",
+            "return Motion(frame_rate, {'name of a channel': array, …})",
+        )
+        return
+    if not (isinstance(motion.frame_rate, int | float) and 0 < motion.frame_rate < math.inf):
+        yield error(
+            "motion",
+            "a frame rate above 0, in Hz",
+            repr(motion.frame_rate),
+            "Motion(frames / seconds, …)",
+        )
+    missing = [name for name in body.channels if name not in motion]
+    if missing:
+        yield error(
+            "channels",
+            "every channel of 'channels' in the motion",
+            f"{', '.join(missing)} missing",
+            "put them in the Motion, or take them out of 'channels'",
+        )
+    for name in motion:
+        yield from _channel(name, motion[name])
+
+
+def _channel(name: str, channel: object) -> Iterator[Finding]:
+    if not isinstance(channel, np.ndarray) or channel.dtype.kind not in _REAL:
+        came = f"a {type(channel).__name__}"
+        if isinstance(channel, np.ndarray):
+            came = f"dtype {channel.dtype}"
+        yield error(
+            "channels", f"{name}: an array of real numbers or bool", came, "use np.asarray(…)"
+        )
+    elif channel.shape[:1] != (COUNT,):
+        yield error(
+            "shapes",
+            f"{name}: first axis (population,) = ({COUNT},)",
+            f"shape {channel.shape}",
+            "put the population on the first axis, time on the second",
+        )
+
+
+def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
+    untold = [name for name in motion if name not in body.channels]
+    if untold:
+        yield advice(
+            "channels",
+            "what each channel holds in 'channels', with shape and unit",
+            f"{', '.join(untold)} not told of; no fitness can read them",
+            "channels = {…, " + f"{untold[0]!r}: '(population, frames) m'" + "}",
+        )
+    whole = [index for index in range(COUNT) if index not in motion.failures]
+    for name in motion:
+        bad = [i for i in whole if not np.isfinite(motion[name][i]).all()]
+        if bad:
+            yield error(
+                "finite values",
+                f"{name}: finite numbers for each individual that is not in Motion.failures",
+                f"{np.count_nonzero(~np.isfinite(motion[name][bad[0]]))} that are not, in "
+                f"individual {bad[0]} of genomes drawn from the space or at its bounds",
+                "guard what overflows or divides by 0, or tell why in Motion.failures",
+            )
+    if not whole:
+        yield error(
+            "failures",
+            "bodies that move with genomes of the space",
+            f"all failed: {motion.failures[0]}",
+            "narrow the bounds of the genome space",
+        )
+    angles = motion.get("joint_angles")
+    if angles is None:
+        return
+    names = body.joint_names()
+    if angles.ndim != 3 or len(names) != angles.shape[2]:
+        yield error(
+            "joint_angles",
+            "(population, frames, joints) radians, and a name for each joint in joint_names()",
+            f"shape {angles.shape}, {len(names)} names",
+            "give both the same joints in the same order, or call the channel something else",
+        )
+
+
+def _speed(body: Organism, space: GenomeSpace, figures: dict[str, float]) -> Iterator[Finding]:
+    many = some_genomes(space, 32)
+    _, seconds = _timed(body, many[:1])
+    few = many if seconds < 1 / len(many) else many[:2]
+    _, seconds = _timed(body, few)
+    each = seconds / len(few)
+    figures["individuals_per_second"] = 1 / max(each, 1e-9)
+    if each > SLOW:
+        yield advice(
+            "speed",
+            f"at most {SLOW} s an individual",
+            f"{each:.2f} s: 300 generations of 100 take {each * 30000 / 3600:.1f} h on one core",
+            "move the whole population in NumPy at once, or compile the loop with Numba",
+        )
+
+
+def moved_by(entry: Entry, body: Organism) -> Motion:
+    """The motion of some individuals, for a fitness to judge.
+
+    Raises:
+        PluginError: what the body returns is no motion.
+    """
+    motion: object = body.move(some_genomes(space_of(entry, body)))
+    if not isinstance(motion, Motion):
+        raise PluginError(f"{entry} moved to a {type(motion).__name__}")
+    return motion

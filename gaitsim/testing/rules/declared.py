@@ -1,0 +1,98 @@
+"""Rules on what every plugin declares: its docstring and its options."""
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from gaitsim import toml
+from gaitsim.contracts import Plugin
+from gaitsim.registry import options
+from gaitsim.testing.report import Finding, advice, error
+
+_BOUNDS = ("gt", "ge", "lt", "le")
+
+
+def declared(model: type[Plugin]) -> Iterator[Finding]:
+    """Docstring and options of a class."""
+    if not (model.__dict__.get("__doc__") or "").strip():
+        yield advice(
+            "docstring",
+            "a sentence that says what the plugin is; 'gaitsim plugins show' prints it",
+            f"{model.__name__} has no docstring",
+            "write one below the line of the class",
+        )
+    if not model.model_config.get("frozen"):
+        yield error(
+            "options",
+            "a frozen model, as its base class is",
+            f"{model.__name__} can be changed after it is made",
+            "take 'frozen' out of its model_config",
+        )
+    for name, field in model.model_fields.items():
+        yield from _option(name, field)
+
+
+def _option(name: str, field: FieldInfo) -> Iterator[Finding]:
+    if field.is_required():
+        yield error(
+            "options",
+            "a default for every option, so that the plugin works as it is",
+            f"{name} has none",
+            f"{name}: … = option(DEFAULT, …)",
+        )
+    if not options.meaning(field):
+        yield error(
+            "options",
+            "a sentence for every option that says what it does",
+            f"{name} has none",
+            f"{name}: … = option({options.default(field)}, 'what it does')",
+        )
+    bounded = any(
+        getattr(item, bound, None) is not None for item in field.metadata for bound in _BOUNDS
+    )
+    if field.annotation in (int, float) and not bounded:
+        yield advice(
+            "options",
+            "bounds for every number, so that a value that cannot work is refused at once",
+            f"{name} takes any number",
+            f"{name}: … = option({options.default(field)}, …, ge=…, le=…)",
+        )
+
+
+def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
+    """The options survive the way through an experiment file, and are within their own bounds."""
+    import tomlkit
+
+    expected = "options that come back from an experiment file as they were"
+    remedy = "give options types that TOML has: numbers, texts, booleans and lists of them"
+    try:
+        text = tomlkit.dumps({kind: options.values(plugin)})
+    except Exception as problem:  # whatever a foreign type's serialiser raises
+        yield error("options", expected, f"cannot be written: {problem}", remedy)
+        return
+    try:
+        back = rebuilt(type(plugin), toml.parse(text, "")[kind])
+    except ValidationError as problem:
+        first = problem.errors()[0]
+        option = ".".join(map(str, first["loc"]))
+        yield error(
+            "options",
+            "defaults that the option itself allows",
+            f"{option} = {first['input']!r}: {first['msg']}",
+            f"choose another default for {option}, or other bounds",
+        )
+        return
+    if back != plugin:
+        yield error("options", expected, f"{plugin!r} came back as {back!r}", remedy)
+
+
+def rebuilt(model: type[Plugin], values: dict[str, Any]) -> Plugin:
+    """A plugin from values as an experiment file has them.
+
+    Raises:
+        ValidationError: values that the options do not allow.
+    """
+    return model.model_validate_json(json.dumps(values), strict=True)

@@ -1,0 +1,51 @@
+"""Bodies for a fitness to judge: one that has the channels it reads."""
+
+from collections.abc import Iterator
+from contextlib import suppress
+
+from gaitsim import toml
+from gaitsim.contracts import Fitness, Organism
+from gaitsim.errors import GaitsimError
+from gaitsim.registry import EXPERIMENTS, Entry, containing, entries, load_entry
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.presets import read_preset
+from gaitsim.testing.rules.declared import rebuilt
+
+
+def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
+    """An installed body that has the channels that the fitness reads; None where none has.
+
+    Those of its own package come first, then the bundled ones: what else is installed, and
+    may be broken, is asked last.
+    """
+    for body, values in _candidates(entry):
+        with suppress(GaitsimError, ValueError):
+            model = load_entry(body)
+            if {*fitness.needs} <= {*getattr(model, "channels", ())}:
+                with containing(body, "taking its options"):
+                    made = rebuilt(model, values)
+                assert isinstance(made, Organism)
+                return body, made
+    return None
+
+
+def _candidates(entry: Entry) -> Iterator[tuple[Entry, dict[str, object]]]:
+    bodies = {name: claims[0] for name, claims in entries("organism").items() if len(claims) == 1}
+    own = (entry.package, "gaitsim")
+    order = sorted(
+        bodies,
+        key=lambda name: (
+            own.index(bodies[name].package) if bodies[name].package in own else 2,
+            name,
+        ),
+    )
+    # As its own experiments set the body up, which may decide what there is to judge.
+    for name, claims in entries(EXPERIMENTS).items():
+        if claims[0].package == entry.package:
+            with suppress(GaitsimError, KeyError, TypeError, AttributeError):
+                table = toml.parse(read_preset(name), name)
+                section = dict(table["organism"])
+                if table["fitness"][PLUGIN] == entry.name:
+                    yield bodies[section.pop(PLUGIN)], section
+    for name in order:
+        yield bodies[name], {}

@@ -1,0 +1,68 @@
+"""Rules for a body: the same bits again, in other company, and in threads."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from gaitsim.contracts import Genomes, Motion, Organism
+from gaitsim.testing.report import Finding, error
+from gaitsim.testing.rules.bits import differing, rows, same
+
+
+def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    """The same bits again, alone, in another order, and genomes left as they are."""
+    whole = rows(motion, range(len(genomes)))
+    lent = genomes.copy()
+    again = body.move(lent)
+    for name in again:  # read, as some channels are worked out only then
+        again[name]
+    if not same(lent, genomes):
+        yield error(
+            "inputs",
+            "genomes as they were given",
+            "move() changes them",
+            "begin with genomes = genomes.copy()",
+        )
+    name = differing(whole, rows(again, range(len(genomes))))
+    if name:
+        yield error(
+            "determinism",
+            "the same motion for the same genomes, to the bit",
+            f"{name} differs when the same genomes move once more",
+            "use no random numbers but from a seed that is an option, and remember nothing",
+        )
+        return  # the next ones would say it again
+    order = list(reversed(range(len(genomes))))
+    orders = {"in reverse order": order, "alone": [2], "in a chunk of two": [4, 1]}
+    for how, chosen in orders.items():
+        part = body.move(genomes[chosen])
+        name = differing(rows(motion, chosen), rows(part, range(len(chosen))))
+        if name:
+            yield error(
+                "chunks",
+                "an individual's motion depends on its own genome alone, to the bit",
+                f"{name} differs when individuals move {how}",
+                "use nothing of the whole population, such as its mean; a matrix product may round "
+                "otherwise for another number of rows",
+            )
+            return
+    if body.threads:
+        yield from _threads(body, genomes, motion)
+
+
+def _threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    from concurrent.futures import ThreadPoolExecutor
+
+    def moved(_: int) -> dict[str, Any]:
+        return rows(body.move(genomes.copy()), range(len(genomes)))
+
+    whole = rows(motion, range(len(genomes)))
+    with ThreadPoolExecutor(2) as pool:
+        names = [differing(whole, part) for part in pool.map(moved, range(6))]
+    name = next(filter(None, names), "")
+    if name:
+        yield error(
+            "threads",
+            "the same bits when two threads move populations at once, as 'threads' says",
+            f"{name} differs",
+            "keep nothing between calls, or take 'threads = True' out",
+        )

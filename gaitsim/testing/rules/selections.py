@@ -1,0 +1,74 @@
+"""Rules for a selection."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from gaitsim.contracts import Selection
+from gaitsim.testing.report import Finding, advice, error
+from gaitsim.testing.rules.bits import same
+from gaitsim.testing.rules.common import ANEW, array, rate, schedule
+
+
+def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator[Finding]:
+    """All rules for a selection, as its options are."""
+    random = np.random.default_rng(1).normal(size=40)
+    cases = {
+        "40 random scores": random,
+        "half of them −inf": np.where(np.arange(40) % 2, random, -np.inf),
+        "all of them −inf": np.full(40, -np.inf),
+        "equal scores": np.zeros(40),
+        "very large scores": random * 1e300,
+        "two individuals": np.array([0.0, 1.0]),
+    }
+    yield from schedule(selection, Selection)
+    for what, scores in cases.items():
+        for pairs in (1, 21):
+            found = list(_selected(selection, what, scores, pairs))
+            yield from found
+            if found:
+                return
+    parents = selection.parents(random.copy(), 500, np.random.default_rng(2))
+    if random[parents].mean() <= random.mean():
+        yield advice(
+            "selection",
+            "parents that score better than the population on the average",
+            f"{random[parents].mean():.3f}, the population {random.mean():.3f}",
+            "more is better: np.argmax, or np.argsort(-scores)",
+        )
+    objection: object = selection.objection(40, 2, 2)
+    if not isinstance(objection, str):
+        yield error("objection", "a text, '' where all is well", f"{objection!r:.60}", "")
+    figures["individuals_per_second"] = rate(
+        selection.parents, [random, 500, np.random.default_rng(2)], 1000
+    )
+
+
+def _selected(selection: Selection, what: str, scores: Any, pairs: int) -> Iterator[Finding]:
+    lent = scores.copy()
+    parents: object = selection.parents(lent, pairs, np.random.default_rng(7))
+    yield from array("parents()", what, parents, (pairs, 2), np.dtype(np.intp))
+    if not (isinstance(parents, np.ndarray) and parents.shape == (pairs, 2)):
+        return
+    if not ((parents >= 0) & (parents < len(scores))).all():
+        yield error(
+            "bounds",
+            f"indices from 0 to {len(scores) - 1} ({what})",
+            f"{parents.min()} to {parents.max()}",
+            "return indices into the scores",
+        )
+    if not same(lent, scores):
+        yield error("inputs", "scores as they were given", "parents() changes them", "copy them")
+    if not same(parents, selection.parents(scores.copy(), pairs, np.random.default_rng(7))):
+        yield error(
+            "determinism", f"the same parents from the same generator ({what})", "others", ANEW
+        )
+    each: Any = selection.parents_each(scores[None].copy(), pairs, np.random.default_rng(7))
+    if not same(np.asarray(each), parents[None]):
+        yield error(
+            "parents_each",
+            f"for one population what parents() chooses ({what})",
+            "something else",
+            "draw in the same order, or leave parents_each() out",
+        )

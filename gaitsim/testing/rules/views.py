@@ -1,0 +1,71 @@
+"""Rules for what is shown of a body: its skeleton, its measures, and joint angles that it plays."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gaitsim.contracts import Measure, Motion, Organism, Skeleton
+from gaitsim.testing.report import Finding, error
+from gaitsim.testing.rules.bits import same
+
+
+def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
+    """A skeleton for the first and the last individual."""
+    for individual in (0, motion.population - 1):
+        try:
+            drawn: object = body.skeleton(motion, individual)
+        except ValueError as problem:
+            if "Skeleton" not in str(problem):
+                raise
+            yield error("skeleton", "shapes that fit each other", str(problem), "see Skeleton")
+            return
+        if not isinstance(drawn, Skeleton):
+            yield error("skeleton", "a gaitsim.contracts.Skeleton", f"a {type(drawn).__name__}", "")
+            return
+        points = [drawn.segments, drawn.path]
+        points += [] if drawn.contacts is None else [drawn.contacts]
+        finite = individual in motion.failures or all(np.isfinite(p).all() for p in points)
+        if not (len(drawn.segments) and drawn.names and finite and drawn.frame_rate > 0):
+            yield error(
+                "skeleton",
+                "at least one frame and one segment, finite points, a frame rate above 0",
+                f"{len(drawn.segments)} frames, {len(drawn.names)} segments, "
+                f"{drawn.frame_rate} Hz{'' if finite else ', points that are not finite'}",
+                "give both ends of each segment in metres, (frames, segments, 2, 3)",
+            )
+            return
+
+
+def measured(body: Organism, motion: Motion) -> Iterator[Finding]:
+    """One number an individual for each measure."""
+    for name, measure in body.measures(motion).items():
+        shape = np.shape(measure.values) if isinstance(measure, Measure) else None
+        if shape != (motion.population,):
+            yield error(
+                "measures",
+                f"{name}: a Measure with values (population,) = ({motion.population},)",
+                f"a {type(measure).__name__}" if shape is None else f"shape {shape}",
+                "one number an individual",
+            )
+
+
+def played(body: Organism, motion: Motion) -> Iterator[Finding]:
+    """The joint angles that it moved by, given back to it."""
+    if type(body).play is Organism.play or "joint_angles" not in motion:
+        return
+    angles = motion["joint_angles"].copy()
+    lent = angles.copy()
+    played: object = body.play(lent)
+    if not same(lent, angles):
+        yield error("play", "joint angles as they were given", "play() changes them", "copy them")
+    if not isinstance(played, Motion):
+        yield error("play", "a Motion", f"a {type(played).__name__}", "return what move() does")
+        return
+    shape = np.shape(played["joint_angles"]) if "joint_angles" in played else ()
+    if shape != angles.shape:
+        yield error(
+            "play",
+            f"the channel joint_angles as it was played, {angles.shape}",
+            f"shape {shape}",
+            "put it in the Motion",
+        )

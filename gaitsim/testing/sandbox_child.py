@@ -1,0 +1,90 @@
+"""`python -m gaitsim.testing.sandbox_child`: examines plugins, asked by lines of JSON; see `watch`.
+
+A process of its own, as what it examines may never end, end the process, or print. What is
+printed is kept from the answers, and told of in the findings.
+"""
+
+import io
+import json
+import os
+import sys
+import tempfile
+import threading
+from dataclasses import replace
+from queue import SimpleQueue
+from typing import Any, BinaryIO
+
+Questions = SimpleQueue[dict[str, Any]]
+
+
+def main() -> None:
+    """Answer what is asked until standard input ends, which also ends what is under way."""
+    answers, asked = os.dup(1), os.fdopen(os.dup(0), "rb")
+    questions: Questions = SimpleQueue()
+    with tempfile.TemporaryFile() as printed, open(os.devnull, "rb") as nothing:  # noqa: PTH123
+        os.dup2(nothing.fileno(), 0)
+        os.dup2(printed.fileno(), 1)
+        threading.Thread(target=_listen, args=(asked, questions), daemon=True).start()
+        _answer(questions, answers)
+
+
+def _listen(asked: BinaryIO, questions: Questions) -> None:
+    for line in asked:
+        questions.put(json.loads(line))
+    os._exit(0)  # nobody waits for the answer
+
+
+def _answer(questions: Questions, answers: int) -> None:
+    sys.path[:0] = [folder for folder in questions.get()["path"] if folder not in sys.path]
+    from gaitsim.errors import GaitsimError
+    from gaitsim.registry import Entry
+    from gaitsim.registry.plugin_context import leave_together
+    from gaitsim.testing.examine import examine, outcome
+
+    def tell(**answer: Any) -> None:
+        os.write(answers, json.dumps(answer).encode() + b"\n")
+
+    leave_together()
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # in order with what other programs print
+    tell(ready=True)
+    while True:
+        question = questions.get()
+        entry, options = Entry(**question["entry"]), question["options"]
+        if question["again"]:
+            try:
+                tell(digest=outcome(entry, options))
+            except GaitsimError as error:
+                tell(failure=str(error))
+            continue
+        report = examine(entry, options, lambda text: tell(doing=text))
+        text = _printed()
+        if text:
+            report = replace(report, findings=(*report.findings, _printing(text)))
+        tell(report=report.to_json(), digest=report.digest)
+
+
+def _printed() -> str:
+    """The beginning of what was printed since this was last asked."""
+    if sys.stdout is not None:
+        sys.stdout.flush()
+    os.lseek(1, 0, os.SEEK_SET)
+    text = os.read(1, 200).decode(errors="replace")
+    os.ftruncate(1, 0)
+    os.lseek(1, 0, os.SEEK_SET)
+    return text
+
+
+def _printing(text: str) -> Any:
+    from gaitsim.testing.report import advice
+
+    return advice(
+        "standard output",
+        "nothing there: it is for results, such as those of --json",
+        f"{text!r}",
+        "use the module logging, or print(…, file=sys.stderr)",
+    )
+
+
+if __name__ == "__main__":
+    main()

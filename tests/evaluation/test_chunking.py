@@ -1,0 +1,140 @@
+import numpy as np
+import pytest
+
+from gaitsim.evaluation.chunking import GAIN, STARTUP, Line, Pace, Sharing, best_shares, cuts
+
+FREE, FAST, SLOW = Pace(0, 0), Pace(0.0005, 0.0003), Pace(0.02, 0.003)
+
+
+def line(first, more):
+    made = Line()
+    made.learn(1, first)
+    made.learn(11, first + 10 * more)
+    return made
+
+
+def sharing(first, more, pace=FAST, workers=2, near=1, wanted=True):
+    made = Sharing(near, workers, wanted)
+    made.line, made.pace = line(first, more), pace
+    return made
+
+
+def test_a_line_goes_through_what_was_measured():
+    made = Line()
+    made.learn(1, 3.0)
+    made.learn(1, 2.0)
+    assert made.seconds(10) == 20  # the most that it can be
+    made.learn(11, 7.0)
+    assert made.known
+    assert [made.seconds(number) for number in (1, 11, 21)] == [2, 7, 12]
+    made.learn(11, 17.0)
+    assert made.more == 1.0  # between the last and what was before
+    made.learn(11, 3.0)  # nothing makes it faster than it is
+    assert made.more == pytest.approx(0.1)
+    made.learn(5, 1.0)
+    assert (made.first, made.more) == (1.0, 0.0)
+
+
+def test_a_line_of_what_several_did_is_that_of_one():
+    made = Line()
+    made.learn(1, 1.0)
+    made.learn(101, 51.0, workers=2)
+    assert made.seconds(101) == 101
+    assert made.seconds(101, 2) == 51
+
+
+def test_work_without_overhead_is_cut_small():
+    shares = best_shares(100, 4, line(1.0, 1.0), FREE)
+    assert shares.chunks == 12 * 4
+    assert shares.seconds == pytest.approx(25)
+
+
+def test_the_costlier_a_chunk_the_fewer():
+    counts = [best_shares(100, 4, line(0.01, 0.01), Pace(0, cost)).chunks for cost in (0, 0.01, 1)]
+    assert counts == sorted(counts, reverse=True)
+    assert counts[-1] == 2
+
+
+def test_no_more_chunks_than_individuals():
+    assert best_shares(3, 100, line(1.0, 1.0), FAST).chunks == 3
+
+
+def test_a_thousand_workers_are_not_all_given_little_things():
+    shares = best_shares(1000, 1000, line(0.01, 0.01), Pace(0.02, 0.001))
+    assert 2 < shares.chunks < 500
+
+
+def sizes(individuals, chunks, workers):
+    return np.diff([0, *cuts(individuals, chunks, workers), individuals]).tolist()
+
+
+def test_chunks_get_smaller_round_by_round():
+    assert sizes(100, 8, 2) == [20, 20, 15, 15, 10, 10, 5, 5]
+    assert sizes(90, 3, 1) == [45, 30, 15]
+
+
+def test_a_single_round_is_equal():
+    assert sizes(100, 4, 4) == [25] * 4
+    assert sizes(100, 2, 4) == [50] * 2
+
+
+@pytest.mark.parametrize("chunks", [2, 3, 7, 24, 48])
+@pytest.mark.parametrize("individuals", [2, 3, 10, 100, 10_001])
+def test_everyone_is_in_one_chunk_and_none_is_empty(individuals, chunks):
+    made = sizes(individuals, chunks, 4)
+    assert sum(made) == individuals
+    assert min(made) >= 1
+    assert len(made) <= chunks
+
+
+@pytest.mark.parametrize(
+    ("first", "more", "pace", "pays"),
+    [
+        (0.01, 0.01, FAST, True),
+        (0.01, 0.01, SLOW, True),
+        (1e-5, 1e-5, FAST, False),
+        (1e-4, 1e-4, SLOW, False),
+        (0.5, 1e-5, FAST, False),  # whole arrays at once: half of them takes as long
+    ],
+)
+def test_sharing_pays_or_not(first, more, pace, pays):
+    decided = sharing(first, more, pace)
+    for _ in range(10):  # until there is no doubt
+        chunks = decided.chunks(100)
+    assert (chunks > 1) == pays
+    if pays:
+        assert best_shares(100, 2, line(first, more), pace).seconds < GAIN * (first + 99 * more)
+
+
+def test_threads_here_are_counted():
+    assert sharing(0.01, 0.01, near=1).chunks(100) > 1
+    assert sharing(0.01, 0.01, near=2).chunks(100) == 1  # two here do what two there would
+
+
+def test_one_measurement_that_is_too_long_begins_no_workers():
+    doubtful = sharing(1e-5, 2e-4)  # as a busy machine makes it
+    assert doubtful.chunks(100) == 1
+    doubtful.line.learn(100, 1e-3)
+    assert [doubtful.chunks(100) for _ in range(100)] == [1] * 100
+
+
+def test_while_one_individual_alone_was_timed_only_long_work_is_shared():
+    made = Sharing(1, 2, wanted=True)
+    made.line.learn(1, STARTUP / 200)
+    assert made.chunks(100) == 1
+    made.line.learn(1, STARTUP / 200)
+    assert made.chunks(1000) > 1
+
+
+def test_a_single_individual_is_not_cut():
+    assert sharing(100.0, 100.0).chunks(1) == 1
+
+
+def test_workers_begin_when_they_would_have_paid():
+    undecided = sharing(0.01, 0.01, FREE, wanted=False)  # 1 s alone, 0.52 s shared
+    counts = [undecided.chunks(100) for _ in range(6)]
+    saved = 1 - best_shares(100, 2, undecided.line, FREE).seconds
+    rests = int(STARTUP / saved)
+    assert counts[:rests] == [1] * rests
+    assert all(count > 1 for count in counts[rests:])
+    assert sharing(1.0, 1.0, wanted=False).chunks(100) > 1  # at once, as it is so much

@@ -1,0 +1,351 @@
+"""Over Dask, on this machine: the same bits, lost workers, lost schedulers."""
+
+import gc
+import os
+import select
+import signal
+import socket
+import sys
+import time
+
+import chores
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evaluation import dask as cluster
+from gaitsim.evaluation.chunking import PROCESSES, Sharing
+from gaitsim.evaluation.dask import Cluster
+from gaitsim.evaluation.executors import DEATHS, WorkerLostError
+from gaitsim.evolution import first_population
+from gaitsim.experiment import load_experiment
+
+RUN = ("run", "millipede", "--population", 9, "--generations", 6)
+
+
+def test_without_dask_it_is_said_how_to_get_it(gaitsim, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    stderr = gaitsim(*RUN, "--dask", "local", code=2).stderr
+    assert "pip install 'gaitsim[dask]'" in stderr
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize("address", ["", "nowhere", "http://127.0.0.1:80", "tcp://", "inproc://1"])
+def test_what_is_no_address_is_told(gaitsim, tmp_path, address):
+    stderr = gaitsim(*RUN, "--dask", address, code=2).stderr
+    assert "no Dask scheduler can be reached" in stderr
+    assert "tcp://host:8786" in stderr
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_cluster_has_the_workers_that_it_has(gaitsim):
+    stderr = gaitsim(*RUN, "--dask", "tcp://127.0.0.1:1", "--workers", 2, code=2).stderr
+    assert "do not go together" in stderr
+
+
+distributed = pytest.importorskip("distributed")
+
+
+def local(workers):
+    return distributed.LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        silence_logs=100,
+        preload=["gaitsim.evaluation.preload"],
+    )
+
+
+@pytest.fixture(scope="module")
+def told():
+    return []
+
+
+@pytest.fixture(scope="module")
+def made(told):
+    with Cluster("local", 2, told.append) as executor:
+        yield executor
+
+
+@pytest.fixture
+def address(made):
+    return made._own.scheduler_address
+
+
+@pytest.fixture
+def shared(monkeypatch):
+    """Workers get every population; what else is to happen then, by the number of it."""
+    events = {}
+    calls = []
+
+    def chunks(self, individuals):
+        calls.append(individuals)
+        if len(calls) in events:
+            events[len(calls)]()
+        return min(3, individuals)
+
+    monkeypatch.setattr(Sharing, "chunks", chunks)
+    monkeypatch.setattr("gaitsim.evaluation.evaluator.measured", lambda executor: PROCESSES)
+    return events
+
+
+@pytest.fixture
+def fingerprint(gaitsim):
+    return lambda run: gaitsim("show", run, "--fingerprint").stdout
+
+
+def test_results_come_in_the_tasks_order(made):
+    assert made.workers == 2
+    assert made.map(chores.square, range(7)) == [number**2 for number in range(7)]
+    assert dict(made.each(chores.square, [3, 4])) == {0: 9, 1: 16}
+    some = made.each(chores.square, range(10))
+    next(some)
+    some.close()
+    with pytest.raises(TypeError):
+        made.map(chores.square, [1, "a"])
+    assert made.map(chores.square, [5]) == [25]
+
+
+def test_what_the_search_gets_is_its_own_to_write(made):
+    (array,) = made.map(np.zeros, [3])
+    assert array.flags.writeable
+
+
+def test_a_cluster_gives_the_same_bits_as_none(made, shared):
+    experiment = load_experiment("millipede", ["evolution.population=11"])
+    genomes = first_population(experiment, experiment.space())
+    with Evaluator(experiment, cluster=made) as evaluator:
+        evaluator.prepare()
+        there = evaluator.evaluate(genomes)
+    here = judge(experiment, genomes)
+    assert there.scores.tobytes() == here.scores.tobytes()
+    assert [*there.terms] == [*here.terms]
+
+
+def test_runs_are_the_same_everywhere(gaitsim, fingerprint, address, shared):
+    gaitsim(*RUN, "--out", "whole", "--workers", 1)
+    gaitsim(*RUN, "--out", "processes", "--workers", 2)
+    gaitsim(*RUN, "--out", "cluster", "--dask", address)
+    assert fingerprint("whole") == fingerprint("processes") == fingerprint("cluster")
+
+
+def test_a_run_goes_on_the_same_when_a_worker_is_killed(
+    gaitsim, fingerprint, address, made, shared
+):
+    gaitsim(*RUN, "--out", "whole", "--workers", 1)
+    pids = [*made._client.run(os.getpid).values()]
+    shared[3] = lambda: os.kill(pids[0], signal.SIGKILL)
+    gaitsim(*RUN, "--out", "hurt", "--dask", address)
+    made._client.wait_for_workers(2, timeout=60)
+    assert pids[0] not in made._client.run(os.getpid).values()
+    assert fingerprint("hurt") == fingerprint("whole")
+
+
+def test_work_that_kills_its_workers_is_given_up(made, told, tmp_path):
+    told.clear()
+    for mark in range(DEATHS):
+        (tmp_path / f"1-{mark}").touch()
+    with pytest.raises(WorkerLostError, match=f"{DEATHS} Dask workers died over the same work"):
+        made.map(chores.die, [(number, str(tmp_path)) for number in range(3)])
+    assert told == ["a Dask worker was lost; what it did is done again"] * DEATHS
+    made._client.wait_for_workers(2, timeout=60)
+    assert made.map(chores.square, [6]) == [36]
+
+
+@pytest.fixture
+def alarmed():
+    """SIGALRM interrupts, as Ctrl-C does."""
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    yield
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_to_leave_what_is_not_done_yet_makes_no_noise(address, alarmed, caplog):
+    with Cluster(address) as another:
+        signal.setitimer(signal.ITIMER_REAL, 0.3)
+        with pytest.raises(KeyboardInterrupt):
+            another.map(chores.sleep_for, [0.6] * 9)
+    gc.collect()
+    assert not caplog.records
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_workers_that_are_still_beginning_are_ended(alarmed, monkeypatch):
+    begun = []
+
+    class Interrupted(distributed.LocalCluster):
+        def __init__(self, **options):
+            begun.append(self)
+            os.kill(os.getpid(), signal.SIGALRM)
+            super().__init__(**options)
+
+    monkeypatch.setattr(distributed, "LocalCluster", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        Cluster("local", 1)
+    assert begun[0].status.name == "closed"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_ctrl_c_while_it_closes_waits_until_all_is_closed(address, alarmed, monkeypatch):
+    another = Cluster(address)
+    close = another._client.close
+
+    def interrupted(**options):
+        time.sleep(0.1)  # until it is waited for
+        os.kill(os.getpid(), signal.SIGALRM)
+        close(**options)
+
+    monkeypatch.setattr(another._client, "close", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        another.close()
+    assert another._client.status == "closed"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_workers_of_our_own_never_hear_ctrl_c(made):
+    masks = made._client.run(lambda: signal.pthread_sigmask(signal.SIG_BLOCK, []))
+    assert all(signal.SIGINT in mask for mask in masks.values())
+
+
+def test_what_fails_ends_the_rest(made):
+    start = time.perf_counter()
+    with pytest.raises(TypeError):
+        made.map(chores.sleep_for, ["a", *[0.5] * 40])
+    assert made.map(chores.square, [5]) == [25]
+    assert time.perf_counter() - start < 5  # all of it takes 10 s
+
+
+def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, monkeypatch, tmp_path):
+    needed = cluster.needed
+    there = {**needed([]), "numpy": "0.1", "gaitsim-nowhere": "7.0"}
+    monkeypatch.setattr(cluster, "needed", lambda experiments: there)
+    stderr = gaitsim(*RUN, "--dask", address, code=2).stderr
+    assert f"numpy is {np.__version__} on 3 processes such as the scheduler" in stderr
+    assert "but 0.1 here" in stderr
+    assert "gaitsim-nowhere is not installed on 3" in stderr
+    assert "but 7.0 here" in stderr
+    assert "pip install gaitsim-nowhere==7.0 numpy==0.1" in stderr
+    assert gaitsim("show", "millipede", "--json").stdout.count('"generation": 0')
+
+
+def test_a_scheduler_that_is_lost_leaves_a_run_that_goes_on(
+    gaitsim, fingerprint, shared, monkeypatch
+):
+    monkeypatch.setattr(cluster, "PATIENCE", 4)
+    gaitsim(*RUN, "--out", "whole", "--workers", 1)
+    with local(1) as theirs:
+        shared[4] = theirs.close
+        stderr = gaitsim(*RUN, "--out", "cut", "--dask", theirs.scheduler_address, code=2).stderr
+    assert "the connection to the Dask scheduler" in stderr
+    assert "gaitsim resume cut" in stderr
+    assert '"generation": 2' in gaitsim("show", "cut", "--json").stdout
+    gaitsim("resume", "cut")
+    assert fingerprint("cut") == fingerprint("whole")
+
+
+IMPATIENT = """
+from gaitsim.cli import main
+from gaitsim.evaluation import cluster
+cluster.PATIENCE = 0.5
+main()
+"""
+
+
+def test_a_scheduler_that_does_not_answer_is_told(program, tmp_path):
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        port = silent.getsockname()[1]
+        arguments = [*map(str, RUN), "--dask", f"tcp://127.0.0.1:{port}"]
+        # As a process of its own: what waits for an answer does so for ever.
+        stderr = program(args=[sys.executable, "-c", IMPATIENT, *arguments], code=2).stderr
+    assert f"no Dask scheduler can be reached at 'tcp://127.0.0.1:{port}'" in stderr
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_scheduler_without_workers_is_told(monkeypatch):
+    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    with local(0) as theirs, pytest.raises(GaitsimError, match="has no workers"):
+        Cluster(theirs.scheduler_address)
+
+
+def until(condition):
+    end = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_workers_come_and_go_and_when_none_are_left_it_is_told_once(monkeypatch):
+    monkeypatch.setattr(cluster, "COUNT", 0.05)
+    monkeypatch.setattr(cluster, "ALONE", 2)
+    told = []
+    with local(1) as theirs, Cluster(theirs.scheduler_address, tell=told.append) as executor:
+        assert executor.workers == 1
+        theirs.scale(2)
+        until(lambda: executor.workers == 2)
+        assert not told
+        theirs.scale(0)
+        none = (
+            "no Dask workers are left; what is theirs to do waits for one. Start it with: "
+            f"dask worker {theirs.scheduler_address} --nthreads 1"
+        )
+        until(lambda: none in told)
+        time.sleep(0.5)  # ten more counts
+        assert told.count(none) == 1
+        assert executor.workers == 1
+        theirs.scale(1)
+        assert executor.map(chores.square, [3]) == [9]
+
+
+STUDY = """
+name = "small"
+experiments = ["millipede-random", "millipede-mutation"]
+set = ["evolution.generations=4"]
+repeats = 3
+[axes]
+"evolution.population" = [5, 7]
+"""
+
+
+def test_studies_and_comparisons_are_the_same(gaitsim, tmp_path, address):
+    (tmp_path / "small.toml").write_text(STUDY)
+    gaitsim("study", "small.toml", "--out", "one", "--workers", 1)
+    gaitsim("study", "small.toml", "--out", "two", "--dask", address)
+    assert (tmp_path / "one/results.csv").read_text() == (tmp_path / "two/results.csv").read_text()
+    short = ("compare", "millipede", "millipede-random", "--population", 9, "--generations", 4)
+    gaitsim(*short, "--repeats", 3, "--out", "here")
+    gaitsim(*short, "--repeats", 3, "--out", "there", "--dask", address)
+    tables = [(tmp_path / folder / "results.csv").read_text() for folder in ("here", "there")]
+    assert tables[0] == tables[1]
+
+
+SLOW = ("--generations", 5000, "--set", "organism.pause=0.05", "--out", "run")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_workers_of_our_own_end_with_the_program(start, puppet_file, tmp_path, number):
+    process = start(
+        "run", puppet_file, *SLOW, "--dask", "local", "--workers", 1, start_new_session=True
+    )
+    assert process.stdout.readline() == "run run\n"
+    assert process.stdout.readline().startswith("generation 1/")
+    if number == signal.SIGINT:  # as a terminal does: to the workers, too
+        os.killpg(process.pid, number)
+        assert "Stopped and saved" in process.communicate(timeout=60)[1]
+        assert process.returncode == 130
+        return
+    process.kill()
+    process.wait()
+    # The pipe ends when the last process that holds it does.
+    assert select.select([process.stdout], [], [], 60)[0]
+    while os.read(process.stdout.fileno(), 1000):
+        assert select.select([process.stdout], [], [], 60)[0]

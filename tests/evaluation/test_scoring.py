@@ -1,0 +1,210 @@
+from enum import StrEnum
+
+import numpy as np
+import pytest
+
+from gaitsim.contracts import Motion
+from gaitsim.errors import PluginError
+from gaitsim.evaluation import judge
+from gaitsim.evaluation.scoring import Evaluation, joined
+
+GENOMES = np.linspace(-1, 2, 12).reshape(4, 3)
+INF, NAN = np.inf, np.nan
+
+
+@pytest.fixture
+def judged(puppet, puppets, monkeypatch):
+    """Judges four genomes by the terms given."""
+
+    def judged(terms):
+        monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: terms)
+        return judge(puppet(), GENOMES)
+
+    return judged
+
+
+def test_the_score_is_the_sum_of_the_terms_in_their_order(judged):
+    terms = {"a": [1e16, 1, 2, 3], "b": [1.0, 1, 2, 3], "c": [-1e16, 0, 0, 0]}
+    evaluation = judged(terms)
+    assert evaluation.scores.tolist() == [1e16 + 1.0 - 1e16, 2, 4, 6]
+    assert list(evaluation.terms) == ["a", "b", "c"]
+    assert evaluation.scores.dtype == np.float64
+    assert evaluation.reasons == {}
+
+
+def test_real_numbers_of_any_type_will_do(judged):
+    evaluation = judged({"a": [1, 2, 3, 4], "b": np.ones(4, "f4"), "c": np.ones(4, bool)})
+    assert evaluation.scores.tolist() == [3, 4, 5, 6]
+    assert all(term.dtype == np.float64 for term in evaluation.terms.values())
+
+
+def test_what_is_not_finite_fails_and_says_why(judged):
+    evaluation = judged(
+        {"far": np.array([1, NAN, INF, 1e308]), "near": np.array([1, 2, -INF, 1e308])}
+    )
+    assert evaluation.scores.tolist() == [2, -INF, -INF, -INF]
+    assert evaluation.reasons == {
+        1: "far is nan",
+        2: "far is inf, near is -inf",
+        3: "the sum of the terms is too large",
+    }
+    assert np.isnan(evaluation.terms["far"][1])
+
+
+class Name(StrEnum):
+    FAR = "far"
+
+
+def test_terms_may_be_named_by_an_enumeration(judged):
+    (name,) = judged({Name.FAR: np.zeros(4)}).terms
+    assert type(name) is str
+    assert name == "far"
+
+
+def test_a_reason_with_half_a_character_can_be_written(puppet, puppets, monkeypatch):
+    move = puppets.Puppet.move
+
+    def failed(self, genomes):
+        motion = move(self, genomes)
+        motion.failures[1] = "no \udcff"
+        return motion
+
+    monkeypatch.setattr(puppets.Puppet, "move", failed)
+    assert judge(puppet(), GENOMES).reasons == {1: r"no \udcff"}
+
+
+def test_terms_are_copies(judged):
+    values = np.ones(4)
+    evaluation = judged({"a": values})
+    values[:] = 9
+    assert evaluation.terms["a"].tolist() == [1, 1, 1, 1]
+
+
+def test_genomes_are_lent_writable_and_stay_as_they_are(puppet, puppets, monkeypatch):
+    genomes, seen = GENOMES.copy(), []
+    genomes.setflags(write=False)
+    real = puppets.Puppet.move
+    monkeypatch.setattr(
+        puppets.Puppet, "move", lambda self, lent: (seen.append(lent.flags), real(self, lent))[1]
+    )
+    judge(puppet(), genomes)
+    assert seen[0].writeable
+    assert seen[0].c_contiguous
+    assert np.array_equal(genomes, GENOMES)
+
+
+def moves_to(**channels):
+    return lambda self, genomes: Motion(4.0, channels)
+
+
+def lazily(function):
+    return lambda self, genomes: Motion(4.0, {"joint_angles": genomes}, {("reach",): function})
+
+
+def shift(self, genomes):
+    genomes += 1
+    return Motion(4.0, {"joint_angles": genomes[:, None], "reach": genomes[:, 0]})
+
+
+def fail(*arguments):
+    raise ZeroDivisionError("by nought")
+
+
+BODIES = {
+    "it raises": (fail, "moving a population: ZeroDivisionError: by nought"),
+    "no motion": (lambda *arguments: None, "moved to a NoneType"),
+    "a missing channel": (moves_to(joint_angles=GENOMES), "working out the channel 'reach'"),
+    "a channel of others": (
+        moves_to(joint_angles=GENOMES, reach=np.zeros(5)),
+        r"channel 'reach' the shape \(5,\)",
+    ),
+    "a channel of none": (
+        moves_to(joint_angles=GENOMES, reach=1.0),
+        r"channel 'reach' the shape \(\)",
+    ),
+    "a channel that raises later": (lazily(fail), "the channel 'reach': ZeroDivisionError"),
+    "changed genomes": (shift, "changes the genomes that it is given"),
+}
+
+
+@pytest.mark.parametrize(("move", "says"), BODIES.values(), ids=BODIES.keys())
+def test_a_body_that_breaks_its_contract_is_named(puppet, puppets, monkeypatch, move, says):
+    monkeypatch.setattr(puppets.Puppet, "move", move)
+    with pytest.raises(PluginError, match=says) as error:
+        judge(puppet(), GENOMES)
+    assert "organism 'puppet' of package gaitsim-puppets 1.0" in error.value.what
+    assert error.value.remedy
+
+
+def test_a_fitness_that_changes_the_motion_is_named(puppet, puppets, monkeypatch):
+    def view(self, genomes):
+        return Motion(4.0, {"joint_angles": genomes, "reach": genomes[:, 0].copy()})
+
+    monkeypatch.setattr(puppets.Puppet, "move", view)
+
+    def halve(self, motion):
+        motion["joint_angles"][:] /= 2
+        return {"reach": motion["reach"]}
+
+    monkeypatch.setattr(puppets.Reach, "terms", halve)
+    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* changes the motion"):
+        judge(puppet(), GENOMES)
+
+
+TERMS = {
+    "nothing": (None, "returned None"),
+    "no terms": ({}, r"returned \{\}"),
+    "an array": (np.zeros(4), "returned array"),
+    "one number": ({"a": 1.0}, r"the term 'a' the shape \(\)"),
+    "too few": ({"a": np.zeros(3)}, r"the shape \(3,\)"),
+    "a column": ({"a": np.zeros((4, 1))}, r"the shape \(4, 1\)"),
+    "texts": ({"a": ["1", "2", "3", "4"]}, "for the term 'a'"),
+    "complex": ({"a": np.zeros(4, complex)}, "for the term 'a'"),
+    "ragged": ({"a": [[1], [1, 2], 3, 4]}, "for the term 'a'"),
+    "objects": ({"a": [None] * 4}, "for the term 'a'"),
+    "a number as name": ({1: np.zeros(4)}, "names a term 1"),
+    "no name": ({"": np.zeros(4)}, "names a term ''"),
+    "a name of two lines": ({"a\nb": np.zeros(4)}, "names a term 'a.nb'"),
+    "an endless name": ({"a" * 201: np.zeros(4)}, "names a term 'aaa"),
+}
+
+
+@pytest.mark.parametrize(("terms", "says"), TERMS.values(), ids=TERMS.keys())
+def test_a_fitness_that_breaks_its_contract_is_named(judged, terms, says):
+    with pytest.raises(PluginError, match=says) as error:
+        judged(terms)
+    assert "fitness 'puppet-reach' of package gaitsim-puppets 1.0" in error.value.what
+    assert len(error.value.what) < 250
+    assert error.value.allowed
+
+
+def test_a_fitness_that_raises_is_named(puppet, puppets, monkeypatch):
+    monkeypatch.setattr(puppets.Reach, "terms", fail)
+    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* judging a population: Zero"):
+        judge(puppet(), GENOMES)
+
+
+def test_an_interrupt_is_nobodys_fault(puppet, puppets, monkeypatch):
+    def interrupt(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(puppets.Puppet, "move", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        judge(puppet(), GENOMES)
+
+
+def part(*scores, **terms):
+    reasons = {index: f"why {s}" for index, s in enumerate(scores) if s == -INF}
+    return Evaluation(np.array(scores), {n: np.array(v) for n, v in terms.items()}, reasons)
+
+
+def test_parts_are_joined_in_order(puppet):
+    whole = joined(puppet(), [part(1.0, -INF, a=[1, 2]), part(-INF, a=[3]), part(4.0, a=[4])])
+    assert whole.scores.tolist() == [1, -INF, -INF, 4]
+    assert whole.terms["a"].tolist() == [1, 2, 3, 4]
+    assert whole.reasons == {1: "why -inf", 2: "why -inf"}
+
+
+def test_parts_with_different_terms_are_refused(puppet):
+    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* gave the terms b after a"):
+        joined(puppet(), [part(1.0, a=[1.0]), part(1.0, b=[1.0])])

@@ -1,0 +1,175 @@
+import csv
+import errno
+import os
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from gaitsim.errors import GaitsimError, PluginError, RunError
+from gaitsim.gait.files.writer import gait_of, write_gait
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.reader import Run
+
+
+def read_csv(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    return header, np.array(rows, dtype=np.float64)
+
+
+@pytest.fixture
+def written(spider_run, tmp_path):
+    """The champion's gait, and the files of it by format."""
+    gait = gait_of(spider_run)
+    paths = {format: tmp_path / f"gait.{format}" for format in ("mat", "csv", "npz")}
+    for format, path in paths.items():
+        write_gait(gait, path, format)
+    return gait, paths
+
+
+def test_the_gait_is_what_the_champion_does(spider_run):
+    gait = gait_of(spider_run)
+    generation, score, genome = spider_run.champion()
+    assert (gait.generation, gait.score, gait.frame_rate) == (generation, score, 30.0)
+    assert gait.angles.shape == (300, 24)
+    assert gait.angles.dtype == np.float64
+    angles = spider_run.experiment.organism.move(genome[None])["joint_angles"][0]
+    assert np.array_equal(gait.angles, angles.astype(np.float64))
+    assert np.abs(gait.angles).max() > 0
+    assert gait_of(spider_run, 2).generation == 2
+
+
+def test_matlab_gets_what_the_source_had(written):
+    gait, paths = written
+    mat = loadmat(paths["mat"])
+    assert mat["bestGait"].dtype == np.float64
+    assert mat["bestGait"].shape == (300, 24)
+    assert mat["bestGait"].tobytes() == np.ascontiguousarray(gait.angles).tobytes()
+    assert mat["frameRate"].tolist() == [[30.0]]
+    assert mat["frameRate"].dtype == np.float64
+    assert mat["jointNames"].dtype == object  # a cell array
+    assert mat["jointNames"].shape == (24, 1)
+    assert [cell.item() for cell in mat["jointNames"].ravel()] == list(gait.joint_names)
+    assert mat["units"].tolist() == ["rad"]
+    assert mat["generation"].item() == gait.generation
+    assert mat["score"].item() == gait.score
+
+
+def test_numpy_opens_it_without_pickle(written):
+    gait, paths = written
+    with np.load(paths["npz"], allow_pickle=False) as npz:
+        assert npz["bestGait"].dtype == np.float64
+        assert np.array_equal(npz["bestGait"], gait.angles)
+        assert npz["frameRate"] == 30.0
+        assert npz["jointNames"].tolist() == list(gait.joint_names)
+        assert str(npz["units"]) == "rad"
+        assert npz["generation"] == gait.generation
+        assert npz["score"] == gait.score
+
+
+def test_a_table_has_seconds_and_a_column_a_joint(written):
+    gait, paths = written
+    header, table = read_csv(paths["csv"])
+    assert header == ["time_s", *gait.joint_names]
+    assert header[1:4] == ["L1 coxa", "L1 femur", "L1 tibia"]
+    assert table.shape == (300, 25)
+    assert table[:, 0].tolist() == [frame / 30 for frame in range(300)]
+    assert b"\r" not in paths["csv"].read_bytes()
+
+
+def test_all_formats_agree_to_the_last_bit(written):
+    gait, paths = written
+    matlab = loadmat(paths["mat"])["bestGait"]
+    with np.load(paths["npz"]) as npz:
+        numpy = npz["bestGait"]
+    table = read_csv(paths["csv"])[1][:, 1:]
+    assert np.array_equal(matlab, numpy)
+    assert np.array_equal(matlab, table)
+    assert np.array_equal(matlab, gait.angles)
+
+
+def test_what_is_written_twice_is_the_same_file(spider_run, tmp_path):
+    for format in ("csv", "npz"):
+        for name in ("a", "b"):
+            write_gait(gait_of(spider_run), tmp_path / name, format)
+        assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_a_generation_that_is_not_there_is_refused(spider_run, tmp_path):
+    for number in (0, 4):
+        with pytest.raises(RunError, match=f"has no generation {number}"):
+            gait_of(spider_run, number)
+
+
+def test_a_run_without_a_generation_is_refused(puppet, tmp_path):
+    run = Run(create_run(puppet(), tmp_path / "run"))
+    with pytest.raises(RunError, match="no finished generation"):
+        gait_of(run)
+
+
+def test_a_gait_of_a_third_partys_body(puppet_run, tmp_path):
+    gait = gait_of(puppet_run())
+    assert gait.angles.shape == (5, 3)
+    assert gait.joint_names == ("shoulder", "elbow", "wrist")
+    write_gait(gait, tmp_path / "gait.csv", "csv")
+    assert read_csv(tmp_path / "gait.csv")[1][:, 0].tolist() == [0, 0.25, 0.5, 0.75, 1.0]
+
+
+def test_a_body_without_joint_angles_is_refused(puppet_run, puppets, monkeypatch):
+    run = puppet_run()
+    assert run.experiment
+    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": "(population,) m"})
+    with pytest.raises(GaitsimError, match=r"organism 'puppet' .* has no joint angles"):
+        gait_of(run)
+
+
+@pytest.mark.parametrize(
+    ("method", "wrong", "says"),
+    [
+        ("joint_names", lambda self: ("a", "b"), "names 2 joints"),
+        ("joint_names", lambda self: 1 / 0, "moving the champion: ZeroDivisionError"),
+        ("move", lambda self, genomes: 1 / 0, "moving the champion"),
+        ("move", lambda self, genomes: {}, "moving the champion: KeyError"),
+    ],
+)
+def test_a_body_that_breaks_its_contract_is_named(
+    puppet_run, puppets, monkeypatch, method, wrong, says
+):
+    run = puppet_run()
+    monkeypatch.setattr(puppets.Puppet, method, wrong)
+    with pytest.raises(PluginError, match=f"package gaitsim-puppets.* {says}"):
+        gait_of(run)
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, np.nan, np.inf])
+def test_a_frame_rate_that_is_none_is_refused(puppet_run, puppets, monkeypatch, rate):
+    run, real = puppet_run(), puppets.Puppet.move
+
+    def move(self, genomes):
+        motion = real(self, genomes)
+        motion.frame_rate = rate
+        return motion
+
+    monkeypatch.setattr(puppets.Puppet, "move", move)
+    with pytest.raises(PluginError, match="frames a second"):
+        gait_of(run)
+
+
+@pytest.mark.parametrize("format", ["mat", "csv", "npz"])
+def test_a_file_that_cannot_be_written_is_one_message(spider_run, tmp_path, monkeypatch, format):
+    gait = gait_of(spider_run)
+    with pytest.raises(RunError, match="there is no folder"):
+        write_gait(gait, tmp_path / "missing" / "gait", format)
+    with pytest.raises(RunError, match="it is a folder"):
+        write_gait(gait, tmp_path, format)
+    (tmp_path / "gait").write_text("old")
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(RunError, match="gait cannot be written: No space left"):
+        write_gait(gait, tmp_path / "gait", format)
+    assert (tmp_path / "gait").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["gait"]

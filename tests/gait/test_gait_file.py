@@ -1,0 +1,125 @@
+"""Gait files: what is exported is read back; what is no gait is told."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.reader import GaitFile, read_gait
+from gaitsim.gait.files.writer import Gait, write_gait
+from gaitsim.gait.subject import from_file
+
+NAMES = ("L1 coxa", "naïve, joint", "c")
+ANGLES = np.array([[0.0, 0.1, -0.2], [0.05, 0.125, -0.25], [0.1, 1 / 3, 0]])
+
+
+@pytest.mark.parametrize("format", ["csv", "npz", "mat"])
+def test_what_is_exported_is_read_back(format, tmp_path):
+    path = tmp_path / f"gait.{format}"
+    write_gait(Gait(ANGLES, NAMES, 25.0, 7, 1.5), path, format)
+    file = read_gait(path)
+    assert file.angles.tolist() == ANGLES.tolist()
+    assert file.joint_names == NAMES
+    assert file.frame_rate == pytest.approx(25)
+
+
+def test_an_imitators_fields_will_do(tmp_path):
+    path = tmp_path / "imitator.NPZ"
+    with path.open("wb") as file:
+        np.savez(file, joint_angles=ANGLES.astype(np.float32), frame_rate=30.0, w1=np.ones(9))
+    found = read_gait(path)
+    assert found.angles.dtype == np.float64
+    assert (found.frame_rate, found.joint_names) == (30.0, ())
+
+
+def npz(**fields):
+    packed = io.BytesIO()
+    np.savez(packed, **fields)
+    return packed.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("a.txt", b"", "format of gait files"),
+        ("a", b"", "format of gait files"),
+        ("a.npz", b"", "holds no gait"),
+        ("a.npz", b"PK\3\4 and more", "holds no gait"),
+        ("a.npz", npz(other=ANGLES), "none of joint_angles and bestGait"),
+        ("a.npz", npz(joint_angles=np.array([[{}]], dtype=object)), "allow_pickle"),
+        ("a.npz", npz(joint_angles=ANGLES[0]), "the shape (3,)"),
+        ("a.npz", npz(joint_angles=ANGLES[:1]), "the shape (1, 3)"),
+        ("a.npz", npz(joint_angles=ANGLES * np.nan), "not all finite"),
+        ("a.npz", npz(joint_angles=ANGLES, frame_rate=0.0), "frame rate is 0"),
+        ("a.npz", npz(joint_angles=ANGLES, joint_names=["a"]), "names 1 joints of 3"),
+        ("a.npz", npz(joint_angles=ANGLES.astype(str)), "its angles are <U"),
+        ("a.mat", b"MATLAB 5.0 MAT-file" + bytes(200), "holds no gait"),
+        ("a.mat", b"nothing", "holds no gait"),
+        ("a.csv", b"", "first column is not time_s"),
+        ("a.csv", b"time_s,a\n0,1\n1", "holds no gait"),
+        ("a.csv", b"time_s,a\n0,x\n1,2", "could not convert"),
+        ("a.csv", b"\xff\xfe", "holds no gait"),
+        ("a.csv", b"time_s,a\n0,1\n0,2\n", "frame rate is"),
+    ],
+)
+def test_what_is_no_gait_is_told(name, content, says, tmp_path):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(GaitsimError) as told:
+        read_gait(path)
+    assert says in told.value.what
+    assert str(path) in told.value.what
+    assert "time_s" in told.value.allowed
+
+
+def test_what_cannot_be_read_is_told(tmp_path):
+    for path, says in (
+        (tmp_path / "none.npz", "No such file"),
+        (tmp_path, "format of gait files"),
+        (Path("a\0.npz"), "null"),
+    ):
+        with pytest.raises(GaitsimError) as told:
+            read_gait(path)
+        assert says in told.value.what
+    folder = tmp_path / "folder.npz"
+    folder.mkdir()
+    with pytest.raises(GaitsimError, match="Is a directory"):
+        read_gait(folder)
+
+
+def test_what_is_too_large_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr("gaitsim.gait.files.reader.LARGEST", 2000)
+    packed = tmp_path / "packed.npz"
+    np.savez_compressed(packed, joint_angles=np.zeros((100, 3)))
+    assert packed.stat().st_size < 2000
+    with pytest.raises(GaitsimError, match="unpacked it is larger"):
+        read_gait(packed)
+    packed.write_bytes(bytes(2001))
+    with pytest.raises(GaitsimError, match="too large"):
+        read_gait(packed)
+
+
+def test_joints_are_put_in_the_bodys_order():
+    file = GaitFile(Path("a.csv"), ANGLES, None, ("c", "a", "b"))
+    assert file.in_order(("a", "b", "c")).tolist() == ANGLES[:, [1, 2, 0]].tolist()
+    unnamed = GaitFile(Path("a.csv"), ANGLES, None, ())
+    assert unnamed.in_order(("a", "b", "c")) is ANGLES
+    for joints in (("a", "b"), ("a", "b", "d"), ("a", "b", "c", "d")):
+        with pytest.raises(GaitsimError, match="which are not this body's"):
+            file.in_order(joints)
+    with pytest.raises(GaitsimError, match="3 joints"):
+        unnamed.in_order(("a", "b"))
+
+
+def test_a_gait_at_another_rate_is_not_played(spider, reference):
+    names = spider.organism.joint_names()
+    angles = reference("wave")
+    for rate in (30.0, 30.01, None):
+        subject = from_file(GaitFile(Path("wave.npz"), angles, rate, names), spider)
+        assert subject.title == "wave.npz on the spider"
+        assert subject.score == pytest.approx(0.0998, abs=1e-3)
+        assert (subject.generation, subject.recorded, subject.genome) == (None, None, None)
+    with pytest.raises(GaitsimError, match="60 frames a second"):
+        from_file(GaitFile(Path("wave.npz"), angles, 60.0, names), spider)

@@ -1,0 +1,266 @@
+"""The parts of a gait's analysis, each against what is worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gaitsim.contracts import Skeleton
+from gaitsim.gait import analyse_gait, exploits
+from gaitsim.gait.contact import feet_of, without_chatter
+from gaitsim.gait.layout import Layout, layout_of
+from gaitsim.gait.patterns import NEAR, nearest, references
+from gaitsim.gait.phases import circular_mean, fit, wrapped
+from gaitsim.gait.travel import Slip, lying, slip_of, travel_of
+from gaitsim.gait.trunk import heading, trunk
+
+
+def contacts(*rows):
+    """(frames, feet) of rows of '#' and '.'."""
+    return np.array([[sign == "#" for sign in row] for row in rows]).T
+
+
+def pairs(count):
+    """The layout of so many pairs of legs."""
+    return Layout(count, np.repeat([0, 1], count), np.tile(np.arange(count), 2))
+
+
+def test_steps_are_counted_by_hand():
+    touching = contacts("..####..####..####..", "##..####..####..####", "#" * 20)
+    (one, two, always), stride = feet_of(touching, ("a", "b", "c"), 10.0)
+    assert (one.touch_downs, two.touch_downs) == ((2, 8, 14), (4, 10, 16))
+    assert (one.stance, one.swing, one.duty_factor) == pytest.approx((0.4, 0.2, 4 / 6))
+    assert (always.touch_downs, always.stance, always.swing) == ((), None, None)
+    assert always.duty_factor == 1
+    assert not always.steps
+    assert (stride.frames, stride.frequency) == (6, pytest.approx(10 / 6))
+    assert stride.periodicity > 0.95
+
+
+def test_the_stride_is_not_taken_for_two():
+    touching = np.tile(contacts("..##....", "....####"), (8, 1))
+    _, stride = feet_of(touching, ("a", "b"), 8.0)
+    assert stride.frames == 8
+
+
+def test_chatter_is_no_step():
+    clean = np.tile(contacts("..........##########"), (6, 1))
+    rough = clean.copy()
+    rough[[5, 33, 57, 74]] ^= True
+    (foot,), stride = feet_of(rough, ("a",), 20.0)
+    (same,), _ = feet_of(clean, ("a",), 20.0)
+    assert foot.touch_downs == same.touch_downs
+    assert stride.frequency == pytest.approx(1.0)
+    assert without_chatter(contacts("#.###.#####..##")[:, 0], 2).tolist() == [
+        sign == "#" for sign in "###########..##"
+    ]
+
+
+def test_random_contacts_have_no_stride():
+    touching = np.random.default_rng(0).random((300, 6)) < 0.5
+    _, stride = feet_of(touching, tuple("abcdef"), 30.0)
+    assert stride is None
+    assert feet_of(np.ones((5, 2), dtype=bool), ("a", "b"), 30.0)[1] is None
+    one_of_three = np.ones((80, 3), dtype=bool)
+    one_of_three[:, 0] = contacts("....####" * 10)[:, 0]
+    assert feet_of(one_of_three, ("a", "b", "c"), 30.0)[1] is None
+    assert feet_of(np.ones((1, 2), dtype=bool), ("a", "b"), 30.0)[1] is None
+
+
+def test_circular_means():
+    assert circular_mean([0.9, 0.1]) == pytest.approx((0, math.cos(math.pi / 5)))
+    assert circular_mean([0.25, 1.25, -0.75]) == pytest.approx((0.25, 1))
+    assert circular_mean([0, 0.5])[1] == pytest.approx(0)
+    assert wrapped(np.array([0.75, -0.75, 0.25])) == pytest.approx([-0.25, 0.25, 0.25])
+
+
+@given(
+    phases=st.lists(st.floats(0, 1), min_size=2, max_size=8),
+    shift=st.floats(-2, 2),
+    seed=st.integers(0, 99),
+)
+def test_the_nearest_shift_is_found(phases, shift, seed):
+    one = np.array(phases)
+    other = np.random.default_rng(seed).random(len(one))
+    distance, shifted = fit(one, other)
+    tried = np.linspace(0, 1, 2000)[:, None]
+    by_force = np.sqrt((wrapped(one - other - tried) ** 2).mean(axis=1)).min()
+    assert distance <= by_force + 1e-12
+    assert distance == pytest.approx(by_force, abs=1e-3)
+    assert np.sqrt((wrapped(one - shifted) ** 2).mean()) == pytest.approx(distance, abs=1e-9)
+    assert fit(one + shift, other)[0] == pytest.approx(distance, abs=1e-6)
+    assert fit(one + shift, one)[0] == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("count", range(1, 11))
+def test_reference_gaits_are_apart_and_found(count):
+    known = references(pairs(count))
+    for name, pattern in known.items():
+        found, distances = nearest((pattern + 0.3) % 1, pairs(count))
+        assert found.name == name
+        assert distances[name] == pytest.approx(0, abs=1e-9)
+        assert all(distances[other] > NEAR for other in known if other != name)
+    names = {1: "alternating steps", 2: "trot", 3: "alternating tripod", 4: "alternating tetrapod"}
+    assert names.get(count, f"alternating, {2 * count} legs") in known
+
+
+def test_the_tetrapod_is_barths():
+    legs = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
+    phases = dict(zip(legs, references(pairs(4))["alternating tetrapod"], strict=True))
+    assert {phases[leg] for leg in ("R4", "L3", "R2", "L1")} == {0.0}
+    assert {phases[leg] for leg in ("L4", "R3", "L2", "R1")} == {0.5}
+
+
+def test_four_legs_walk_trot_pace_and_bound():
+    # LF LH RF RH; in a lateral-sequence walk LH, LF, RH, RF come down in turn.
+    for name, phases in {
+        "lateral-sequence walk": [0.25, 0, 0.75, 0.5],
+        "diagonal-sequence walk": [0.75, 0, 0.25, 0.5],
+        "trot": [0, 0.5, 0.5, 0],
+        "pace": [0, 0, 0.5, 0.5],
+        "bound": [0, 0.5, 0, 0.5],
+        "in-phase hop": [0.2] * 4,
+    }.items():
+        assert nearest(np.array(phases), pairs(2))[0].name == name
+
+
+def test_feet_find_their_sides():
+    feet = np.array([[[-1, 2, 0], [1, -2, 0], [3, 2, 0], [-2, -2.0, 0]]])
+    found = layout_of(feet)
+    assert (found.pairs, found.side.tolist(), found.place.tolist()) == (
+        2,
+        [0, 1, 0, 1],
+        [1, 0, 0, 1],
+    )
+    assert layout_of(feet[:, :3]) is None  # two left, one right
+    assert layout_of(feet * [1, 0, 1]) is None  # all on the midline
+
+
+def test_the_heading_is_the_spiders_yaw(spider):
+    organism = spider.organism
+    genomes = organism.genome_space().random(3, np.random.default_rng(4))
+    motion = organism.move(genomes)
+    for index in range(3):
+        turned = heading(trunk(organism.skeleton(motion, index)))
+        assert turned == pytest.approx(motion["pose"][index, :, 2], abs=1e-4)
+
+
+def test_a_heading_goes_on_past_half_a_turn():
+    angle = np.linspace(0, 3 * np.pi, 40)
+    ends = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    body = np.stack([ends, -ends], axis=1)
+    assert heading(body) == pytest.approx(angle)
+    assert heading(np.zeros((5, 3, 3))) is None
+
+
+def test_a_body_that_pitches_over_has_no_heading():
+    pitch = np.linspace(0, np.pi, 40)[:, None]
+    x, z = np.array([1.0, 1, -1, -1]), np.array([0.1, -0.1, 0.1, -0.1])
+    forward, up = np.cos(pitch) * x + np.sin(pitch) * z, np.cos(pitch) * z - np.sin(pitch) * x
+    body = np.stack([forward, np.broadcast_to([0.1, -0.1, -0.1, 0.1], up.shape), up], axis=-1)
+    assert heading(body) is None
+    assert heading(body[:15]) == pytest.approx(np.zeros(15), abs=1e-9)
+
+
+def walking(speed, frames=11, rate=10.0):
+    """A rod of 1 m, 0.5 m above the ground, that goes along x; two feet go on and off."""
+    path = np.zeros((frames, 3))
+    path[:, 0], path[:, 2] = speed * np.arange(frames) / rate, 0.5
+    rod = path[:, None] + np.array([[0.5, 0, 0], [-0.5, 0, 0]])
+    feet = np.zeros((frames, 2, 3))
+    feet[:, :, 1] = [0.2, -0.2]
+    down = np.arange(frames)[:, None] // 4 % 2 == [0, 1]
+    return Skeleton(rod[:, None], ("rod",), rate, feet, down, ("left", "right"), path)
+
+
+def test_travel_is_measured():
+    travel = travel_of(walking(2.0), np.array([[0.0, 0], [1, -1], [0, 0]] + [[0, 0]] * 8))
+    assert (travel.seconds, travel.forward, travel.path) == pytest.approx((1.0, 2.0, 2.0))
+    assert (travel.speed, travel.straightness, travel.height) == pytest.approx((2, 1, 0.5))
+    assert travel.froude == pytest.approx(4 / (9.81 * 0.5))
+    assert travel.joint_travel == pytest.approx(4 / 2.0)
+    assert (travel.yaw, travel.drift, travel.lateral, travel.climb) == (0, 0, 0, 0)
+    assert travel_of(walking(0.0), None).straightness is None
+
+
+def test_a_body_on_the_ground_has_no_froude_number():
+    skeleton = walking(1.0)
+    assert lying(skeleton) == 0
+    skeleton.segments[..., 2] = skeleton.centre[:, 2] = 0
+    assert lying(skeleton) == 1
+    assert travel_of(skeleton, None).froude is None
+
+
+def test_slip_is_what_standing_feet_slide():
+    skeleton = walking(1.0)
+    feet, path = skeleton.contacts.copy(), skeleton.centre
+    assert slip_of(feet, skeleton.touching, path, feet - path[:, None]) == Slip(0, 0, 0)
+    feet[:, :, 0] = path[:, :1]  # dragged along
+    slip = slip_of(feet, skeleton.touching, path, feet - path[:, None])
+    assert (slip.distance, slip.ratio) == pytest.approx((1, 1))
+    assert slip.share is None
+    down = np.ones_like(skeleton.touching)
+    feet[:, 1, 0] = 0  # the mean of one that is and one that is not
+    assert slip_of(feet, down, path, feet - path[:, None]).distance == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("frequency", [0.7, 1.5, 4.0, 7.5, 12.0])
+def test_the_rhythm_of_a_sine_is_its_frequency(frequency):
+    course = np.zeros((300, 1, 3))
+    course[:, 0, 2] = np.sin(2 * np.pi * frequency * np.arange(300) / 30)
+    assert exploits.rhythm(course, 30.0) == pytest.approx([frequency], rel=0.02)
+
+
+def test_feet_that_flicker_are_flagged():
+    steady = contacts("....####" * 10)
+    fast = contacts("#." * 40)
+    two = contacts("##.." * 20)
+    assert exploits.flickering(steady, ("a",), 30.0) is None
+    for touching in (fast, two):
+        flag = exploits.flickering(np.hstack([touching, steady]), ("a", "b"), 30.0)
+        assert flag.name == "flickering feet"
+        assert flag.seen.startswith("a go on and off")
+
+
+def test_unsupported_travel_is_flagged():
+    path = np.zeros((11, 3))
+    path[:, 0] = np.arange(11)
+    margin = np.where(np.arange(11) < 4, -0.01, 0.01)
+    assert "40 % of the path" in exploits.unsupported(margin, path, 0.0).seen
+    assert exploits.unsupported(margin, path, 0.5) is None  # it lies on its belly
+    assert exploits.unsupported(np.abs(margin), path, 0.0) is None
+    assert exploits.unsupported(margin, path * 0, 0.0) is None
+
+
+def test_a_body_without_feet_is_told_what_is_missing():
+    skeleton = walking(2.0)
+    gait = analyse_gait(
+        Skeleton(skeleton.segments, skeleton.names, skeleton.frame_rate, centre=skeleton.centre)
+    )
+    assert gait.footfalls is None
+    assert (gait.name.name, gait.name.reason) == ("none", "the body has no feet")
+    assert gait.travel.speed == pytest.approx(2)
+    (missing,) = gait.missing
+    assert "no contacts" in missing
+    # Limbs that flip are seen where joints are commanded in every frame, and only there.
+    flips = np.zeros((20, 1, 2, 3))
+    flips[::2, 0, 1, 2] = flips[:, 0, 1, 0] = 1
+    body = Skeleton(flips, ("arm",), 30.0, centre=np.zeros((20, 3)))
+    assert [flag.name for flag in analyse_gait(body, flips[:, 0, 1]).flags] == ["flip-flop"]
+    assert analyse_gait(body).flags == ()
+
+
+def test_a_single_frame_and_a_single_point_are_borne():
+    gait = analyse_gait(Skeleton(np.zeros((1, 1, 2, 3)), ("point",), 1.0))
+    assert gait.travel.speed == gait.travel.path == 0
+    assert gait.travel.yaw is None
+
+
+def test_two_feet_in_turn_are_alternating_steps():
+    gait = analyse_gait(walking(1.0, frames=41))
+    assert gait.name.name == "alternating steps"
+    assert gait.footfalls.stride.frequency == pytest.approx(10 / 8)
+    assert [flag.name for flag in gait.flags] == ["unsupported travel"]
+    assert analyse_gait(walking(1.0, frames=41), dynamic=True).flags == ()

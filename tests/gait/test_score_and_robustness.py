@@ -1,0 +1,237 @@
+"""Terms over time and in words; the same gait under other conditions."""
+
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from gaitsim.contracts import Motion
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment, with_overrides
+from gaitsim.gait.files.reader import GaitFile
+from gaitsim.gait.perturbations import lagging, late, mirror, without_every_second
+from gaitsim.gait.robustness import EXPLOIT, FRAGILE, perturb
+from gaitsim.gait.score_breakdown import changes, course, cut, in_words
+from gaitsim.gait.subject import Subject, from_file
+
+
+@pytest.fixture
+def on_the_spider(spider, reference):
+    """A reference gait as a subject."""
+
+    def make(name, experiment=spider):
+        return from_file(GaitFile(f"{name}.npz", reference(name), 30.0, ()), experiment)
+
+    return make
+
+
+def columns(**terms):
+    """A history of the bests' terms; means are half of them."""
+    first = next(iter(terms.values()))
+    rows = {
+        name: np.full(len(first), 1.0)
+        for name in ("evaluations", "mean", "median", "worst", "spread", "diversity", "seconds")
+    }
+    return {
+        "generation": np.arange(1.0, len(first) + 1),
+        **rows,
+        "best": np.sum(list(terms.values()), axis=0),
+        **{name: np.array(values) for name, values in terms.items()},
+        **{f"mean {name}": np.array(values) / 2 for name, values in terms.items()},
+    }
+
+
+def test_a_motion_is_cut_along_time_alone():
+    timed, still = np.arange(24).reshape(2, 4, 3), np.arange(4).reshape(2, 2)
+    part = cut(Motion(5.0, {"a": timed, "b": still, "c": timed}), ("a", "b"), 4, 3)
+    assert sorted(part) == ["a", "b"]
+    assert part["a"].tolist() == timed[:, :3].tolist()
+    assert part["b"] is still
+    assert part.frame_rate == 5.0
+
+
+def test_terms_over_time_end_with_the_score(on_the_spider):
+    subject = on_the_spider("alternating-tetrapod")
+    found = course(subject)
+    assert found.seconds[-1] == pytest.approx(299 / 30)
+    assert np.diff(found.seconds) == pytest.approx(1.0)
+    assert {name: values[-1] for name, values in found.terms.items()} == subject.terms
+    # Forward is what it had walked by then, at its even speed.
+    assert found.terms["forward"] == pytest.approx(0.125 * found.seconds, abs=0.01)
+    assert found.unmoved == ()
+
+
+def test_a_fitness_without_time_is_told():
+    experiment = load_experiment("millipede")
+    space = experiment.space()
+    genomes = space.random(1, np.random.default_rng(0))
+    subject = Subject("it", experiment, experiment.organism.move(genomes))
+    found = course(subject)
+    assert found.unmoved == ("travel",)
+    assert np.ptp(found.terms["travel"]) == 0
+
+
+def test_a_fitness_that_cannot_judge_a_part_is_told(puppet, install):
+    source = (
+        "from typing import ClassVar\nfrom gaitsim.contracts import Fitness\n"
+        "class Whole(Fitness):\n    needs: ClassVar = ('joint_angles',)\n"
+        "    def terms(self, motion):\n        angles = motion['joint_angles']\n"
+        "        if angles.shape[1] != 5: raise ValueError('five frames')\n"
+        "        return {'end': angles[:, 4, 0]}\n"
+    )
+    install("whole", source, {"fitness": {"whole": "Whole"}})
+    experiment = puppet("fitness.plugin=whole")
+    subject = Subject("it", experiment, experiment.organism.move(np.full((1, 3), 0.5)))
+    found = course(subject)
+    assert isinstance(found, GaitsimError)
+    assert "five frames" in found.what
+    assert subject.terms == {"end": 0.5}
+
+
+def test_terms_are_told_in_words():
+    history = columns(
+        forward=[0.0, 1, 2, 3, 4, 5], drift=[-0.3] + [-0.1] * 5, zero=[0.0] * 6, late=[0] * 5 + [-1]
+    )
+    words = in_words({"forward": 5.0, "drift": -0.1, "zero": 0.0, "late": -1.0}, history, 6)
+    assert words == (
+        "forward dominates: 82% of all that the terms add and take",
+        "since generation 1 the best score changed by +4.200: forward +5.000, late -1.000",
+        "constant: drift -0.100 since generation 2, zero 0.000 all along",
+    )
+
+
+def test_terms_that_cancel_are_told():
+    history = columns(movement=[0.0, 2, 5], change=[0.0, -1, -4])
+    words = in_words({"movement": 5.0, "change": -4.0}, history, 3)
+    assert not any("dominates" in sentence for sentence in words)
+    assert (
+        "movement and change cancel: what one brings, the other takes (+5.000 and -4.000)" in words
+    )
+    history = columns(movement=[0.0, 2, 5], change=[0.0, 0, -1])
+    assert "cancel" not in str(in_words({"movement": 5.0, "change": -1.0}, history, 3))
+
+
+def test_one_term_and_no_generation_have_little_to_tell():
+    assert in_words({"travel": 3.0}, {}, None) == ()
+    assert in_words({"a": 9.0, "b": 0.001}, {}, None) == (
+        "a dominates: 100% of all that the terms add and take",
+        "hardly counted: b",
+    )
+
+
+def test_a_changed_fitness_is_told_from_where_it_holds():
+    history = columns(now=[np.nan, np.nan, 1, 4], then=[5.0, 6, np.nan, np.nan])
+    first, (change,) = changes(history, 4)
+    assert (first, change.name, change.gain, change.mean_last) == (3, "now", 3, 2)
+    # In a stage of its own, a term of the same name is another one.
+    history = columns(a=[9.0, 9, 1, 2, 4], b=[0.0, 0, 0, 0, 0]) | {
+        "stage": np.array([0, 0, 1, 1, 1.0])
+    }
+    first, (change, _) = changes(history, 5)
+    assert (first, change.first) == (3, 1)
+    assert "b 0.000 all along" in str(in_words({"a": 4.0, "b": 0.0}, history, 5))
+    assert changes(history, 2)[0] == 1
+
+
+def test_late_and_lagging_joints():
+    angles = np.arange(10.0).reshape(5, 2)
+    assert late(angles, np.array([1]))[:, 0].tolist() == [0, 0, 2, 4, 6]
+    assert late(angles, np.array([0, 3]))[:, 1].tolist() == [1, 1, 1, 1, 3]
+    step = np.ones((8, 1))
+    step[0] = 0
+    for frames in (1, 3):  # the answer of a first-order lag to a step
+        assert lagging(step, frames)[:, 0] == pytest.approx(1 - np.exp(-np.arange(8) / frames))
+
+
+def test_every_second_frame_is_left_out():
+    for frames in (6, 7):
+        flips = np.tile([[0.0], [1.0]], (4, 1))[:frames]
+        assert without_every_second(flips)[1:-1].tolist() == [[0.0]] * (frames - 2)
+        line = np.arange(float(frames))[:, None]
+        assert without_every_second(line).tolist() == line.tolist()
+
+
+def test_joints_find_their_partners():
+    assert mirror(("L1 coxa", "R1 coxa", "spine")) == [1, 0, 2]
+    assert mirror(("left knee", "right knee")) == [1, 0]
+    assert mirror(("L_hip", "R_hip")) == [1, 0]
+    assert mirror(("Lumbar", "Rib")) is None  # words, not sides
+    assert mirror(("L1 coxa", "L2 coxa")) is None
+    assert mirror(()) is None
+
+
+def test_a_walk_bears_what_a_flip_flop_does_not(on_the_spider):
+    walk = perturb(on_the_spider("alternating-tetrapod"), None)
+    assert walk.worth == abs(walk.score)
+    by_name = {trial.name: trial for trial in walk.trials}
+    assert by_name["played again"].score == walk.score
+    assert by_name["mirrored"].fall == pytest.approx(0, abs=1e-3)
+    for name in ("all joints 3 frames late", "servos with a lag of 1 frame"):
+        assert 0 < by_name[name].fall < 0.25
+    assert not any(trial.sign == EXPLOIT for trial in walk.trials)
+    # Its feet must all come down at once: on feet a millimetre or two apart, few stand.
+    assert by_name["each joint off by about 1°"].sign == FRAGILE
+    assert [text.partition(":")[0] for text in walk.missing] == [
+        "half the time step",
+        "inexact genes",
+    ]
+    flips = on_the_spider("flip-flop", load_experiment("spider-recurrence"))
+    shaken = {trial.name: trial for trial in perturb(flips, None).trials}
+    assert shaken["every second frame left out"].sign == EXPLOIT
+    assert perturb(flips, None) == perturb(flips, None)
+
+
+def test_a_fall_is_compared_with_what_the_score_gained(on_the_spider):
+    subject = on_the_spider("wave")
+    found = perturb(subject, subject.score - 10)
+    assert found.worth == pytest.approx(10)
+    assert perturb(subject, subject.score + 1).worth == abs(subject.score)
+    assert perturb(subject, -np.inf).worth == abs(subject.score)
+
+
+class _Stepped:
+    """Plugins whose body simulates with a time step, which its score comes from."""
+
+    source: ClassVar[str] = (
+        "from gaitsim.contracts import Motion, option\nfrom gaitsim_puppets import Puppet\n"
+        "class Stepped(Puppet):\n    dt: float = option(0.1, 'step', gt=0.04)\n"
+        "    def move(self, genomes):\n        reach = genomes.sum(axis=1) * self.dt\n"
+        "        return Motion(4.0, {'joint_angles': 0 * genomes[:, None], 'reach': reach})\n"
+    )
+
+
+def test_half_the_time_step_where_a_body_has_one(puppet, install):
+    install("stepped", _Stepped.source, {"organism": {"stepped": "Stepped"}})
+    genome = np.array([1.0, 1.0, 1.0])
+
+    def robustness(step):
+        experiment = puppet("organism.plugin=stepped", f"organism.dt={step}")
+        motion = experiment.organism.move(genome[None])
+        return perturb(Subject("it", experiment, motion, 1, 0.0, genome), None)
+
+    found = robustness(0.1)
+    trials = {trial.name: trial for trial in found.trials}
+    half = trials["half the time step, 0.05 s"]
+    assert (half.score, half.fall, half.sign) == (pytest.approx(0.15), pytest.approx(0.5), "")
+    assert trials["genes inexact by 1% of their range"].sign == ""
+    assert len(found.missing) == 2
+    for missing, what in zip(found.missing, ("late, lagging and mirrored", "inexact"), strict=True):
+        assert missing.startswith(f"{what} joints: organism 'stepped'")
+        assert "cannot play given joint angles" in missing
+    assert any("half the time step: the" in text for text in robustness(0.05).missing)
+
+
+def test_a_fragile_genome_is_told(puppet, install):
+    source = (
+        "import numpy as np\nfrom gaitsim.contracts import Motion\nfrom gaitsim_puppets import "
+        "BitPuppet\nclass Lock(BitPuppet):\n    def move(self, genomes):\n"
+        "        reach = 1.0 * (genomes == 1).all(axis=1)\n"
+        "        return Motion(4.0, {'joint_angles': 0.0 * genomes[:, None], 'reach': reach})\n"
+    )
+    install("lock", source, {"organism": {"lock": "Lock"}})
+    experiment = with_overrides(puppet(), ["organism.plugin=lock"])
+    genome = np.ones(3, dtype=np.uint8)
+    motion = experiment.organism.move(genome[None])
+    (trial,) = perturb(Subject("it", experiment, motion, 1, 1.0, genome), 0.0).trials
+    assert (trial.name, trial.fall, trial.sign) == ("one gene flipped", 1.0, FRAGILE)
+    assert genome.tolist() == [1, 1, 1]

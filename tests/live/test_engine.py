@@ -1,0 +1,268 @@
+"""Runs that evolve in a process of their own."""
+
+import asyncio
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from gaitsim.live.process import Engine
+from gaitsim.runs.files.lock import RunLock, is_locked
+from gaitsim.runs.reader import Run
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+SLOW = ("organism.pause=0.01",)
+
+
+@pytest.fixture
+def whole(begun, gaitsim):
+    """The fingerprint of the run that was never stopped, and of SLOW puppets."""
+
+    def whole(*overrides, **options):
+        path = begun("whole", *overrides, **options)
+        gaitsim("resume", path)
+        return Run(path).fingerprint()
+
+    return whole
+
+
+async def last(engine):
+    """The last snapshot of an engine, which has ended then."""
+    async for snapshot in engine:
+        if snapshot.ended:
+            break
+    return await engine.ended()
+
+
+def test_pauses_steps_and_stops_at_random_change_nothing(begun, whole, wait):
+    path, drawn = begun("run", *SLOW, generations=15), random.Random(1)
+
+    async def part():
+        engine = Engine(path)
+        await engine.start()
+        await wait(lambda: engine.last.state == "running" or engine.last.ended)
+        for do in drawn.choices([engine.pause, engine.go, engine.step], k=drawn.randrange(6)):
+            do()
+            goal = engine.last.generation + drawn.randrange(3)
+            await wait(
+                lambda goal=goal: (
+                    engine.last.generation >= goal
+                    or engine.last.ended
+                    or engine.last.state == "paused"
+                )
+            )
+        engine.stop()
+        return await last(engine)
+
+    snapshot = asyncio.run(part())
+    while snapshot.state == "stopped":
+        snapshot = asyncio.run(part())
+    assert (snapshot.state, snapshot.generation) == ("finished", 15)
+    assert not is_locked(path)
+    assert Run(path).fingerprint() == whole(*SLOW, generations=15)
+
+
+def test_it_is_paused_goes_on_and_is_changed(begun, wait):
+    path = begun("run", *SLOW, generations=10_000)
+
+    async def steer():
+        engine = Engine(path, generations=200, paused=True)
+        await engine.start()
+        await wait(lambda: engine.last.state == "paused")
+        assert engine.last.generation == 0
+        engine.step()
+        await wait(lambda: engine.last.generation == 1 and engine.last.state == "paused")
+        assert is_locked(path)
+        engine.change(["fitness.price=0.7"])
+        await wait(lambda: engine.last.stage == 2 and engine.last.state == "paused")
+        engine.go()
+        await wait(lambda: engine.last.generation > 5)
+        engine.pause()
+        await wait(lambda: engine.last.state == "paused")
+        engine.stop()
+        return await last(engine)
+
+    snapshot = asyncio.run(steer())
+    assert snapshot.state == "stopped"
+    assert snapshot.generations == 200
+    assert Run(path).generation == snapshot.generation > 5
+
+
+def test_who_is_slow_gets_all_rows_merged(begun, wait):
+    path = begun()
+
+    async def watch():
+        engine = Engine(path, workers=1)
+        await engine.start()
+        await wait(lambda: engine.last.ended)
+        snapshots = [snapshot async for snapshot in engine]
+        await engine.ended()
+        return snapshots
+
+    (snapshot,) = asyncio.run(watch())
+    assert snapshot.rows["generation"].tolist() == list(range(1, 31))
+    assert snapshot.rows["best"].tolist() == Run(path).history["best"].tolist()
+    assert next(event.generation for event in snapshot.events if event.kind == "best") == 1
+
+
+PARENT = """
+import asyncio, sys
+from pathlib import Path
+from gaitsim.live.process import Engine
+async def main():
+    async for snapshot in Engine(Path("run")):
+        print(snapshot.generation, flush=True)
+asyncio.run(main())
+"""
+
+
+def test_a_killed_parent_leaves_a_run_that_resumes_exactly(begun, whole, gaitsim):
+    slow, generations = "organism.pause=0.03", 40
+    path = begun("run", slow, generations=generations)
+    for moment in (1, 2, 6):
+        goal = moment + Run(path).generation
+        parent = subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE)
+        while int(parent.stdout.readline()) < goal:
+            pass
+        parent.kill()
+        parent.wait()
+        parent.stdout.close()
+        end = time.monotonic() + 60
+        while is_locked(path) and time.monotonic() < end:
+            time.sleep(0.01)
+        assert not is_locked(path)
+    assert Run(path).generation < generations
+    gaitsim("resume", path)
+    assert Run(path).fingerprint() == whole(slow, generations=generations)
+
+
+def test_ctrl_c_in_the_terminal_does_not_reach_it(begun, wait):
+    path = begun("run", *SLOW)
+
+    async def interrupt():
+        engine = Engine(path)
+        await engine.start()
+        await wait(lambda: engine.last.generation > 2)
+        os.kill(engine._process.pid, signal.SIGINT)
+        assert os.getsid(engine._process.pid) != os.getsid(0)
+        return await last(engine)
+
+    assert asyncio.run(interrupt()).state == "finished"
+
+
+def test_it_ends_saved_when_the_system_asks(begun, wait):
+    path = begun("run", *SLOW, generations=10_000)
+
+    async def terminate():
+        engine = Engine(path)
+        await engine.start()
+        await wait(lambda: engine.last.generation > 2)
+        engine._process.terminate()
+        return await last(engine)
+
+    snapshot = asyncio.run(terminate())
+    assert snapshot.state == "stopped"
+    assert Run(path).generation == snapshot.generation
+
+
+def test_a_process_that_dies_is_told(begun, wait):
+    path = begun("run", *SLOW, generations=10_000)
+
+    async def kill():
+        engine = Engine(path)
+        await engine.start()
+        await wait(lambda: engine.last.generation > 2)
+        engine.kill()
+        snapshot = await last(engine)
+        engine.go()
+        engine.stop()
+        return snapshot
+
+    snapshot = asyncio.run(kill())
+    assert (snapshot.state, snapshot.evaluations_per_second) == ("failed", 0)
+    assert "ended unexpectedly, by signal 9" in snapshot.error.what
+    assert "gaitsim resume run" in snapshot.error.remedy
+
+
+def test_a_held_run_is_told(begun):
+    path = begun()
+    lock = RunLock(path)
+    snapshot = asyncio.run(last(Engine(path)))
+    lock.release()
+    assert snapshot.state == "failed"
+    assert "is being written by process" in snapshot.error.what
+
+
+def test_options_that_do_not_fit_are_told_all_at_once(begun):
+    engine = Engine(begun(), overrides=["mutation.rat=2", "evolution.elites=-1"])
+    snapshot = asyncio.run(last(engine))
+    assert snapshot.state == "failed"
+    assert "rat" in str(snapshot.error)
+    assert "elites" in str(snapshot.error)
+
+
+NOISY = """
+import sys
+from gaitsim_puppets import Puppet
+class Noisy(Puppet):
+    def move(self, genomes):
+        print('{"state": "finished"}', flush=True)
+        print("so much", file=sys.stderr, flush=True)
+        assert sys.stdin.read() == ""
+        return super().move(genomes)
+"""
+
+
+def test_what_a_plugin_prints_and_reads_is_no_snapshot_and_no_command(begun, install, monkeypatch):
+    folder = install("noisy", NOISY, {"organism": {"noisy": "Noisy"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+    snapshot = asyncio.run(last(Engine(begun("run", "organism.plugin=noisy"), workers=2)))
+    assert (snapshot.state, snapshot.generation) == ("finished", 30), snapshot.error
+
+
+DEADLY = """
+import os, sys
+from gaitsim_puppets import Puppet
+class Deadly(Puppet):
+    def move(self, genomes):
+        if len(genomes) > 1:
+            print("[bold]I end it all", file=sys.stderr, flush=True)
+            os._exit(3)
+        return super().move(genomes)
+"""
+
+
+def test_a_plugin_that_ends_the_process_is_told_with_its_last_words(begun, install, monkeypatch):
+    folder = install("deadly", DEADLY, {"organism": {"deadly": "Deadly"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+    snapshot = asyncio.run(last(Engine(begun("run", "organism.plugin=deadly"))))
+    assert snapshot.state == "failed"
+    assert "with code 3: [bold]I end it all" in snapshot.error.what
+
+
+def test_lines_are_plain_json_and_at_most_so_many(begun):
+    path = begun("run", generations=3000)
+    done = subprocess.run(
+        [sys.executable, "-m", "gaitsim.live", str(path)],
+        input=b'{"do": "stand on your head"}\nnonsense\n[]\n{"do":"set","assignments":3}\n',
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert lines[-1]["state"] == "stopped"  # as its input had come to an end
+
+
+def test_nothing_of_a_user_interface_is_imported(begun):
+    code = (
+        "import sys; sys.argv = ['x', 'run']\nfrom gaitsim.live.__main__ import main\n"
+        "main()\nprint({'typer', 'rich', 'textual', 'matplotlib'} & {*sys.modules}, "
+        "file=sys.stderr)"
+    )
+    begun()
+    done = subprocess.run([sys.executable, "-c", code], input=b"", capture_output=True, check=True)
+    assert done.stderr.strip() == b"set()"

@@ -1,0 +1,140 @@
+"""Commands and snapshots as lines, and the course that rows make."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.live.course import Course
+from gaitsim.live.protocol import (
+    Best,
+    Command,
+    Event,
+    Individual,
+    Snapshot,
+    merged,
+    plain_error,
+    read_command,
+    read_snapshot,
+    write_command,
+    write_snapshot,
+)
+
+BEFORE = Snapshot("running", generation=3, champion=Best(2, 1.0, (0.5,)), top=(Individual(1, {}),))
+
+
+def rows(first, last, **columns):
+    numbers = np.arange(first, last + 1, dtype=float)
+    return {"generation": numbers} | {name: numbers * factor for name, factor in columns.items()}
+
+
+@pytest.mark.parametrize(
+    "command", [Command("go"), Command("set", ("mutation.rate=0.1", "name=[b]'\n\"ü"))]
+)
+def test_commands_come_back(command):
+    line = write_command(command)
+    assert line.count(b"\n") == 1
+    assert read_command(line) == command
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"",
+        b"\xff",
+        b"3",
+        b"[]",
+        b'{"do":"jump"}',
+        b'{"do":["go"]}',
+        b'{"do":"set","assignments":[1]}',
+    ],
+)
+def test_what_is_no_command_is_none(line):
+    assert read_command(line) is None
+
+
+def test_snapshots_come_back():
+    values = {
+        "state": "paused",
+        "generation": 5,
+        "rows": {"generation": [4, 5], "best": [1.5, -math.inf]},
+        "top": [{"score": 1.5, "terms": {"reach": 1.5, "price": math.nan}}],
+        "champion": {"generation": 4, "score": 1.5, "genome": [0.1, 1e-300]},
+        "events": [{"generation": 4, "kind": "best", "text": "1.5"}],
+    }
+    line = write_snapshot(values)
+    json.loads(line, parse_constant=pytest.fail)
+    found = read_snapshot(line, BEFORE)
+    assert (found.state, found.generation, found.generations) == ("paused", 5, 0)
+    np.testing.assert_equal(found.rows["best"], [1.5, np.nan])
+    assert found.top[0].terms["reach"] == 1.5
+    assert math.isnan(found.top[0].terms["price"])
+    assert found.champion == Best(4, 1.5, (0.1, 1e-300))
+    assert found.events == (Event(4, "best", "1.5"),)
+
+
+def test_what_is_not_told_anew_stays_and_news_does_not():
+    told = read_snapshot(write_snapshot({"state": "finished", "reason": "done"}), BEFORE)
+    then = read_snapshot(write_snapshot({"state": "running"}), told)
+    assert (then.champion, then.top, then.generation) == (BEFORE.champion, BEFORE.top, 3)
+    assert (then.reason, dict(then.rows), then.events, then.error) == ("", {}, (), None)
+
+
+@pytest.mark.parametrize("line", [b"", b"[]", b'{"stat": 1}', b'{"champion": {"score": 1}}'])
+def test_what_is_no_snapshot_is_told(line):
+    with pytest.raises(ValueError):  # noqa: PT011 - any text will do
+        read_snapshot(line, BEFORE)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        GaitsimError("it broke", where="here", allowed="that", remedy="this"),
+        ExperimentError([GaitsimError("one", where="a"), GaitsimError("two", remedy="b")]),
+    ],
+)
+def test_errors_come_back_as_they_read(error):
+    line = write_snapshot({"state": "failed", "error": plain_error(error)})
+    found = read_snapshot(line, BEFORE).error
+    assert str(found) == str(error)
+    assert isinstance(found, type(error))
+
+
+def test_merged_snapshots_lose_nothing():
+    first = Snapshot("running", rows=rows(1, 2, best=1), events=(Event(1, "best", "1"),),
+                     error=GaitsimError("no"))  # fmt: skip
+    then = Snapshot("paused", rows=rows(3, 4, other=2), events=(Event(3, "best", "2"),))
+    both = merged(first, then)
+    np.testing.assert_equal(both.rows["generation"], [1, 2, 3, 4])
+    np.testing.assert_equal(both.rows["best"], [1, 2, np.nan, np.nan])
+    np.testing.assert_equal(both.rows["other"], [np.nan, np.nan, 6, 8])
+    assert [event.generation for event in both.events] == [1, 3]
+    assert (both.state, both.error.what) == ("paused", "no")
+
+
+def test_the_time_left_follows_from_the_speed():
+    assert Snapshot("running", generation=50, generations=100, generations_per_second=10
+                    ).seconds_left == 5  # fmt: skip
+    assert Snapshot("paused", generation=50, generations=100).seconds_left is None
+
+
+def test_a_course_grows_and_passes_over_what_it_has():
+    course = Course(rows(1, 3, best=1))
+    assert course.extend(rows(2, 6, best=1))
+    assert course.extend({})
+    assert course.extend(rows(1, 6, best=7))
+    np.testing.assert_equal(course["best"], [1, 2, 3, 4, 5, 6])
+    assert not course.extend(rows(8, 9, best=1))
+    assert len(course) == 6
+
+
+def test_a_course_takes_terms_as_they_come():
+    course = Course(rows(1, 2, **{"reach": 1, "mean reach": 1}))
+    for number in range(3, 100):
+        assert course.extend(rows(number, number, **{"height": 2, "mean height": 1}))
+    assert course.terms == ["reach", "height"]
+    np.testing.assert_equal(course["reach"][:4], [1, 2, np.nan, np.nan])
+    np.testing.assert_equal(course["height"][:4], [np.nan, np.nan, 6, 8])
+    assert len(course["height"]) == len(course) == 99

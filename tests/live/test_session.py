@@ -1,0 +1,262 @@
+"""The search of a run as commands want it, in this process."""
+
+import errno
+import json
+import os
+import random
+
+import numpy as np
+import pytest
+
+from gaitsim.live.commands import Wishes
+from gaitsim.live.protocol import Command, Snapshot, read_snapshot
+from gaitsim.live.reporter import Reporter
+from gaitsim.live.session import evolve_steered
+from gaitsim.runs import writer as writing
+from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.reader import Run
+from gaitsim.runs.writer import RunWriter
+
+FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+class Lines(list):
+    def write(self, data):
+        self.append(data)
+
+    def snapshots(self):
+        last, found = Snapshot("preparing"), []
+        for line in self:
+            last = read_snapshot(line, last)
+            found.append(last)
+        return found
+
+
+def steer(path, *commands, **options):
+    """Evolve a run under these commands, which are all given at once, and see what is told."""
+    wishes, lines = Wishes(), Lines()
+    for command in commands:
+        wishes.add(command if isinstance(command, Command) else Command(command))
+    state = evolve_steered(path, wishes, Reporter(lines, period=0), **options)
+    snapshots = lines.snapshots()
+    assert snapshots[-1].state == state
+    return snapshots
+
+
+def change(*assignments):
+    return Command("set", assignments)
+
+
+def fingerprint(path):
+    return Run(path).fingerprint()
+
+
+def whole(begun, *overrides, **options):
+    path = begun("whole", *overrides, **options)
+    steer(path)
+    return path
+
+
+def test_a_generation_of_failures_has_no_champion(begun, puppets, monkeypatch):
+    monkeypatch.setattr(
+        puppets.Reach, "terms", lambda self, motion: {"far": np.full(motion.population, np.nan)}
+    )
+    snapshots = steer(begun("run", "evolution.population=12", generations=3))
+    assert snapshots[-1].state == "finished"
+    assert all(snapshot.champion is None for snapshot in snapshots)
+    assert not any(event.kind == "best" for snapshot in snapshots for event in snapshot.events)
+
+
+def test_it_evolves_to_the_end_and_tells_all_rows(begun):
+    path = begun()
+    snapshots = steer(path)
+    last = snapshots[-1]
+    assert (last.state, last.reason) == ("finished", "30 generations are done")
+    assert (last.generation, last.generations, last.evaluations) == (30, 30, 180)
+    numbers = [n for snapshot in snapshots for n in snapshot.rows.get("generation", ())]
+    assert numbers == list(range(1, 31))
+    history = Run(path).history
+    told = [n for snapshot in snapshots for n in snapshot.rows.get("mean reach", ())]
+    assert told == history["mean reach"].tolist()
+    assert last.top[0].score == history["best"][-1]
+    assert sum(last.top[0].terms.values()) == pytest.approx(last.top[0].score)
+    scores = [individual.score for individual in last.top]
+    assert scores == sorted(scores, reverse=True)
+    assert len(scores) == 5
+    generation, score, genome = Run(path).champion()
+    assert (last.champion.generation, last.champion.score) == (generation, score)
+    assert last.champion.genome == tuple(genome)
+
+
+def test_it_is_what_the_command_line_evolves(begun, gaitsim):
+    path = begun()
+    gaitsim("resume", path)
+    assert fingerprint(path) == fingerprint(whole(begun))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_stops_pauses_and_steps_change_nothing(begun, seed):
+    drawn = random.Random(seed)
+    path = begun()
+    while Run(path).generation < 30:
+        done = Run(path).generation
+        steps = drawn.randrange(1, 10)
+        commands = ["pause", *["step"] * steps, *drawn.choice([[], ["go", "pause", "step"]])]
+        snapshots = steer(path, *commands, "stop")
+        assert snapshots[-1].generation == min(done + commands.count("step"), 30)
+    assert fingerprint(path) == fingerprint(whole(begun))
+
+
+def test_a_pause_and_a_step_are_told(begun):
+    states = [snapshot.state for snapshot in steer(begun(), "pause", "step", "stop")]
+    assert states[-1] == "stopped"
+    assert "paused" in states or "running" in states
+
+
+@pytest.mark.parametrize(
+    "assignments", [("mutation.plugin=none",), ("fitness.price=0.5", "evolution.elites=0")]
+)
+def test_a_change_is_what_resume_makes_of_it(begun, gaitsim, assignments):
+    path, other = begun("one"), begun("other")
+    steps = ["pause", *["step"] * 7]
+    snapshots = steer(path, *steps, change(*assignments), "go")
+    events = [event for snapshot in snapshots for event in snapshot.events]
+    stages = [event for event in events if event.kind == "stage"]
+    assert {event.generation for event in stages} == {8}
+    assert len(stages) == len(assignments)
+    assert snapshots[-1].stage == 2
+    steer(other, *steps, "stop")
+    gaitsim("resume", other, *(part for text in assignments for part in ("--set", text)))
+    assert fingerprint(path) == fingerprint(other)
+    assert fingerprint(path) != fingerprint(whole(begun))
+
+
+def test_champions_of_another_fitness_are_forgotten(begun):
+    path = begun()
+    snapshots = steer(path, "pause", *["step"] * 7, change("fitness.price=5.0"), "step", "stop")
+    history = Run(path).history
+    assert snapshots[-1].scored_from == Run(path).comparable == 8
+    assert snapshots[-1].champion.generation == 8
+    assert snapshots[-1].champion.score == history["best"][7]
+
+
+def test_a_change_that_cannot_be_made_is_told_and_changes_nothing(begun):
+    path = begun()
+    refused = [change("mutation.rat=1"), change("evolution.population=50"), change("x")]
+    snapshots = steer(path, "pause", "step", *refused, "step", change(), "go")
+    errors = [str(snapshot.error) for snapshot in snapshots if snapshot.error]
+    assert any("rat" in error for error in errors)
+    assert "failed" not in {snapshot.state for snapshot in snapshots}
+    assert fingerprint(path) == fingerprint(whole(begun))
+
+
+def test_more_generations_while_it_runs(begun):
+    path = begun(generations=5)
+    last = steer(path, "pause", "step", change("evolution.generations=30"), "go")[-1]
+    assert (last.generation, last.stage) == (30, 1)
+    assert fingerprint(path) == fingerprint(whole(begun))
+
+
+def test_a_finished_run_is_told_and_goes_further(begun):
+    path = begun(generations=5)
+    steer(path)
+    last = steer(path)[-1]
+    assert (last.state, last.reason, last.generation) == ("finished", "5 generations are done", 5)
+    assert last.champion is not None
+    assert len(last.top) == 5
+    assert steer(path, generations=30)[-1].generation == 30
+    assert fingerprint(path) == fingerprint(whole(begun))
+
+
+def test_a_run_that_another_holds_is_told(begun):
+    path = begun()
+    lock = RunLock(path)
+    snapshot = steer(path)[-1]
+    lock.release()
+    assert snapshot.state == "failed"
+    assert f"is being written by process {os.getpid()}" in snapshot.error.what
+    assert snapshot.error.remedy
+
+
+SPOILT = """
+import gaitsim_puppets as puppets
+calls = 0
+class Body(puppets.Puppet):
+    def move(self, genomes):
+        global calls
+        calls += len(genomes) > 1
+        if calls == 3:
+            calls = 4
+            raise ValueError("[/red] out of joint")
+        return super().move(genomes)
+"""
+
+
+def test_a_broken_plugin_is_told_and_the_run_goes_on(begun, install):
+    install("spoilt", SPOILT, {"organism": {"spoilt": "Body"}})
+    path = begun("run", "organism.plugin=spoilt")
+    snapshot = steer(path)[-1]
+    assert (snapshot.state, snapshot.generation) == ("failed", 2)
+    assert "organism 'spoilt' of package spoilt 1.0" in snapshot.error.what
+    assert "gaitsim resume run" in snapshot.error.remedy
+    assert steer(path)[-1].state == "finished"
+    assert Run(path).history["best"].tolist() == Run(whole(begun)).history["best"].tolist()
+
+
+def test_a_full_disk_is_told_and_the_run_goes_on(begun, monkeypatch):
+    path = begun()
+    real = writing.write_checkpoint
+
+    def write(place, checkpoint, previous):
+        if checkpoint.generation == 4:
+            with writing.writing(place):
+                raise FULL
+        real(place, checkpoint, previous)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(writing, "write_checkpoint", write)
+        snapshot = steer(path)[-1]
+    assert (snapshot.state, snapshot.generation) == ("failed", 3)
+    assert "No space left" in snapshot.error.what
+    assert "free some space" in snapshot.error.remedy
+    steer(path)
+    assert fingerprint(path) == fingerprint(whole(begun))
+
+
+def test_a_failed_run_can_be_opened_by_whoever_is_told(begun, monkeypatch):
+    path = begun()
+    opened = []
+
+    class Eager(Lines):
+        def write(self, data):
+            super().write(data)
+            if json.loads(data)["state"] == "failed":
+                with RunWriter(path) as writer:
+                    opened.append(writer.last)
+
+    def fail(*_):
+        with writing.writing(path):
+            raise FULL
+
+    monkeypatch.setattr(writing.history, "row", fail)
+    assert evolve_steered(path, Wishes(), Reporter(Eager(), period=0)) == "failed"
+    assert opened == [None]
+
+
+def test_a_reader_who_is_gone_stops_the_run(begun):
+    path = begun(generations=100_000)
+
+    class Gone:
+        def write(self, data):
+            raise BrokenPipeError
+
+    wishes = Wishes()
+    reporter = Reporter(Gone(), lost=lambda: wishes.add(Command("stop")))
+    assert evolve_steered(path, wishes, reporter) == "stopped"
+
+
+def test_the_best_of_each_island_is_told(begun):
+    path = begun("run", "islands.number=3", "islands.migrants=1", generations=12)
+    last = steer(path)[-1]
+    assert last.islands == tuple(Run(path).islands[-1])
+    assert steer(begun("plain", generations=3))[-1].islands == ()

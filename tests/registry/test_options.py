@@ -1,0 +1,235 @@
+"""Options in words, and values as they are typed."""
+
+from enum import StrEnum
+from typing import Annotated, Any, Literal, Optional
+
+import pytest
+from annotated_types import Ge
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import BaseModel, Field
+
+from gaitsim.contracts import option
+from gaitsim.errors import GaitsimError
+from gaitsim.registry import options
+from gaitsim.toml import literal, parse
+
+
+class Gait(StrEnum):
+    trot = "trot"
+    pace = "pace"
+
+
+class Leg(BaseModel):
+    length: float = 0.1
+    joints: int = 3
+
+
+class Many(BaseModel):
+    count: int = option(3, "how\n  many", ge=1, le=1_000_000)
+    mass: float = option(1.0, "weight", unit="kg", gt=0, lt=2.5)
+    tiny: float = option(1e-7, "small", ge=1e-7)
+    exact: float = option(1.0, "exact", ge=1234567.5)
+    limit: int | None = option(None, "limit", ge=1)
+    old: Optional[float] = option(None, "old style")  # noqa: UP045
+    level: Annotated[int, Ge(2)] | None = None
+    side: Literal["left", "right"] = option("left", "side")
+    legs: Literal[4, 6] = option(4, "legs")
+    gait: Gait = option(Gait.trot, "gait")
+    both: Literal["none", "auto"] | float = option("auto", "both")
+    label: str = Field("x", min_length=1, max_length=3)
+    ratio: int = Field(2, multiple_of=2)
+    pair: tuple[float, float] = option((0.0, 1.0), "pair")
+    row: tuple[int, ...] = option((1,), "row")
+    layers: tuple[Annotated[int, Field(ge=1, le=9)], ...] = option((1,), "layers")
+    names: list[str] = Field(default_factory=list)
+    leg: Leg = Leg()
+    anything: Any = None
+    needed: float
+    flag: bool = option(False, "flag")
+    mode: Literal["none"] | None = None
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("count", "a whole number ≥ 1 and ≤ 1,000,000"),
+        ("mass", "a number > 0 and < 2.5, in kg"),
+        ("tiny", "a number ≥ 1e-07"),
+        ("exact", "a number ≥ 1,234,567.5"),
+        ("limit", "a whole number ≥ 1"),
+        ("old", "a number"),
+        ("level", "a whole number ≥ 2"),
+        ("side", '"left" or "right"'),
+        ("legs", "4 or 6"),
+        ("gait", '"trot" or "pace"'),
+        ("both", '"none" or "auto" or a number'),
+        ("label", "a text at least 1 long and at most 3 long"),
+        ("ratio", "a whole number divisible by 2"),
+        ("pair", "a list of 2 values: a number, a number"),
+        ("row", "a list of values, each a whole number"),
+        ("layers", "a list of values, each a whole number ≥ 1 and ≤ 9"),
+        ("names", "a list of values, each a text"),
+        ("leg", "a table with the keys length, joints"),
+        ("anything", "anything"),
+        ("needed", "a number"),
+        ("flag", "true or false"),
+    ],
+)
+def test_what_is_allowed_in_words(name, words):
+    assert options.allowed(Many.model_fields[name]) == words
+
+
+def test_unit_meaning_and_default():
+    fields = Many.model_fields
+    assert options.unit(fields["mass"]) == "kg"
+    assert options.unit(fields["label"]) == ""
+    assert options.meaning(fields["count"]) == "how many"
+    assert options.meaning(fields["label"]) == ""
+    defaults = {name: options.default(field) for name, field in fields.items()}
+    assert defaults["gait"] == '"trot"'
+    assert defaults["flag"] == "false"
+    assert defaults["limit"] == "none"
+    assert defaults["names"] == "[]"
+    assert defaults["pair"] == "[0.0, 1.0]"
+    assert defaults["needed"] == "required"
+    assert defaults["leg"] == "{length = 0.1, joints = 3}"
+
+
+@pytest.mark.parametrize(
+    ("text", "pair"),
+    [
+        ("a=1", ("a", "1")),
+        (" a.b = x y ", ("a.b", "x y")),
+        ("a=", ("a", "")),
+        ("a=b=c", ("a", "b=c")),
+        ("é.ü=1\n2", ("é.ü", "1\n2")),
+    ],
+)
+def test_an_assignment_is_taken_apart(text, pair):
+    assert options.parse_assignment(text) == pair
+
+
+@pytest.mark.parametrize("text", ["", "=", "=1", " = 1", "a", "a.b", "a..b=1", ".a=1", "a.=1"])
+def test_what_is_no_assignment_is_refused(text):
+    with pytest.raises(ValueError, match="is not KEY=VALUE"):
+        options.parse_assignment(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1", 1),
+        ("1_000", 1000),
+        ("-0.5", -0.5),
+        ("true", True),
+        ('"a b"', "a b"),
+        ("'a'", "a"),
+        ("[1, 2]", [1, 2]),
+        ("{a = 1}", {"a": 1}),
+        ("1 # one", 1),
+        ("sine", "sine"),
+        ("[bold]", "[bold]"),
+        ("", ""),
+        ("1\nother = 2", "1\nother = 2"),
+        ("9" * 30, "9" * 30),
+        ("9" * 5000, "9" * 5000),
+        ("0x" + "f" * 5000, "0x" + "f" * 5000),
+        ("[" * 5000, "[" * 5000),
+        ("\0", "\0"),
+    ],
+)
+def test_a_value_is_toml_or_a_text(text, value):
+    found = options.parse_value(text)
+    assert found == value
+    assert type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("name", "typed", "value"),
+    [
+        ("limit", "none", None),
+        ("limit", "None", None),
+        ("limit", "3", 3),
+        ("count", "none", "none"),
+        ("side", "none", "none"),
+        ("mode", "none", None),
+        ("both", "none", "none"),
+        ("label", "12", "12"),
+        ("label", "true", "true"),
+        ("label", '"12"', "12"),
+        ("mass", ".5", 0.5),
+        ("mass", "5.", 5.0),
+        ("mass", "5 kg", "5 kg"),
+        ("old", ".5", 0.5),
+        ("legs", "4", 4),
+    ],
+)
+def test_what_is_typed_is_read_as_the_option_means_it(name, typed, value):
+    field = Many.model_fields[name]
+    found = options.fitting(field, options.parse_value(typed), typed)
+    assert found == value
+    assert type(found) is type(value)
+
+
+def test_a_file_is_read_as_it_is_written():
+    fields = Many.model_fields
+    assert options.fitting(fields["label"], 12, None) == 12
+    assert options.fitting(fields["mass"], ".5", None) == ".5"
+    assert options.fitting(fields["limit"], "none", None) is None
+
+
+@given(st.text())
+@settings(derandomize=True, deadline=None)
+def test_any_text_is_a_value(text):
+    options.parse_value(text)
+
+
+plain = st.recursive(
+    st.text() | st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(),
+    lambda inner: st.lists(inner, max_size=3),
+    max_leaves=5,
+)
+
+
+@given(plain)
+@settings(derandomize=True, deadline=None)
+def test_a_literal_is_one_short_line(value):
+    text = literal(value)
+    assert len(text) <= 60
+    assert "\n" not in text
+
+
+@given(st.integers(-(2**63), 2**63 - 1) | st.booleans() | st.floats(allow_nan=False))
+@settings(derandomize=True, deadline=None)
+def test_a_short_literal_is_toml(value):
+    assert parse(f"value = {literal(value)}", "")["value"] == value
+
+
+@pytest.mark.parametrize(
+    ("text", "what", "where"),
+    [
+        ("a = 1\na = 2\n", "a key stands twice", "x.toml, line 2"),
+        ("[a]\n[a]", "a section stands twice", "x.toml, line 2"),
+        ("a = sine", "a value cannot be read", "x.toml, line 1"),
+        ("a =", "a value cannot be read", "x.toml, end of the file"),
+        ("a", "expected '='", "x.toml, end of the file"),
+        ("a = 1\0", "not valid TOML", "x.toml, line 1"),
+        ("a = " + "9" * 5000, "a whole number is too long", "x.toml"),
+        ("a = 0x" + "f" * 5000, "a whole number is too long", "x.toml, key a"),
+        ("[b]\na = [{c = 9223372036854775808}]", "a whole number is too long", "x.toml, key b.a.c"),
+        ("a = " + "[" * 3000, "nested too deeply", "x.toml"),
+        ("a = " + "[" * 30 + "]" * 30, "nested too deeply", "x.toml, key a"),
+        ("a." * 3000 + "a = 1", "nested too deeply", "x.toml, key a.a"),
+    ],
+)
+def test_what_is_no_toml_is_told_with_its_place(text, what, where):
+    with pytest.raises(GaitsimError) as raised:
+        parse(text, "x.toml")
+    assert what in raised.value.what
+    assert raised.value.where.startswith(where)
+
+
+def test_the_largest_whole_numbers_are_read():
+    values = [-(2**63), 2**63 - 1]
+    assert parse(f"a = {values}", "")["a"] == values

@@ -1,0 +1,504 @@
+"""Every kind of plot, on bodies that have what it shows and on bodies that have not."""
+
+import re
+from dataclasses import replace
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from gaitsim.contracts import Motion, Skeleton
+from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.gait import stability_margin
+from gaitsim.gait.contact import feet_of
+from gaitsim.render.plots import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
+from gaitsim.render.plots.channels import read_channel
+from gaitsim.render.plots.components import lines_of
+from gaitsim.render.plots.footfall import footfall_figure
+from gaitsim.render.plots.joints import joints_figure, legs_of
+from gaitsim.render.plots.kinds import KINDS, draw, file_stem
+from gaitsim.render.plots.labels import shortened
+from gaitsim.render.plots.panels import intervals
+from gaitsim.render.plots.path import path_figure, scene_of
+from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.scenery import nice
+from gaitsim.render.plots.stability import margin_of, stability_figure
+from gaitsim.render.plots.terms import terms_figure
+from gaitsim.runs.replay import replay
+
+
+def asked(run, *generations, **more):
+    return Request(run, tuple(replay(run, number) for number in generations or (None,)), **more)
+
+
+def texts(figure):
+    """What is written on a figure, as an SVG says beside the glyphs."""
+    return set(re.findall("<!-- (.*?) -->", picture(figure, "svg", LIGHT).decode()))
+
+
+def lines(axes):
+    """The lines of data of some axes."""
+    return [line for line in axes.lines if len(line.get_xdata()) > 2]
+
+
+@pytest.fixture
+def flier(puppet_run, puppets, monkeypatch):
+    """A run of puppets that fly in two trials, without joints and feet."""
+
+    def move(self, genomes):
+        times = np.linspace(0, 1, 5)[None, :, None, None]
+        place = np.broadcast_to(times * genomes[:, None, None, :], (len(genomes), 5, 2, 3)).copy()
+        place[:, :, 1] += 1
+        return Motion(
+            4.0,
+            {
+                "reach": genomes.sum(axis=1),
+                "place": place,
+                "rotation": np.ones((len(genomes), 5, 2, 4)),
+                "landed": np.zeros((len(genomes), 5), dtype=bool),
+            },
+        )
+
+    def skeleton(self, motion, individual):
+        centre = motion["place"][individual, :, 0]
+        ends = centre[:, None, None] + np.array([[[0.1, 0, 0], [-0.1, 0, 0]]])
+        return Skeleton(ends, ("body",), 4.0, centre=centre)
+
+    run = puppet_run()
+    monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
+    monkeypatch.setattr(puppets.Puppet, "move", move)
+    monkeypatch.setattr(puppets.Puppet, "skeleton", skeleton)
+    monkeypatch.setattr(
+        puppets.Puppet,
+        "channels",
+        {
+            "reach": "(population,) m",
+            "place": "(population, frames, trials, 3) m, of the centre",
+            "rotation": "(population, frames, trials, 4) unit quaternion w, x, y, z of the body",
+            "landed": "(population, frames) bool, whether it is down",
+        },
+    )
+    return run
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_is_drawn_of_a_walker_and_always_the_same(spider_run, tmp_path, kind):
+    pictures = [picture(draw(kind, asked(spider_run)), "svg", LIGHT) for _ in range(2)]
+    assert pictures[0] == pictures[1]
+    save(draw(kind, asked(spider_run, theme=DARK)), tmp_path / "dark.png", DARK)
+    image = matplotlib.image.imread(tmp_path / "dark.png")
+    assert image.shape[1] == 1020  # 86 mm at 300 dots an inch
+    assert image[-1, -1, :3] == pytest.approx([21 / 255, 24 / 255, 28 / 255], abs=0.003)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_drawn_leaves_the_picture(spider_run, kind):
+    figure = draw(kind, asked(spider_run))
+    with styled(LIGHT):
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        room = figure.get_tightbbox(canvas.get_renderer())  # inches
+    assert room.x0 > -0.02
+    assert room.x1 < figure.get_figwidth() + 0.02
+    assert room.y0 > -0.02
+    assert room.y1 < figure.get_figheight() + 0.02
+
+
+def test_users_settings_do_not_change_a_plot(spider_run):
+    import matplotlib
+
+    plain = picture(draw("terms", asked(spider_run)), "svg", LIGHT)
+    with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}):
+        assert picture(draw("terms", asked(spider_run)), "svg", LIGHT) == plain
+
+
+def test_colours_and_dashes_of_the_first_lines_differ():
+    for theme in THEMES.values():
+        looks = [(theme.line(i)["color"], str(theme.line(i)["linestyle"])) for i in range(48)]
+        assert len(set(looks)) == 48
+        assert len({style for _, style in looks[:7]}) == 7
+    assert LIGHT.colours == COLOURS
+
+
+def test_the_terms_are_those_of_the_history(spider_run):
+    figure = terms_figure(asked(spider_run))
+    panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
+    assert "MOVEMENT_SCALAR" in panels or len(panels) == 7
+    for name, axes in panels.items():
+        mean, best = lines(axes)
+        assert np.array_equal(mean.get_ydata(), spider_run.history[f"mean {name}"])
+        assert np.array_equal(best.get_ydata(), spider_run.history[name])
+
+
+def test_footfalls_are_where_the_feet_stand(spider_run):
+    request = asked(spider_run, window=(1.0, 3.0))
+    axes = footfall_figure(request).axes[0]
+    touching = request.replay.skeleton.touching[30:91]
+    for foot, bars in enumerate(axes.collections):
+        boxes = [path.get_extents() for path in bars.get_paths()]
+        assert sum(box.width for box in boxes) == pytest.approx(touching[:, foot].sum() / 30)
+        assert all(box.y0 < foot < box.y1 for box in boxes)
+    assert [label.get_text() for label in axes.get_yticklabels()] == [
+        f"{side}{leg}" for side in "LR" for leg in range(1, 5)
+    ]
+
+
+def test_duty_factors_are_those_of_the_analysis(spider_run):
+    request = asked(spider_run, window=(1.0, 3.0))
+    skeleton = request.replay.skeleton
+    (axes,) = footfall_figure(request).axes
+    (right,) = axes.child_axes
+    feet, _ = feet_of(skeleton.touching, skeleton.contact_names, skeleton.frame_rate)
+    shown = [label.get_text() for label in right.get_yticklabels()]
+    assert shown == [f"{foot.duty_factor:.2f}" for foot in feet]
+
+
+def test_a_bar_lasts_until_the_next_frame():
+    holds = np.array([True, True, False, False, True, False, True])
+    assert intervals(holds, 1.0, 2.0) == [(1.0, 1.0), (3.0, 0.5), (4.0, 0.5)]
+    assert intervals(~np.ones(3, bool), 0.0, 1.0) == []
+    assert intervals(np.ones(3, bool), 0.0, 1.0) == [(0.0, 3.0)]
+
+
+def test_joints_are_in_degrees_a_panel_a_leg(spider_run):
+    request = asked(spider_run, window=(0.0, 1.0))
+    figure = joints_figure(request)
+    panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
+    assert [*panels] == ["L1", "R1", "L2", "R2", "L3", "R3", "L4", "R4"]
+    angles = np.degrees(request.replay.motion["joint_angles"][0, :31].astype(float))
+    drawn = lines(panels["R1"])
+    assert [line.get_label() for line in drawn] == ["coxa", "femur", "tibia"]
+    assert np.allclose(np.stack([line.get_ydata() for line in drawn], axis=1), angles[:, 12:15])
+
+
+@pytest.mark.parametrize(
+    ("names", "legs"),
+    [
+        (["L1 a", "L1 b", "R1 a", "R1 b"], {"L1": {"a": 0, "b": 1}, "R1": {"a": 2, "b": 3}}),
+        (["left leg a", "left leg b"], {"left leg": {"a": 0, "b": 1}}),
+        (["hip", "knee"], {"": {"hip": 0, "knee": 1}}),
+        (["L1 a", "L1 b", "R1 a"], {"": {"L1 a": 0, "L1 b": 1, "R1 a": 2}}),
+        (["L a", "L a", "R a"], {"": {"L a": 1, "R a": 2}}),
+        (list("abcdefg"), {letter: {"": at} for at, letter in enumerate("abcdefg")}),
+    ],
+)
+def test_joints_are_grouped_by_leg_where_names_say_so(names, legs):
+    assert legs_of(names) == legs
+
+
+def test_the_margin_is_the_bodys_own_or_worked_out(spider_run, monkeypatch):
+    shown = replay(spider_run)
+    own = margin_of(shown)
+    assert np.array_equal(own, shown.motion["margin"][0].astype(float))
+    bodies = type(spider_run.experiment.organism)
+    monkeypatch.setattr(
+        bodies, "channels", {k: v for k, v in bodies.channels.items() if k != "margin"}
+    )
+    assert np.array_equal(margin_of(shown), stability_margin(shown.skeleton))
+
+
+def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
+    import gaitsim.render.plots.stability as module
+
+    margin = np.full(300, 0.01)
+    margin[30:60], margin[60:75] = -0.005, -np.inf
+    monkeypatch.setattr(module, "margin_of", lambda shown: margin)
+    said = texts(stability_figure(asked(spider_run)))
+    assert "least: −5.0 mm" in said
+    assert "not held by its feet: 15% of the time" in said
+
+
+def test_the_path_is_drawn_at_one_scale_with_bodies_apart(spider_run):
+    request = asked(spider_run)
+    scene = scene_of(request.replay.skeleton, slice(0, 300))
+    assert np.allclose(scene.path, request.replay.skeleton.path)
+    assert 1 <= len(scene.at) <= 6
+    assert scene.at[0] == 0
+    assert scene.factor == 1
+    _, above = path_figure(request).axes
+    (path,) = lines(above)
+    assert np.allclose(path.get_xydata(), scene.path[:, :2])
+    assert above.get_aspect() == 1
+
+
+def test_a_body_far_smaller_than_its_path_is_enlarged_and_it_is_said(flier, monkeypatch):
+    shown = replay(flier)
+    centre = np.linspace([0, 0, 0], [0, 0, 100.0], 20)
+    ends = centre[:, None, None] + np.array([[[0.5, 0, 0], [-0.5, 0, 0]]])
+    skeleton = Skeleton(ends, ("body",), 4.0, centre=centre)
+    object.__setattr__(shown, "skeleton", skeleton)
+    scene = scene_of(skeleton, slice(0, 20))
+    assert scene.factor == 10
+    assert np.ptp(scene.bodies[0, 0, :, 0]) == pytest.approx(10)
+    assert any("body × 10" in text for text in texts(path_figure(Request(flier, (shown,)))))
+
+
+@pytest.mark.parametrize(
+    ("size", "low", "high"),
+    [
+        (0.2, [0, 0, 0], [0, 0, 100.0]),
+        (0.5, [0, 0, 0.3], [-0.7, 0, -3.4]),  # a fall
+        (0.5, [0, 0, 0.3], [-4, 0, -1.2]),  # down a slope
+        (0.5, [0, 0, -0.2], [-4, 0, -1.25]),
+        (0.05, [0, 0, 0.01], [0.11, 0, 0.01]),  # a walk of centimetres
+        (0.01, [0, 0, 0], [0.003, 0.004, 0.02]),
+        (0.001, [0, 0, 0], [-0.003, -0.004, 0]),
+        (1, [0, 0, 0], [2500, -1200, 900]),
+    ],
+)
+def test_no_text_of_a_path_is_over_another(flier, size, low, high):
+    shown = replay(flier)
+    centre = np.linspace(low, high, 20)
+    cross = np.array([[[size, 0, 0], [-size, 0, 0]], [[0, size, 0], [0, -size, 0]]])
+    skeleton = Skeleton(centre[:, None, None] + cross, ("x", "y"), 4.0, centre=centre)
+    object.__setattr__(shown, "skeleton", skeleton)
+    figure = path_figure(Request(flier, (shown,)))
+    with styled(LIGHT):
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        written = [text for text in figure.axes[0].texts if text.get_text()]
+        boxes = [text.get_window_extent(canvas.get_renderer()) for text in written]
+    assert {"x (m)", "y (m)"} < {text.get_text() for text in written}
+    over = [
+        (written[one].get_text(), written[other].get_text())
+        for other in range(len(boxes))
+        for one in range(other)
+        if boxes[one].overlaps(boxes[other])
+    ]
+    assert over == []
+
+
+@pytest.mark.parametrize("broken", ["all", "some"])
+def test_frames_that_are_nowhere_are_left_out_of_the_path(flier, broken):
+    shown = replay(flier)
+    segments = shown.skeleton.segments.copy()
+    segments[slice(None) if broken == "all" else 1] = np.nan
+    object.__setattr__(shown, "skeleton", replace(shown.skeleton, segments=segments))
+    request = Request(flier, (shown,))
+    if broken == "some":
+        assert len(lines(path_figure(request).axes[1])[0].get_xdata()) == 4
+    else:
+        with pytest.raises(LackingError, match=r"puppet.* is nowhere"):
+            path_figure(request)
+
+
+def test_a_path_says_of_which_flight_it_is(bundled):
+    assert "path, first of 3 trials" in texts(path_figure(asked(bundled("fly"))))
+    walker = texts(path_figure(asked(bundled("walker"))))
+    assert "path" in walker
+    assert not any("trial" in text for text in walker)
+
+
+def test_a_body_that_is_one_point_has_a_path(puppet_run):
+    assert "start" in texts(path_figure(asked(puppet_run())))
+
+
+@pytest.mark.parametrize(
+    ("least", "step"), [(0.9, 1), (1, 1), (1.1, 2), (0.03, 0.05), (7, 10), (200, 200)]
+)
+def test_steps_of_a_grid_are_round(least, step):
+    assert nice(least) == pytest.approx(step)
+
+
+def test_components_have_names(flier, spider_run):
+    place = read_channel(replay(flier), "place")
+    assert (place.unit, place.description) == ("m", "of the centre")
+    assert place.axes == (("trial 0", "trial 1"), ("x", "y", "z"))
+    assert read_channel(replay(flier), "rotation").axes[1] == ("w", "x", "y", "z")
+    feet = read_channel(replay(spider_run), "feet")
+    assert feet.axes[0][:2] == ("L1", "L2")
+    assert read_channel(replay(spider_run), "joint_angles").axes[0][1] == "L1 femur"
+    pose = read_channel(replay(spider_run), "pose")
+    assert pose.axes == (("x", "y", "yaw"),)
+    assert [pose.unit_of(name) for name in pose.axes[0]] == ["m", "m", "rad"]
+
+
+SPACE, TRIALS = ("x", "y", "z"), ("trial 0", "trial 1", "trial 2")
+
+
+@pytest.mark.parametrize(
+    ("preset", "channel", "axes"),
+    [
+        ("fly", "altitude", (TRIALS,)),
+        ("fly", "position", (TRIALS, SPACE)),
+        ("fly", "rotation", (TRIALS, ("w", "x", "y", "z"))),
+        ("walker", "foot_positions", (("near", "far"), SPACE)),
+        ("walker", "load", (("near", "far"), ("x", "z"))),
+        ("walker", "torso", (SPACE,)),
+        ("walker", "torque", (("near hip", "near knee", "far hip", "far knee"),)),
+        ("millipede", "stance", (("L1", "L2", "L3", "R1", "R2", "R3"),)),
+    ],
+)
+def test_an_axis_has_the_names_of_its_word(bundled, preset, channel, axes):
+    assert read_channel(replay(bundled(preset)), channel).axes == axes
+
+
+def test_what_has_directions_has_a_panel_each(bundled):
+    figure = draw("channel", asked(bundled("walker"), channel="load"))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["load x\n(N)", "load z\n(N)"]
+    assert {"near", "far"} <= texts(figure)
+
+
+def test_a_unit_of_two_words_is_read_whole(bundled):
+    torque = read_channel(replay(bundled("walker")), "torque")
+    assert torque.unit == "N m"
+    assert torque.description == "size of its mean since the frame before"
+
+
+def test_as_many_trials_as_feet_are_trials(spider_run, monkeypatch):
+    shown = replay(spider_run)
+    body = type(shown.experiment.organism)
+    told = {**body.channels, "slope": "(population, frames, trials) rad"}
+    monkeypatch.setattr(body, "channels", told)
+    many = {"slope": np.zeros((1, 300, 8))}
+    object.__setattr__(shown, "motion", Motion(shown.motion.frame_rate, {**shown.motion, **many}))
+    assert read_channel(shown, "slope").axes == (tuple(f"trial {trial}" for trial in range(8)),)
+
+
+@pytest.mark.parametrize(
+    ("components", "names"),
+    [
+        ((), ["trial 0 x", "trial 0 y", "trial 0 z", "trial 1 x", "trial 1 y", "trial 1 z"]),
+        (("z",), ["trial 0 z", "trial 1 z"]),
+        (("2",), ["trial 0 z", "trial 1 z"]),
+        (("trial 1", "z", "x"), ["trial 1 x", "trial 1 z"]),
+    ],
+)
+def test_components_are_chosen_by_name_or_index(flier, components, names):
+    channel = read_channel(replay(flier), "place")
+    found = lines_of(channel, components)
+    assert [line.name for line in found] == names
+    for line in found:
+        trial, axis = int(line.name[6]), "xyz".index(line.name[-1])
+        assert np.array_equal(line.values, channel.values[:, trial, axis])
+
+
+def test_of_many_trials_the_first_is_drawn(flier):
+    channel = read_channel(replay(flier), "place")
+    many = replace(
+        channel,
+        values=np.zeros((5, 9, 3)),
+        axes=(tuple(f"trial {trial}" for trial in range(9)), channel.axes[1]),
+    )
+    assert [line.name for line in lines_of(many, ())] == ["trial 0 x", "trial 0 y", "trial 0 z"]
+    assert [line.name for line in lines_of(many, ("trial 8", "z"))] == ["trial 8 z"]
+
+
+def test_generations_are_lines_of_one_panel(spider_run):
+    request = asked(spider_run, 1, 3, channel="feet", components=("L1", "z"))
+    (axes,) = draw("channel", request).axes
+    first, last = lines(axes)
+    assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
+    assert np.array_equal(
+        first.get_ydata(), request.replays[0].motion["feet"][0, :, 0, 2].astype(float)
+    )
+    assert axes.get_ylabel() == "feet L1 z (m)"
+    assert (first.get_color(), first.get_linestyle()) != (last.get_color(), last.get_linestyle())
+
+
+def test_a_channel_has_its_unit_and_gaps_where_it_is_not_finite(flier, puppets, monkeypatch):
+    real = puppets.Puppet.move
+
+    def move(self, genomes):
+        motion = real(self, genomes)
+        motion["place"][:, 2:] = np.inf
+        return motion
+
+    monkeypatch.setattr(puppets.Puppet, "move", move)
+    figure = draw("channel", asked(flier, channel="place", components=("x",)))
+    assert "place x (m)" in texts(figure)
+    assert all(np.isnan(line.get_ydata()[2:]).all() for line in lines(figure.axes[0]))
+
+
+def test_truth_values_are_bars(flier, spider_run):
+    assert draw("channel", asked(flier, channel="landed")).axes[0].get_ylabel() == "landed"
+    axes = draw("channel", asked(spider_run, channel="stance")).axes[0]
+    assert len(axes.collections) == 8
+
+
+def test_an_unknown_channel_is_refused_with_all_there_are(spider_run):
+    with pytest.raises(GaitsimError, match="has no channel 'margins'") as error:
+        draw("channel", asked(spider_run, channel="margins"))
+    assert error.value.remedy == "did you mean 'margin'?"
+    for name, description in spider_run.experiment.organism.channels.items():
+        assert f"{name}: {description}" in error.value.allowed
+
+
+def test_what_a_channel_lacks_is_refused(flier):
+    for component in ("w", "3", "-1", "", "²"):
+        with pytest.raises(GaitsimError, match="has no component") as error:
+            draw("channel", asked(flier, channel="place", components=(component,)))
+        assert error.value.allowed.startswith("trial 0, trial 1; and x, y, z; or 0 to 2")
+    with pytest.raises(GaitsimError, match="has no component '0'"):
+        draw("channel", asked(flier, channel="landed", components=("0",)))
+    with pytest.raises(GaitsimError, match="one value a gait") as error:
+        draw("channel", asked(flier, channel="reach"))
+    assert error.value.allowed == "place, rotation, landed"
+
+
+def test_too_much_for_a_plot_is_refused(spider_run):
+    with pytest.raises(GaitsimError, match="9 generations do not fit"):
+        draw("channel", asked(spider_run, *[1] * 9))
+    nobody = asked(spider_run, 1, 2, channel="feet", components=())
+    assert len(draw("channel", nobody).axes) == 24  # as many as there is room for
+
+
+@pytest.mark.parametrize("kind", ["footfall", "stability"])
+def test_a_body_without_feet_is_named_and_what_it_would_need(flier, kind):
+    with pytest.raises(LackingError, match=r"organism 'puppet' .* has no feet") as error:
+        draw(kind, asked(flier))
+    assert "contacts" in error.value.allowed
+
+
+def test_a_body_without_joints_is_named_and_what_it_would_need(flier):
+    with pytest.raises(LackingError, match=r"organism 'puppet' .* has no joint angles") as error:
+        draw("joints", asked(flier))
+    assert "'joint_angles'" in error.value.allowed
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        (lambda self, genomes: Motion(4.0, {"reach": genomes[:, 0]}), "KeyError"),
+        (
+            lambda self, genomes: Motion(4.0, {"joint_angles": np.full((1, 5, 3), "a")}),
+            "as <U1",
+        ),
+        (lambda self, genomes: Motion(4.0, {"joint_angles": np.zeros((2, 5, 3))}), "shape"),
+    ],
+)
+def test_a_body_that_breaks_its_contract_is_named(puppet_run, puppets, monkeypatch, wrong, says):
+    run = puppet_run()
+    monkeypatch.setattr(puppets.Puppet, "move", wrong)
+    with pytest.raises(PluginError, match=says):
+        draw("joints", asked(run))
+
+
+@pytest.mark.parametrize(
+    ("window", "frames"),
+    [(None, (40, 300)), ((0, 1), (0, 31)), ((9, 20), (270, 300)), ((0.5, 0.6), (15, 19))],
+)
+def test_a_window_is_a_part_of_the_frames(window, frames):
+    assert stretch(300, 30.0, window, usual=26 / 3) == slice(*frames)
+
+
+def test_a_window_without_motion_is_refused():
+    for window in ((10, 20), (0.0, 0.01), (-1, 2)):
+        with pytest.raises(GaitsimError, match="no two frames") as error:
+            stretch(300, 30.0, window)
+        assert "0 to 9.967 s" in error.value.allowed
+    with pytest.raises(LackingError, match="only one frame"):
+        stretch(1, 30.0, None)
+
+
+def test_files_are_named_after_what_they_show(spider_run):
+    assert file_stem("fitness", asked(spider_run)) == "fitness"
+    assert file_stem("path", asked(spider_run, 2)) == "path-generation-2"
+    request = asked(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
+    assert file_stem("channel", request) == "channel-feet-L1----z-generation-1-3"
+
+
+def test_long_names_lose_their_middle():
+    assert shortened("short", 10) == "short"
+    assert shortened("a" * 20 + "z" * 20, 12) == "aaaaaaaa…zzz"

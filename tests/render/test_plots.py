@@ -1,0 +1,157 @@
+import errno
+import os
+import sys
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.render.plots import fitness_figure, plot_fitness
+from gaitsim.render.plots.kinds import draw
+from gaitsim.render.plots.request import Request
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.reader import Run
+
+STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+
+
+@pytest.mark.parametrize("format", STARTS)
+def test_a_plot_is_drawn_in_the_format_of_its_name_and_always_the_same(
+    spider_run, tmp_path, format
+):
+    one, two = tmp_path / f"one.{format}", tmp_path / f"two.{format.upper()}"
+    plot_fitness(spider_run, one)
+    plot_fitness(spider_run, two)
+    assert one.read_bytes().startswith(STARTS[format])
+    assert one.read_bytes() == two.read_bytes()
+    assert not list(tmp_path.glob(".gaitsim*"))
+
+
+def test_the_plot_names_what_it_shows(spider_run, tmp_path):
+    plot_fitness(spider_run, tmp_path / "fitness.svg")
+    drawn = (tmp_path / "fitness.svg").read_text()
+    for text in (
+        "generation",
+        "score (spider-classic)",
+        "spider-recurrence, seed 0",
+        "best",
+        "quartiles",
+    ):
+        assert f"<!-- {text} -->" in drawn  # beside its glyphs
+
+
+def test_the_picture_is_wide_enough_for_print(spider_run, tmp_path):
+    plot_fitness(spider_run, tmp_path / "fitness.png")
+    assert matplotlib.image.imread(tmp_path / "fitness.png").shape[:2] == (720, 1020)
+
+
+def test_one_generation_is_a_plot(puppet_run, tmp_path):
+    plot_fitness(puppet_run("evolution.generations=1"), tmp_path / "a.svg")
+
+
+def test_names_are_no_mathematics(puppet_run, tmp_path):
+    run = puppet_run("name=a$_{b$")
+    plot_fitness(run, tmp_path / "a.svg")
+    assert "a$_{b$, seed 1" in (tmp_path / "a.svg").read_text()
+
+
+@pytest.mark.parametrize("failing", ["some", "all"])
+def test_generations_without_a_finite_score_are_left_out(
+    puppet_run, puppets, monkeypatch, tmp_path, failing
+):
+    calls = iter(range(100))
+
+    def terms(self, motion):
+        fails = failing == "all" or next(calls) == 1
+        return {"reach": motion["reach"] * (np.nan if fails else 1)}
+
+    monkeypatch.setattr(puppets.Reach, "terms", terms)
+    run = puppet_run("evolution.elites=0")
+    assert np.isinf(run.history["best"]).sum() == (5 if failing == "all" else 1)
+    plot_fitness(run, tmp_path / "a.svg")
+    assert "generations without a finite score are left out" in (tmp_path / "a.svg").read_text()
+
+
+def test_a_run_without_a_generation_has_no_plot(puppet, tmp_path):
+    run = Run(create_run(puppet(), tmp_path / "run"))
+    with pytest.raises(RunError, match="no finished generation"):
+        plot_fitness(run, tmp_path / "a.png")
+
+
+@pytest.mark.parametrize("name", ["a.gif", "a", "a.", ".png", "a.png.txt"])
+def test_other_formats_are_refused(spider_run, tmp_path, name):
+    with pytest.raises(GaitsimError, match="does not end with a format") as error:
+        plot_fitness(spider_run, tmp_path / name)
+    assert error.value.allowed == ".png, .svg, .pdf"
+
+
+def test_a_file_that_cannot_be_written_is_one_message(spider_run, tmp_path, monkeypatch):
+    with pytest.raises(RunError, match="there is no folder"):
+        plot_fitness(spider_run, tmp_path / "missing" / "a.png")
+    (tmp_path / "b.png").mkdir()
+    with pytest.raises(RunError, match="it is a folder"):
+        plot_fitness(spider_run, tmp_path / "b.png")
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(RunError, match=r"a\.png cannot be written: No space left"):
+        plot_fitness(spider_run, tmp_path / "a.png")
+    assert [path.name for path in tmp_path.iterdir()] == ["b.png"]
+
+
+def test_nothing_asks_for_a_display(spider_run, tmp_path):
+    plot_fitness(spider_run, tmp_path / "a.png")
+    assert "matplotlib.pyplot" not in sys.modules
+
+
+def with_history(run, monkeypatch, **columns):
+    """The same run, its history with other columns."""
+    history = run.history | columns
+    monkeypatch.setattr(type(run), "history", property(lambda self: history))
+    return run
+
+
+def test_quartiles_are_the_band_where_the_history_has_them(spider_run, monkeypatch):
+    low, high = spider_run.history["mean"] - 1, spider_run.history["mean"] + 3
+    columns = {"lower quartile": low, "upper quartile": high}
+    (axes,) = fitness_figure(with_history(spider_run, monkeypatch, **columns)).axes
+    (band,) = axes.collections
+    assert band.get_label() == "quartiles"
+    corners = band.get_paths()[0].vertices
+    for generation in (1, 2, 3):
+        assert {low[generation - 1], high[generation - 1]} <= {
+            y for x, y in corners if x == generation
+        }
+
+
+def test_scores_of_two_stages_are_not_joined(puppet_run, monkeypatch):
+    run = with_history(puppet_run(), monkeypatch, stage=np.array([1.0, 1, 1, 2, 2]))
+    (axes,) = fitness_figure(run).axes
+    best = [line for line in axes.lines if line.get_linestyle() == "-"]
+    assert [line.get_xdata().tolist() for line in best[:2]] == [[1, 2, 3], [4, 5]]
+    assert [text.get_text() for text in axes.texts] == ["stage 2"]
+    assert axes.texts[0].xy[0] == 3.5
+    panels = draw("terms", Request(run)).axes
+    assert all(len(line.get_xdata()) <= 3 for axes in panels for line in axes.lines)
+
+
+def test_kept_champions_are_marked(puppet_run):
+    run = puppet_run("evolution.fitness_threshold=-100", "evolution.delta_fitness=0.01")
+    kept = sorted(int(path.stem[-6:]) for path in (run.path / "champions").iterdir())
+    assert kept
+    (axes,) = fitness_figure(run).axes
+    marks = {line.get_label().split(":")[0]: line for line in axes.lines}
+    assert marks["kept champion"].get_xdata().tolist() == kept
+    number, score, _ = run.champion()
+    assert marks["champion"].get_xydata().tolist() == [[number, score]]
+
+
+def test_the_best_of_each_island_is_drawn(puppet_run):
+    run = puppet_run("islands.number=3", "islands.migrants=1")
+    (axes,) = fitness_figure(run).axes
+    drawn = [line.get_ydata().tolist() for line in axes.lines[:3]]
+    assert drawn == run.islands.T.tolist()
+    assert [line.get_label() for line in axes.lines[:2]] == ["best of each of 3 islands", "_child1"]

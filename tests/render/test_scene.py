@@ -1,0 +1,303 @@
+from dataclasses import replace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from gaitsim.contracts import Skeleton
+from gaitsim.render.scene import THEMES, VIEWS, Scene, Take, draw
+from gaitsim.render.scene.anatomy import anatomy
+from gaitsim.render.scene.camera import Camera, axes, steadied
+from gaitsim.render.scene.ground import grid
+from gaitsim.render.scene.labels import DPI, Lettering
+from gaitsim.render.scene.layout import inner_edges, tiles
+from gaitsim.render.scene.shapes import hull
+from gaitsim.render.scene.themes import rgb
+
+FRAMES = 21
+
+
+def camera(view, scale=100.0):
+    return Camera(
+        np.zeros(3), *axes(*VIEWS[view]), distance=7.0, scale=scale, centre=np.array([320, 240])
+    )
+
+
+def walker(lifted=False):
+    """A square table that slides 1 m in 2 s on four legs."""
+    x, y = np.array([0.1, 0.1, -0.1, -0.1]), np.array([0.1, -0.1, -0.1, 0.1])
+    top = np.stack([x, y, np.full(4, 0.15)], axis=1)
+    edges = np.stack([top, np.roll(top, -1, axis=0)], axis=1)
+    hips = top * (0.9, 0.9, 1.0)
+    feet = hips * (2.0, 2.0, 0.0)
+    body = np.concatenate([edges, np.stack([hips, feet], axis=1)])
+    along = np.zeros((FRAMES, 1, 1, 3))
+    along[..., 0] = np.linspace(0, 1, FRAMES)[:, None, None]
+    segments = body + along
+    names = tuple(f"edge {n}" for n in range(4)) + tuple(f"leg {n}" for n in range(4))
+    touching = np.full((FRAMES, 4), not lifted)
+    return Skeleton(segments, names, 10.0, segments[:, 4:, 1].copy(), touching)
+
+
+def cuboid(at=(0.0, 0.0, 0.0)):
+    """The edges of a box, that moves by `at` a frame."""
+    corner = np.array([[x, y, z] for x in (0, 3) for y in (0, 2) for z in (0, 1)], float)
+    pairs = [(i, j) for i in range(8) for j in range(i) if (corner[i] != corner[j]).sum() == 1]
+    box = np.array([[corner[i], corner[j]] for i, j in pairs])
+    segments = box + np.arange(FRAMES)[:, None, None, None] * np.array(at)
+    return Skeleton(segments, tuple(map(str, range(12))), 10.0)
+
+
+def coloured(picture, colour, tolerance=6):
+    """Which pixels are of a colour, (height, width)."""
+    return (np.abs(picture[..., :3] - np.round(rgb(colour) * 255)) <= tolerance).all(axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("view", "right", "up"),
+    [("side", (1, 0, 0), (0, 0, 1)), ("top", (1, 0, 0), (0, 1, 0)), ("iso", (1, 0, 0), (0, 0, 1))],
+)
+def test_forward_is_to_the_right_and_up_is_up(view, right, up):
+    points, _ = camera(view).project(np.array([(0, 0, 0), right, up], float))
+    assert np.allclose(points[0], (320, 240))
+    assert points[1, 0] > points[0, 0] + 30
+    assert points[2, 1] > points[0, 1] + 30
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_metre_at_the_target_has_its_scale_and_what_is_nearer_is_larger(view):
+    seen = camera(view)
+    assert np.allclose(np.stack([seen.right, seen.up, seen.ahead]) @ seen.right, (1, 0, 0))
+    points, depth = seen.project(np.stack([0 * seen.right, seen.right, seen.right - seen.ahead]))
+    assert depth.tolist() == pytest.approx([7, 7, 6])
+    assert np.allclose(points[1] - points[0], (100, 0))
+    assert np.allclose(points[2] - points[0], (100 * 7 / 6, 0))
+
+
+def test_what_is_behind_the_camera_is_finite_and_known():
+    seen = camera("side")
+    points, depth = seen.project(-np.outer([3, 7, 50], seen.ahead) + seen.right)
+    assert np.isfinite(points).all()
+    assert seen.in_front(depth).tolist() == [True, False, False]
+
+
+def test_the_camera_follows_a_steady_walk_exactly_and_a_trembling_one_calmly():
+    walk = np.outer(np.arange(50), (0.1, 0.0, 0.0))
+    assert np.allclose(steadied(walk, 30.0), walk)
+    trembling = walk + 0.05 * (-1.0) ** np.arange(50)[:, None]
+    assert np.abs(np.diff(steadied(trembling, 30.0)[10:-10], axis=0) - (0.1, 0, 0)).max() < 0.005
+    assert np.array_equal(steadied(walk[:1], 30.0), walk[:1])
+
+
+def test_a_pose_between_two_frames_is_between_them():
+    skeleton = walker()
+    take = Take(skeleton)
+    assert np.allclose(take.at(0.05).segments, skeleton.segments[:2].mean(axis=0))
+    assert np.array_equal(take.at(0.3).segments, skeleton.segments[3])
+    assert np.array_equal(take.at(9.0).segments, skeleton.segments[-1])
+    assert np.allclose(take.at(0.25).trail[[0, -1], 0], (0.0, 0.125))
+
+
+def test_lines_of_the_ground_stay_where_they_are():
+    for x in (0.0, 0.337, 12.9):
+        moved = Camera(np.array([x, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
+        ends, strength = grid(moved, 1.0, 900.0, 1.0, np.empty(0))
+        assert (ends[..., 2] == 0).all()
+        along_y = ends[ends[:, 0, 0] == ends[:, 1, 0], 0, 0]
+        assert len(along_y) > 50
+        assert np.allclose(along_y / 0.2, np.round(along_y / 0.2)) or np.allclose(
+            along_y * 10, np.round(along_y * 10)
+        )
+        assert strength.min() >= 0
+        assert strength.max() <= 1
+
+
+def test_a_closed_loop_is_a_plate_and_a_box_is_a_solid():
+    table = anatomy(walker())
+    assert [len(plate) for plate in table.plates] == [4]
+    assert table.limbs.tolist() == [4, 5, 6, 7]
+    assert (table.radii[:, 0] > table.radii[:, 1]).all()  # thin at the foot
+    box = anatomy(cuboid())
+    assert not len(box.limbs)
+    assert not box.plates
+    (faces,) = box.solids
+    ends = cuboid().segments[0].reshape(-1, 3)
+    assert len(faces) == 6
+    for face in faces:
+        corners = ends[list(face)]
+        assert np.unique(corners, axis=0).shape == (4, 3)
+        outwards = np.cross(corners[1] - corners[0], corners[2] - corners[1])
+        assert outwards @ (corners.mean(axis=0) - ends.mean(axis=0)) > 0
+
+
+def test_segments_in_any_order_and_direction_are_a_loop():
+    skeleton = walker()
+    segments = skeleton.segments.copy()
+    segments[:, 1] = segments[:, 1, ::-1]
+    order = [5, 2, 0, 4, 3, 1, 6, 7]
+    mixed = Skeleton(segments[:, order], tuple(skeleton.names[i] for i in order), 10.0)
+    ((*corners,),) = anatomy(mixed).plates
+    points = mixed.segments[0].reshape(-1, 3)[corners]
+    assert np.allclose(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1), 0.2)
+
+
+def test_what_limbs_are_hinged_on_is_a_trunk():
+    segments = np.zeros((2, 3, 2, 3))
+    segments[:, 0, :, 0] = 1, -1
+    segments[:, 1:, 1, 1] = 1, -1
+    feet = segments[:, 1:, 1]
+    seen = anatomy(Skeleton(segments, ("spine", "L", "R"), 1.0, feet, np.ones((2, 2), bool)))
+    assert seen.trunks.tolist() == [True, False, False]
+    assert seen.radii[0].min() > seen.radii[1:].max()
+
+
+@pytest.mark.parametrize("view", ["iso", "top"])
+def test_feet_on_the_ground_are_marked_and_span_the_support(view):
+    colours = THEMES["light"]
+    stands = draw(walker(), 1.0, view=view, size=(640, 480))[40:440]
+    lifted = draw(walker(lifted=True), 1.0, view=view, size=(640, 480))[40:440]
+    assert coloured(stands, colours.stance).sum() > 25
+    assert coloured(stands, colours.swing).sum() == 0
+    assert coloured(lifted, colours.stance).sum() == 0
+    assert coloured(lifted, colours.swing).sum() > 20
+
+
+HILLS = np.array([[-10.0, 0.0], [0.03, 0.0], [0.33, 0.2], [0.61, 0.1], [20.0, 0.1]])
+
+
+def test_on_uneven_ground_lines_bend_at_its_corners():
+    take = Take(replace(walker(), ground=HILLS))
+    seen = Camera(np.array([0.3, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
+    ends, _ = grid(seen, 1.0, 900.0, 1.0, take.corners)
+    on = take.grounded(ends)
+    assert np.array_equal(on[..., :2], ends[..., :2])
+    assert on[..., 2].max() == pytest.approx(0.2)
+    middle = take.grounded(ends.mean(axis=1))  # no piece leads over a corner
+    assert np.allclose(middle, on.mean(axis=1))
+
+
+def test_feet_shadow_and_path_are_on_uneven_ground():
+    level, high = (
+        Scene([Take(replace(walker(), ground=ground))], (640, 480), "side", "light").panels[0]
+        for ground in (None, np.array([[0.0, 0.1]]))
+    )
+    for panel in (level, high):
+        panel.show(1.0)
+    for name in ("stance", "support", "shadow", "trail"):
+        below, above = (
+            np.concatenate([path.vertices for path in getattr(panel, name).get_paths()])
+            for panel in (level, high)
+        )
+        assert len(below) > 3
+        assert (above - below)[:, 1].mean() == pytest.approx(0.1 * level.scale, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "ground", [np.zeros(3), np.zeros((0, 2)), np.array([[1.0, 0], [0, 0]]), np.full((1, 2), np.nan)]
+)
+def test_ground_that_is_none_is_refused(ground):
+    with pytest.raises(ValueError, match=r"Skeleton\.ground"):
+        replace(walker(), ground=ground)
+
+
+def test_the_path_is_behind_the_body():
+    picture = draw(walker(), 1.5, view="top", size=(640, 480))
+    red, green, blue = picture[..., :3].astype(int).transpose(2, 0, 1)
+    columns = np.flatnonzero(((green > red + 40) & (green > blue + 10)).any(axis=0))
+    assert len(columns) > 20
+    assert columns.max() < 330  # the middle, where the body is
+
+
+def test_the_body_stays_in_the_middle_and_the_ground_moves():
+    scene = Scene([Take(walker())], (640, 480), "side", "light")
+    one, other = scene.draw(0.4), scene.draw(1.13)
+    body = THEMES["light"].body
+    assert coloured(one, body, 40).sum() > 2000
+    agree = coloured(one, body, 40) == coloured(other, body, 40)
+    assert agree.mean() > 0.999
+    assert (one[260:400] != other[260:400]).any(axis=-1).mean() > 0.02
+
+
+def test_of_what_flies_the_altitude_is_beside_it_and_the_ground_below():
+    rising = cuboid(at=(0.0, 0.0, 0.5))
+    assert Take(rising).floor == 0.0
+    scene = Scene([Take(rising)], (640, 480), "side", "light")
+    pointer = coloured(scene.draw(1.0), THEMES["light"].path)[:, 600:]
+    assert pointer.sum() > 30
+    falling = Take(cuboid(at=(0.0, 0.0, -0.5)))
+    assert falling.floor == -10.0
+    assert falling.at(2.0).segments[..., 2].min() == 0.0
+    texts = [Scene([falling], (640, 480), "iso", "dark")]
+    texts[0].draw(2.0)
+    assert texts[0].panels[0].lettering.clock.get_text() == (
+        "2.00 s   distance 0.00 m   altitude −9.50 m"
+    )
+
+
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("size", [(64, 64), (320, 240), (101, 333), (1280, 720)])
+def test_every_view_can_be_drawn_in_every_size(theme, size):
+    for view in VIEWS:
+        for skeleton in (walker(), cuboid(at=(1.0, 0.0, 2.0))):
+            picture = Scene([Take(skeleton, "name", "details")] * 2, size, view, theme).draw(1.0)
+            assert picture.shape == (size[1], size[0], 4)
+            assert picture.dtype == np.uint8
+
+
+@pytest.mark.parametrize(
+    "segments",
+    [
+        np.zeros((1, 1, 2, 3)),
+        np.zeros((4, 3, 2, 3)),
+        np.random.default_rng(0).normal(size=(2, 1, 2, 3)) * 1e-9,
+        np.random.default_rng(0).normal(size=(2, 1, 2, 3)) * 1e6,
+    ],
+)
+def test_bodies_that_are_hardly_ones_are_drawn(segments):
+    centre = np.zeros((len(segments), 3))
+    names = tuple(map(str, range(segments.shape[1])))
+    contacts, touching = np.zeros((len(segments), 2, 3)), np.ones((len(segments), 2), bool)
+    for feet in ({}, {"contacts": contacts, "touching": touching}):
+        draw(Skeleton(segments, names, 1.0, centre=centre, **feet), 0.5, size=(320, 240))
+
+
+@pytest.mark.parametrize("points", [[], [(0, 0)], [(0, 0), (1, 1)], [(0, 0), (1, 1), (2, 2)]])
+def test_feet_in_a_line_span_nothing(points):
+    assert len(hull(np.array(points, float).reshape(-1, 2))) == 0
+
+
+def test_panels_share_the_picture():
+    for count in (1, 2, 3, 5, 12):
+        places = tiles(count, 1280, 720)
+        assert len({place[:2] for place in places}) == count
+        assert all(x >= 0 and x + w <= 1280.001 for x, _, w, _ in places)
+        assert all(y >= -0.001 and y + h <= 720.001 for _, y, _, h in places)
+    assert [place[0] for place in tiles(2, 1280, 720)] == [0, 640]
+    assert [place[1] for place in tiles(2, 400, 900)] == [450, 0]
+    assert inner_edges(tiles(1, 640, 480), 480) == []
+    assert inner_edges(tiles(2, 640, 480), 480) == [[(320, 0), (320, 480)]]
+
+
+@pytest.mark.parametrize("name", ["n" * 300, "w o r d s " * 20, "short", "名前 \t $a_{b$ \x07"])
+@pytest.mark.parametrize("size", [(120, 120), (320, 240), (1280, 720)])
+def test_texts_stay_in_their_panel(name, size):
+    figure = Figure((size[0] / DPI, size[1] / DPI), dpi=DPI)
+    canvas = FigureCanvasAgg(figure)
+    take = Take(walker(), name, f"generation 1000000   score −0.0001   {name}")
+    made = Lettering(figure, (0, 0, *size), take, THEMES["light"], 0.05)
+    boxes = [text.get_window_extent(canvas.get_renderer()) for text in (*made.still, made.clock)]
+    for box in boxes:
+        assert box.x0 >= 0
+        assert box.y0 >= 0
+        assert box.x1 <= size[0]
+        assert box.y1 <= size[1]
+    title, clock = boxes[0], boxes[-1]
+    assert title.y0 > clock.y1
+
+
+def test_a_users_settings_of_matplotlib_change_nothing():
+    plain = draw(walker(), 1.0, size=(320, 240), title="a")
+    with mpl.rc_context({"text.usetex": True, "font.size": 30, "patch.antialiased": False}):
+        assert np.array_equal(draw(walker(), 1.0, size=(320, 240), title="a"), plain)

@@ -1,0 +1,331 @@
+import errno
+import gc
+import os
+import weakref
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+from PIL import Image
+
+from gaitsim.contracts import Skeleton
+from gaitsim.errors import GaitsimError, PluginError, RunError
+from gaitsim.render.encoder import encode
+from gaitsim.render.scene import Scene
+from gaitsim.render.video import Look, Video
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.reader import Run
+
+SMALL = {"size": (128, 96), "intro": False}
+
+
+def decoded(path):
+    """What a player sees: the stream's facts, and every picture (pictures, height, width, 3)."""
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        facts = (stream.codec_context.name, stream.average_rate)
+        pictures = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
+        return facts, stream.codec_context.pix_fmt, np.stack(pictures)
+
+
+def plain(count, size=(64, 48)):
+    """Pictures that get brighter, each of one grey."""
+    width, height = size
+    for number in range(count):
+        picture = np.full((height, width, 4), 255, np.uint8)
+        picture[..., :3] = 20 + 10 * number
+        yield picture
+
+
+def noise(count, size=(64, 48)):
+    rng = np.random.default_rng(0)
+    for _ in range(count):
+        yield rng.integers(0, 255, (size[1], size[0], 4), dtype=np.uint8)
+
+
+def write(path, pictures, format="mp4", fps=10, size=(64, 48)):
+    samples = list(plain(2)) if format == "gif" else ()
+    encode(pictures, path, format=format, size=size, fps=Fraction(fps), samples=samples)
+
+
+def test_an_mp4_is_what_browsers_play(tmp_path):
+    write(tmp_path / "a.mp4", plain(8), fps=25)
+    facts, pixels, pictures = decoded(tmp_path / "a.mp4")
+    assert facts == ("h264", 25)
+    assert pixels == "yuv420p"
+    assert pictures.shape == (8, 48, 64, 3)
+    assert np.abs(pictures[:, 10, 10, 1] - np.arange(20, 100, 10.0)).max() <= 4
+    content = (tmp_path / "a.mp4").read_bytes()
+    assert 0 < content.index(b"moov") < content.index(b"mdat")  # plays while it loads
+
+
+def test_colours_survive(tmp_path):
+    picture = np.full((48, 64, 4), 255, np.uint8)
+    for left, colour in ((0, (213, 94, 0)), (20, (0, 114, 178)), (40, (246, 244, 239))):
+        picture[:, left : left + 20, :3] = colour
+    for format in ("mp4", "gif"):
+        path = tmp_path / f"a.{format}"
+        encode([picture], path, format=format, size=(64, 48), fps=Fraction(5), samples=[picture])
+        _, _, (shown,) = decoded(path)
+        for column in (8, 28, 48):
+            difference = shown[24, column].astype(int) - picture[24, column, :3]
+            assert np.abs(difference).max() <= 8
+
+
+def test_a_gif_repeats_for_ever_at_its_rate(tmp_path):
+    write(tmp_path / "a.gif", plain(6), "gif", fps=20)
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert (gif.n_frames, gif.size) == (6, (64, 48))
+        assert gif.info["loop"] == 0
+        assert gif.info["duration"] == 50
+
+
+@pytest.mark.parametrize("format", ["mp4", "gif"])
+def test_no_picture_is_kept(tmp_path, format):
+    alive, most = [], 0
+
+    def pictures():
+        nonlocal most
+        for picture in noise(120):
+            alive.append(weakref.ref(picture))
+            most = max(most, sum(ref() is not None for ref in alive))
+            yield picture
+
+    gc.disable()
+    try:
+        write(tmp_path / "a", pictures(), format)
+    finally:
+        gc.enable()
+    assert len(alive) == 120
+    assert most <= 3
+
+
+@pytest.mark.parametrize("format", ["mp4", "gif"])
+def test_a_full_disk_is_one_message_and_leaves_what_was_there(tmp_path, monkeypatch, format):
+    (tmp_path / "a").write_text("old")
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(RunError, match="a cannot be written: No space left"):
+        write(tmp_path / "a", plain(3), format)
+    assert (tmp_path / "a").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+@pytest.mark.parametrize("format", ["mp4", "gif"])
+def test_a_file_that_may_not_grow_is_one_message(tmp_path, format):
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, before[1]))
+    try:
+        with pytest.raises(RunError, match="a cannot be written: File too large") as error:
+            write(tmp_path / "a", noise(60), format)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert "free some space" in error.value.remedy
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, ZeroDivisionError])
+def test_what_stops_it_leaves_no_file(tmp_path, stop):
+    def pictures():
+        yield from noise(30)
+        raise stop
+
+    with pytest.raises(stop):
+        write(tmp_path / "a.mp4", pictures())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_spider_of_300_frames_is_as_many_pictures(spider_run, tmp_path):
+    assert len(Video(spider_run, (), Look(**SMALL))) == 300
+    video = Video(spider_run, (), Look(fps=6, **SMALL))
+    calls = []
+    video.write(tmp_path / "a.mp4", lambda: calls.append(1))
+    facts, _, pictures = decoded(tmp_path / "a.mp4")
+    assert facts[1] == 6
+    assert pictures.shape == (60, 96, 128, 3)
+    assert len(calls) == 60
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
+    moved = np.abs(np.diff(pictures.astype(int), axis=0)).max(axis=(1, 2, 3))
+    assert (moved > 20).mean() > 0.9
+
+
+def test_it_begins_with_the_fitness_curve(spider_run):
+    video = Video(spider_run, (), Look(size=(320, 240), theme="dark"))
+    assert len(video) == 45 + 300
+    pictures = [picture for picture, _ in zip(video.pictures(), range(46), strict=False)]
+    assert all(np.array_equal(pictures[0], picture) for picture in pictures[:33])
+    assert not np.array_equal(pictures[33], pictures[32])
+    bare = next(
+        iter(Video(spider_run, (), Look(size=(320, 240), theme="dark", intro=False)).pictures())
+    )
+    assert np.array_equal(pictures[45], bare)
+    background = pictures[0][0, 0]
+    assert (pictures[0][[0, -1]] == background).all()  # nothing is cut off
+    assert (pictures[0][:, [0, -1]] == background).all()
+    assert (pictures[0] != background).any(axis=-1).mean() > 0.05
+
+
+@pytest.mark.parametrize("size", [(64, 64), (320, 240), (1001, 333), (640, 1136)])
+def test_every_picture_has_the_size_asked_for(spider_run, size):
+    video = Video(spider_run, (), Look("gif", size, fps=1))
+    assert {picture.shape for picture in video.pictures()} == {(size[1], size[0], 4)}
+
+
+@pytest.mark.parametrize(
+    ("speed", "fps", "pictures"), [(1, 30, 300), (0.5, 30, 599), (2, 30, 150), (1, 10, 100)]
+)
+def test_speed_and_rate_resample_the_motion(spider_run, speed, fps, pictures):
+    video = Video(spider_run, (), Look(speed=speed, fps=fps, **SMALL))
+    assert len(video) == pictures
+
+
+def test_slow_motion_shows_what_is_between_two_frames(spider_run, monkeypatch):
+    seen = []
+    draw = Scene.draw
+
+    def noting(self, seconds, turned=0.0):
+        seen.append((seconds, turned))
+        return draw(self, seconds, turned)
+
+    monkeypatch.setattr(Scene, "draw", noting)
+    look = Look(speed=0.25, fps=60, view="orbit", **SMALL)
+    for _, _ in zip(Video(spider_run, (), look).pictures(), range(5), strict=False):
+        pass
+    times = np.array(seen)
+    assert np.allclose(times[:5, 0], np.arange(5) / 240)
+    assert (np.diff(times[:5, 1]) > 0).all()
+
+
+def test_champions_of_several_generations_are_side_by_side(spider_run):
+    video = Video(spider_run, (1, 3, 2), Look(size=(480, 160), intro=False))
+    assert video.name == "video-generations-1-3-2.mp4"
+    picture = next(iter(video.pictures()))
+    first, second = picture[:, :160], picture[:, 160:320]
+    assert not np.array_equal(first, second)
+    titles = [panel.take.title for panel in video._scene.panels]
+    assert titles == ["generation 1", "generation 3", "generation 2"]
+    assert len({panel.scale for panel in video._scene.panels}) == 1
+
+
+def test_one_generation_is_named(spider_run):
+    video = Video(spider_run, (2,), Look("gif", **SMALL))
+    assert video.name == "video-generation-2.gif"
+    (panel,) = video._scene.panels
+    assert panel.take.title == "spider"
+    assert panel.take.details.startswith("generation 2   score ")
+
+
+def test_a_video_says_which_flight_it_shows(bundled):
+    (panel,) = Video(bundled("fly"), (), Look(intro=False, speed=0.5))._scene.panels
+    assert panel.take.details.endswith("   first of 3 trials   0.5 × speed")
+    several = Video(bundled("fly"), (1, 1), Look(intro=False))._scene.panels
+    assert all(panel.take.details.endswith("   first of 3 trials") for panel in several)
+    (panel,) = Video(bundled("walker"), (), Look(intro=False))._scene.panels
+    assert "trial" not in panel.take.details
+
+
+def test_the_same_video_is_the_same_file(spider_run, tmp_path):
+    for format in ("mp4", "gif"):
+        paths = [tmp_path / f"{name}.{format}" for name in "ab"]
+        for path in paths:
+            Video(spider_run, (), Look(format, (160, 120), fps=2)).write(path)
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("look", "says"),
+    [
+        ({"format": "avi"}, "there is no format 'avi'"),
+        ({"view": "sides"}, "there is no view 'sides'"),
+        ({"theme": "drak"}, "there is no theme 'drak'"),
+        ({"size": (641, 480)}, "H.264 wants even numbers"),
+        ({"size": (640, 481)}, "H.264 wants even numbers"),
+        ({"size": (0, 0)}, "too small or too large"),
+        ({"size": (32, 480)}, "too small or too large"),
+        ({"size": (640, 5000)}, "too small or too large"),
+        ({"fps": 0.5}, "pictures a second"),
+        ({"fps": -30.0}, "pictures a second"),
+        ({"fps": 121.0}, "pictures a second"),
+        ({"fps": float("nan")}, "nan pictures a second"),
+        ({"fps": float("inf")}, "inf pictures a second"),
+        ({"format": "gif", "fps": 60.0}, "pictures a second"),
+        ({"speed": 0.0}, "a speed of 0"),
+        ({"speed": -1.0}, "a speed of -1"),
+        ({"speed": float("nan")}, "a speed of nan"),
+        ({"speed": 1e9}, r"a speed of 1e\+09"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(look, says):
+    with pytest.raises(GaitsimError, match=says) as error:
+        Look(**look)
+    assert error.value.where.startswith("--")
+    assert error.value.allowed
+
+
+def test_a_gif_may_be_odd(spider_run, tmp_path):
+    Video(spider_run, (), Look("gif", (101, 67), fps=1, intro=False)).write(tmp_path / "a.gif")
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert gif.size == (101, 67)
+
+
+def test_generations_that_are_not_there_are_refused(spider_run):
+    with pytest.raises(RunError, match="has no generation 4"):
+        Video(spider_run, (1, 4), Look(**SMALL))
+
+
+def test_too_many_bodies_are_refused(spider_run):
+    with pytest.raises(GaitsimError, match="2 bodies do not fit") as error:
+        Video(spider_run, (1, 2), Look(**SMALL))
+    assert "--size" in error.value.remedy
+
+
+def test_a_run_without_a_generation_has_no_video(puppet, tmp_path):
+    run = Run(create_run(puppet(), tmp_path / "run"))
+    with pytest.raises(RunError, match="no finished generation"):
+        Video(run, (), Look(**SMALL))
+
+
+def test_a_run_in_which_all_failed_has_no_video(puppet_run, puppets, monkeypatch):
+    monkeypatch.setattr(
+        puppets.Reach, "terms", lambda self, motion: {"reach": motion["reach"] * np.nan}
+    )
+    with pytest.raises(RunError, match="has no champion"):
+        Video(puppet_run("evolution.elites=0"), (), Look(**SMALL))
+
+
+def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):
+    Video(puppet_run(), (), Look(**SMALL)).write(tmp_path / "a.mp4")
+    assert len(decoded(tmp_path / "a.mp4")[2]) == 31  # 5 frames at 4 a second
+
+
+@pytest.mark.parametrize(
+    ("skeleton", "says"),
+    [
+        (lambda *_: Skeleton(np.full((2, 1, 2, 3), np.nan), ("a",), 1.0), "cannot be drawn"),
+        (lambda *_: Skeleton(np.zeros((0, 1, 2, 3)), ("a",), 1.0), "cannot be drawn"),
+        (lambda *_: Skeleton(np.zeros((2, 0, 2, 3)), (), 1.0), "cannot be drawn"),
+        (lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), 0.0), "0.0 frames a second"),
+        (lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), np.inf), "inf frames a second"),
+        (lambda *_: None, "gave a NoneType"),
+        (lambda *_: 1 / 0, "drawing the champion: ZeroDivisionError"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Mean of empty slice", "ignore:invalid value")
+def test_a_body_that_cannot_be_drawn_is_named(puppet_run, puppets, monkeypatch, skeleton, says):
+    run = puppet_run()
+    monkeypatch.setattr(puppets.Puppet, "skeleton", skeleton)
+    with pytest.raises(PluginError, match=f"package gaitsim-puppets.*{says}"):
+        Video(run, (), Look(**SMALL))
+
+
+def test_a_target_that_cannot_be_is_refused(spider_run, tmp_path):
+    video = Video(spider_run, (), Look(**SMALL))
+    with pytest.raises(RunError, match="there is no folder"):
+        video.write(tmp_path / "missing" / "a.mp4")
+    with pytest.raises(RunError, match="it is a folder"):
+        video.write(tmp_path)

@@ -1,0 +1,102 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from gaitsim.study.statistics import (
+    compare,
+    describe,
+    effect_name,
+    holm,
+    reaching,
+)
+
+SAMPLES = st.lists(st.integers(0, 9), min_size=2, max_size=20)
+
+
+def test_description_of_a_known_sample() -> None:
+    found = describe([1, 2, 3, 4, 100], np.random.default_rng(0))
+    assert (found.n, found.median, found.q25, found.q75) == (5, 3, 2, 4)
+    assert (found.minimum, found.maximum, found.mean) == (1, 100, 22)
+    assert found.sd == pytest.approx(np.std([1, 2, 3, 4, 100], ddof=1))
+    assert found.median_low <= found.median <= found.median_high
+
+
+def test_the_interval_of_the_median_covers_it_as_often_as_it_says() -> None:
+    rng = np.random.default_rng(1)
+    covered = 0
+    for _ in range(200):
+        found = describe(rng.exponential(1.0, 40), rng)
+        covered += found.median_low <= np.log(2) <= found.median_high
+    # 95 % of 200, within three standard deviations of a binomial count and the
+    # percentile method's known small error
+    assert 178 <= covered <= 199
+
+
+def test_a_constant_sample_has_an_interval_of_no_width() -> None:
+    found = describe([2.0] * 7, np.random.default_rng(0))
+    assert (found.median_low, found.median_high, found.sd) == (2, 2, 0)
+
+
+@given(SAMPLES, SAMPLES)
+@settings(derandomize=True, deadline=None)
+def test_a12_is_the_share_of_pairs_won(first: list[int], second: list[int]) -> None:
+    a, b = np.array(first)[:, None], np.array(second)[None, :]
+    expected = ((a > b) + 0.5 * (a == b)).mean()
+    (found,) = compare({"a": first, "b": second})
+    assert found.a12 == pytest.approx(expected)
+
+
+def test_the_rank_test_is_scipy_s() -> None:
+    rng = np.random.default_rng(2)
+    first, second = rng.normal(0, 1, 30), rng.normal(1, 1, 25)
+    (found,) = compare({"a": first, "b": second})
+    assert found.p == stats.mannwhitneyu(first, second).pvalue
+    assert found.p_holm == found.p
+    assert found.differs
+
+
+def test_few_values_with_ties_are_tested_exactly() -> None:
+    (found,) = compare({"a": [5.0] * 5, "b": [1.0, 2.0, 2.0, 3.0, 1.0]})
+    assert found.p == pytest.approx(2 / 252)  # the two of all ways to deal them that are as far
+    first, second = [1.0, 4.0, 6.0], [2.0, 3.0, 5.0, 7.0]
+    (found,) = compare({"a": first, "b": second})
+    assert found.p == pytest.approx(stats.mannwhitneyu(first, second, method="exact").pvalue)
+
+
+def test_equal_constants_do_not_differ() -> None:
+    (found,) = compare({"a": [1.0, 1.0], "b": [1.0, 1.0, 1.0]})
+    assert (found.p, found.a12, found.effect, found.differs) == (1, 0.5, "negligible", False)
+
+
+def test_holm_on_a_published_example() -> None:
+    """R's p.adjust(c(0.01, 0.02, 0.03, 0.04, 0.05), 'holm')."""
+    assert holm([0.01, 0.02, 0.03, 0.04, 0.05]) == pytest.approx([0.05, 0.08, 0.09, 0.09, 0.09])
+    assert holm([0.04, 0.01, 0.9]) == pytest.approx([0.08, 0.03, 0.9])
+    assert holm([]) == []
+
+
+@pytest.mark.parametrize(
+    ("a12", "name"),
+    [
+        (0.5, "negligible"),
+        (0.55, "negligible"),
+        (0.56, "small"),
+        (0.44, "small"),
+        (0.64, "medium"),
+        (0.71, "large"),
+        (0.0, "large"),
+    ],
+)
+def test_effects_have_their_usual_names(a12: float, name: str) -> None:
+    assert effect_name(a12) == name
+
+
+def test_expected_running_time_counts_failures() -> None:
+    best = np.array([[1.0, 5.0, 5.0], [1.0, 2.0, 3.0], [5.0, 5.0, 5.0]])
+    found = reaching(best, np.array([10, 20, 30]), 5.0)
+    assert (found.successes, found.repeats) == (2, 3)
+    assert found.ert == (20 + 30 + 10) / 2
+    assert found.rate == pytest.approx(2 / 3)
+    assert reaching(best, np.array([10, 20, 30]), 6.0).ert == np.inf
