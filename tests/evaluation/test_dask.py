@@ -252,7 +252,7 @@ def test_a_scheduler_that_is_lost_leaves_a_run_that_goes_on(
 
 IMPATIENT = """
 from gaitsim.cli import main
-from gaitsim.evaluation import cluster
+from gaitsim.evaluation import dask as cluster
 cluster.PATIENCE = 0.5
 main()
 """

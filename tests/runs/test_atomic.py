@@ -243,7 +243,7 @@ def test_a_killed_program_leaves_whole_files_and_partials_that_can_be_removed(tm
     program = """
 import os, sys
 from pathlib import Path
-from gaitsim.runs import atomic
+from gaitsim.runs.files import atomic
 path = Path(sys.argv[1])
 Path.replace = lambda *names: os._exit(9)
 atomic.write_rotating(path, path.with_name("a.previous"), b"new")
