@@ -376,7 +376,7 @@ class Run:
         )
 
     def fingerprint(self) -> str:
-        """SHA-256 of population, scores, history and stages, times left out.
+        """SHA-256 of population, scores, history and stages; times and column names left out.
 
         Raises:
             RunError: no generation is finished yet.
@@ -390,7 +390,6 @@ class Run:
         digest.update(checkpoint.scores.tobytes())
         for name, values in self._history(checkpoint).items():
             if name != "seconds":
-                digest.update(name.encode())
                 digest.update(values.tobytes())
         stages = stages_of(checkpoint)
         for stage in stages if len(stages) > 1 else ():
