@@ -44,7 +44,8 @@ def _run() -> None:
 
 
 def _fail(message: str) -> None:
-    from gaitsim.cli.console import errors, visible
+    from gaitsim.cli.console import errors
+    from gaitsim.render.terminal.text import visible_lines
 
-    errors().print(f"Error: {visible(message)}", style="red", markup=False)
+    errors().print(f"Error: {visible_lines(message)}", style="red", markup=False)
     sys.exit(MISTAKE)

@@ -2,12 +2,13 @@
 
 import json
 import sys
-import unicodedata
 from collections.abc import Mapping
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+
+from gaitsim.render.terminal.text import visible_lines
 
 PIPED_WIDTH = 1000  # columns: rows are not broken for a program
 
@@ -25,19 +26,7 @@ def errors() -> Console:
 
 def notice(text: str) -> None:
     """Say something that is not a result."""
-    errors().print(visible(text), style="yellow", markup=False)
-
-
-def visible(text: str) -> str:
-    """A text whose control characters, which could steer the terminal, are written out."""
-    return "".join(
-        char if char == "\n" or unicodedata.category(char) not in ("Cc", "Cf") else _escaped(char)
-        for char in text
-    )
-
-
-def _escaped(char: str) -> str:
-    return char.encode("unicode_escape").decode()
+    errors().print(visible_lines(text), style="yellow", markup=False)
 
 
 def print_json(values: Mapping[str, Any]) -> None:

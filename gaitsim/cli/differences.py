@@ -106,8 +106,9 @@ def _show(courses: "Sequence[Course]", quantity: str, by: str) -> None:
     from rich.text import Text
 
     from gaitsim.cli.cells import LINES, lines
-    from gaitsim.cli.console import output, table, visible
+    from gaitsim.cli.console import output, table
     from gaitsim.render.terminal.curves import SAMPLES, Series, plot
+    from gaitsim.render.terminal.text import visible
     from gaitsim.study.compare_runs import table as rows_of
 
     console = output()

@@ -24,9 +24,9 @@ def list_() -> None:
 
 
 def _describe(name: str) -> str:
-    from gaitsim.cli.console import visible
     from gaitsim.errors import GaitsimError
     from gaitsim.registry.presets import read_preset
+    from gaitsim.render.terminal.text import visible
     from gaitsim.toml import parse
 
     try:

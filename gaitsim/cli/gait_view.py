@@ -5,9 +5,10 @@ import math
 import numpy as np
 from rich.text import Text
 
-from gaitsim.cli.console import number, output, table, visible
+from gaitsim.cli.console import number, output, table
 from gaitsim.gait import Footfalls, Gait
 from gaitsim.gait.subject import Subject
+from gaitsim.render.terminal.text import visible
 
 WIDTH = 80
 SIGNS = 62  # of a row of the diagram, the foot's name before it

@@ -131,8 +131,9 @@ def _picture(
     from rich.text import Text
 
     from gaitsim.cli.cells import BODY, lines
-    from gaitsim.cli.console import number, visible
+    from gaitsim.cli.console import number
     from gaitsim.render.terminal.body import picture
+    from gaitsim.render.terminal.text import visible
 
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.run.path.name), "bold")

@@ -3,7 +3,7 @@
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import timedelta
 from typing import Protocol, Self
 
@@ -15,12 +15,13 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gaitsim.cli.console import notice, number, output, print_json, table, visible
+from gaitsim.cli.console import notice, number, output, print_json, table
 from gaitsim.evolution import Generation
+from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.history import MEAN, island_bests, row
 from gaitsim.runs.writer import RunWriter
 
-BLOCKS = "▁▂▃▄▅▆▇█"
 COURSES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
 SCORES = ("best", "mean")  # of them, the courses on the scale of the scores
 BEST_SHOWN = 5
@@ -301,20 +302,3 @@ class LiveView:
 
 def _clock_face(seconds: float) -> str:
     return str(timedelta(seconds=round(seconds)))
-
-
-def sparkline(values: Sequence[float], width: int) -> str:
-    """A row of blocks, one a stretch of the values' course; gaps where nothing is finite."""
-    course = np.asarray(values, dtype=float)
-    if len(course) > width:
-        # The last value of each stretch, so that the newest one is always shown.
-        course = course[np.linspace(len(course) / width - 1, len(course) - 1, width).astype(int)]
-    alive = np.isfinite(course)
-    if not alive.any():
-        return " " * len(course)
-    # Half of each, so that the widest range of finite values is finite, too.
-    heights = np.where(alive, course, course[alive][0]) / 2
-    heights -= heights.min()
-    top = heights.max()
-    steps = np.rint(heights / top * (len(BLOCKS) - 1) if top > 0 else heights).astype(int)
-    return "".join(BLOCKS[step] if shown else " " for step, shown in zip(steps, alive, strict=True))

@@ -77,8 +77,9 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
     """Delete runs, all of which must be there; asks first."""
     import sys
 
-    from gaitsim.cli.console import notice, print_json, visible
+    from gaitsim.cli.console import notice, print_json
     from gaitsim.errors import GaitsimError
+    from gaitsim.render.terminal.text import visible
     from gaitsim.runs.files.folder import EXPERIMENT, find_run
     from gaitsim.runs.removal import delete_run
 

@@ -89,8 +89,8 @@ def _print_json(run: "Run") -> None:
 
 def _print(run: "Run") -> None:
     from gaitsim.cli.console import number, output
-    from gaitsim.cli.progress import sparkline
     from gaitsim.cli.summary import champion_of, print_champion
+    from gaitsim.render.terminal.sparkline import sparkline
     from gaitsim.runs.files.folder import command
     from gaitsim.runs.start import read_start
 

@@ -135,27 +135,29 @@ def _print_json(path: str, verdict: "Verdict") -> None:
 
 
 def _print(path: str, verdict: "Verdict") -> None:
-    from gaitsim.cli.console import visible
+    from gaitsim.render.terminal.text import visible_lines
 
     told = _told(verdict)
     if verdict.identical:
-        print(visible(f"{path}: identical"))
+        print(visible_lines(f"{path}: identical"))
     elif not verdict.differences:
-        print(visible(f"{path}: different; what was compared of its generations is identical"))
+        print(
+            visible_lines(f"{path}: different; what was compared of its generations is identical")
+        )
     else:
         first, count = next(iter(verdict.differences)), len(verdict.differences)
         more = f"; {count - 1} more generations differ" if count > 1 else ""
-        print(visible(f"{path}: different, first in generation {first}{more}"))
+        print(visible_lines(f"{path}: different, first in generation {first}{more}"))
     if not verdict.identical:
         for text in (*_asked(verdict), *verdict.damaged):
-            print(visible(f"  {text}"))
+            print(visible_lines(f"  {text}"))
         for number, what in list(verdict.differences.items())[:SHOWN]:
             for text in what[:SHOWN]:
-                print(visible(f"  generation {number}: {text}"))
+                print(visible_lines(f"  generation {number}: {text}"))
             if len(what) > SHOWN:
                 print(f"  generation {number}: and {len(what) - SHOWN} more")
     for text in told:
-        print(visible(text))
+        print(visible_lines(text))
 
 
 def _asked(verdict: "Verdict") -> list[str]:

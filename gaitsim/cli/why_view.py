@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.text import Text
 
-from gaitsim.cli.console import number, output, table, visible
+from gaitsim.cli.console import number, output, table
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import changes, course, in_words
 from gaitsim.gait.subject import Subject
+from gaitsim.render.terminal.text import visible
 
 TIMES = 4  # columns of the terms over time
 _MOVED = 1e-9  # of a score: what a run recorded and what is played now may differ by

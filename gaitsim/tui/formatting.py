@@ -1,8 +1,8 @@
 """Numbers and times as the UI writes them."""
 
-import unicodedata
-
 from rich.cells import cell_len, set_cell_size
+
+from gaitsim.render.terminal.text import visible
 
 MINUTE, HOUR, DAY = 60, 3600, 86400
 
@@ -49,17 +49,3 @@ def clip_name(name: str, width: int) -> str:
     end = name[::-1]
     tail = set_cell_size(end, max(0, width - 1) // 2).rstrip()[::-1]
     return set_cell_size(name, max(0, width - 1 - cell_len(tail))) + "…" + tail
-
-
-def visible(text: str) -> str:
-    """A text whose control characters, which could steer the terminal, are written out."""
-    if text.isprintable():
-        return text
-    return "".join(
-        char if unicodedata.category(char) not in ("Cc", "Cf", "Cs") else _escaped(char)
-        for char in text
-    )
-
-
-def _escaped(char: str) -> str:
-    return char.encode("unicode_escape").decode()

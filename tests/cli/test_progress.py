@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from rich.console import Console
 
-from gaitsim.cli.progress import BLOCKS, STOPPING, JsonLines, LiveView, PlainLines, sparkline
+from gaitsim.cli.progress import STOPPING, JsonLines, LiveView, PlainLines
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress
 from gaitsim.experiment import Islands
@@ -96,34 +94,6 @@ def at_work(clock: Clock, terms: dict[str, float] | None = None, generations: in
 @pytest.fixture
 def clock() -> Clock:
     return Clock()
-
-
-class TestSparkline:
-    def test_goes_from_the_lowest_to_the_highest_block(self) -> None:
-        assert sparkline([0, 1, 2, 3, 4, 5, 6, 7], 8) == BLOCKS
-        assert sparkline([7, 0], 8) == "█▁"
-
-    def test_a_level_course_is_low(self) -> None:
-        assert sparkline([2.5, 2.5, 2.5], 8) == "▁▁▁"
-
-    def test_what_is_not_finite_is_a_gap(self) -> None:
-        assert sparkline([-np.inf, 0, np.nan, 1], 8) == " ▁ █"
-        assert sparkline([np.nan, -np.inf], 8) == "  "
-        assert sparkline([], 8) == ""
-
-    def test_the_widest_range_of_floats_has_a_middle(self) -> None:
-        assert sparkline([-1.7e308, 0.0, 1.7e308], 8) in ("▁▄█", "▁▅█")
-        assert set(sparkline([0.0, 5e-324], 8)) <= {*BLOCKS}
-
-    @given(
-        st.lists(st.floats(width=64), min_size=1, max_size=300),
-        st.integers(min_value=1, max_value=120),
-    )
-    def test_fits_its_width_and_ends_with_the_newest(self, values: list[float], width: int) -> None:
-        drawn = sparkline(values, width)
-        assert len(drawn) == min(len(values), width)
-        assert {*drawn} <= {*BLOCKS, " "}
-        assert (drawn[-1] == " ") == (not np.isfinite(values[-1]))
 
 
 class TestPlainLines:

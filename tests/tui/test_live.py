@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.cells import cell_len
 from rich.style import Style
 from textual.widgets import Input, Static
 
@@ -612,20 +611,3 @@ class TestWords:
         assert plain[2].split() == ["[red]reach", "–", *["2.000"] * 5]
         assert "–0" not in plain[3]
         assert plain[4].split() == ["mean", *"–––––"] or plain[4].split()[1:] == [*"––––––"]
-
-    @pytest.mark.parametrize(
-        ("values", "width", "shown"),
-        [
-            ([], 5, ""),
-            ([1, 2], 0, ""),
-            ([1.0, 2, 3], 5, "▁▅█"),
-            ([1.0] * 9, 3, "▁▁▁"),
-            ([np.nan, np.inf, -np.inf], 9, "   "),
-            ([0.0, np.nan, 7], 3, "▁ █"),
-            (np.arange(100_000.0), 8, "▁▂▃▄▅▆▇█"),
-        ],
-    )
-    def test_curves_in_a_line(self, values, width, shown):
-        curve = words.spark(np.array(values, dtype=float), width)
-        assert curve == shown
-        assert cell_len(curve) <= width

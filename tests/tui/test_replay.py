@@ -13,11 +13,11 @@ from gaitsim.evolution import evolve
 from gaitsim.experiment import parse_experiment
 from gaitsim.render.terminal.body import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, QUIET, strip
+from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
-from gaitsim.tui.formatting import visible
 from gaitsim.tui.screens.replay import Replay
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber

@@ -91,7 +91,8 @@ class _Progress:
 def _print(report: "Report") -> None:
     from rich.text import Text
 
-    from gaitsim.cli.console import output, visible
+    from gaitsim.cli.console import output
+    from gaitsim.render.terminal.text import visible, visible_lines
 
     console = output()
     head = Text("✓ " if report.ok else "✗ ", "green" if report.ok else "red")
@@ -100,7 +101,7 @@ def _print(report: "Report") -> None:
     console.print(head)
     for finding in report.findings:
         style = "red" if finding.level == "error" else "yellow"
-        first, *rest = visible(str(finding)).splitlines()
+        first, *rest = visible_lines(str(finding)).split("\n")
         console.print(Text(f"  {first}", style))
         for line in rest:
             console.print(Text(f"  {line}"))

@@ -25,7 +25,8 @@ def new(
 
     gaitsim plugins new sprint --kind fitness
     """
-    from gaitsim.cli.console import output, visible
+    from gaitsim.cli.console import output
+    from gaitsim.render.terminal.text import visible
     from gaitsim.scaffold import PREFIX, new_package
 
     folder = new_package(name, kind, Path())

@@ -54,13 +54,14 @@ def _show(kind: str, name: str) -> None:
 
     from rich.text import Text
 
-    from gaitsim.cli.console import output, table, visible
+    from gaitsim.cli.console import output, table
     from gaitsim.registry import find, load_class, options
+    from gaitsim.render.terminal.text import visible_lines
 
     plugin = load_class(kind, name)
     console = output()
     console.print(Text.assemble((name, "bold"), f"  {kind} of {find(kind, name).source}"))
-    console.print(visible(inspect.getdoc(plugin) or ""), markup=False)
+    console.print(visible_lines(inspect.getdoc(plugin) or ""), markup=False)
     if not plugin.model_fields:
         console.print("\nIt has no options.")
         return

@@ -12,9 +12,10 @@ from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 from textual.widgets import DataTable, Footer, Header, Static
 
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, command
 from gaitsim.study.compare_runs import BY, QUANTITIES, Course, read, table
-from gaitsim.tui.formatting import clip, clip_name, visible
+from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves, Series
 
@@ -108,7 +109,9 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         self._draw()
         self._fill()
         problems = Text("\n").join(
-            Text(f"{visible(one.label)}: {_lines(one.problem)}") for one in courses if one.problem
+            Text(f"{visible(one.label)}: {visible_lines(str(one.problem))}")
+            for one in courses
+            if one.problem
         )
         panel = self.query_one("#problems", Static)
         panel.update(problems)
@@ -238,7 +241,3 @@ def _stamp(path: Path) -> object:
 
 def _after(words: Sequence[str], word: str) -> str:
     return words[(words.index(word) + 1) % len(words)]
-
-
-def _lines(problem: object) -> str:
-    return "\n".join(map(visible, str(problem).split("\n")))

@@ -17,6 +17,7 @@ from textual.widgets import Static
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best
+from gaitsim.render.terminal.text import visible_lines
 from gaitsim.tui.formatting import number
 from gaitsim.tui.screens import live_words as words
 from gaitsim.tui.screens.live_source import Stage, Story
@@ -127,7 +128,7 @@ class Board(Vertical):
     def problem(self, error: GaitsimError | None) -> None:
         """Show what went wrong and what to do, in its place."""
         self._problem.set_class(error is not None, "shown")
-        self._problem.update(Text(words.shown(str(error))) if error else "")
+        self._problem.update(Text(visible_lines(str(error))) if error else "")
 
     def _draw(self, *, all_of_it: bool) -> bool:
         """Draw what is new in the status or in all panels; whether anything was."""

@@ -19,11 +19,10 @@ from textual.widgets.option_list import Option
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.reader import Run
 from gaitsim.runs.resume import plan
-from gaitsim.tui.formatting import visible
-from gaitsim.tui.screens.live_words import shown
 
 CALM = 0.15  # seconds without a key before what is typed is checked
 
@@ -245,7 +244,7 @@ class Change(ModalScreen[Wanted | None]):
 
     def _say(self, text: str, *, wrong: bool) -> None:
         self._said.set_class(wrong, "problem")
-        self._said.update(Text(shown(text)))
+        self._said.update(Text(visible_lines(text)))
 
     def _command(self, assignments: tuple[str, ...]) -> str:
         out = self._out()

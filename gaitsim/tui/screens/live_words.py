@@ -2,17 +2,15 @@
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
 from rich.cells import cell_len, set_cell_size
 from rich.style import Style
 from rich.text import Text
 
 from gaitsim.live.course import Course
 from gaitsim.live.protocol import Event, Snapshot
+from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.runs.files.history import MEAN
-from gaitsim.tui.formatting import clip, duration, number, visible
-from gaitsim.tui.widgets.spark import BLOCKS
+from gaitsim.tui.formatting import clip, duration, number
 
 Styles = dict[str, Style]  # by the name of a state, event or part, from the theme
 
@@ -72,11 +70,6 @@ def event_line(event: Event, width: int, styles: Styles) -> Text:
     return line
 
 
-def shown(text: str) -> str:
-    """A text of several lines whose control characters are written out."""
-    return "\n".join(map(visible, text.splitlines()))
-
-
 def table(snapshot: Snapshot, course: Course, width: int, styles: Styles) -> list[Text]:
     """Score, terms and diversity: the best of each generation as a curve, then in numbers the
     mean and the best individuals of the last one, as many as there is room for.
@@ -98,7 +91,7 @@ def table(snapshot: Snapshot, course: Course, width: int, styles: Styles) -> lis
     lines, scored_from = [head], snapshot.scored_from
     for label, column, mean, values in rows:
         first = scored_from - 1 if len(course) >= scored_from else 0
-        curve = spark(course[column][first:], room) if column in course else ""
+        curve = sparkline(course[column][first:], room) if column in course else ""
         score = label == "score" and column == "best"
         line = Text(_left(label, name) + " ", Style(bold=score), no_wrap=True, end="")
         line.append(curve.ljust(room), styles["spark-score" if score else "spark"])
@@ -135,21 +128,3 @@ def _left(text: str, width: int) -> str:
 
 def _last(course: Course, name: str) -> float:
     return float(course[name][-1]) if name in course and len(course) else math.nan
-
-
-def spark(values: NDArray[np.float64], width: int) -> str:
-    """A curve in one line of block characters, the last of neighbours; gaps where none is finite.
-
-    As `widgets.spark`, for a hundred thousand values ten times a second.
-    """
-    if width <= 0 or not len(values):
-        return ""
-    if len(values) > width:
-        values = values[np.linspace(len(values) / width - 1, len(values) - 1, width).astype(int)]
-    alive = np.isfinite(values)
-    if not alive.any():
-        return " " * len(values)
-    low, high = values[alive].min(), values[alive].max()
-    scale = (len(BLOCKS) - 1) / (high - low) if high > low else 0.0
-    steps = np.rint(np.where(alive, values - low, 0) * scale).astype(int)
-    return "".join(BLOCKS[step] if shown else " " for step, shown in zip(steps, alive, strict=True))

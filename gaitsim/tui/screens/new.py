@@ -13,10 +13,10 @@ from textual.widgets import Footer, Header, Input, Label, Select, Static, Tabbed
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
+from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import RUNS, create_run, free_name
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.draft import SECTIONS, Draft, Reading, choose, load_ready, read
-from gaitsim.tui.formatting import visible
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.confirm import Confirm
 from gaitsim.tui.screens.files import ask_load, ask_save

@@ -12,8 +12,8 @@ from textual.widgets import Footer, Header, OptionList, Static
 from textual.widgets.option_list import Option
 
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
+from gaitsim.render.terminal.text import visible
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
-from gaitsim.tui.formatting import visible
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.conformance import checked, verdict_view
 from gaitsim.tui.widgets.plugin_view import plugin_view, preset_view

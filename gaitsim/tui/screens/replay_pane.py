@@ -12,7 +12,8 @@ from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.formatting import clip, clip_name, number, visible
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.tui.formatting import clip, clip_name, number
 from gaitsim.tui.screens.replay_loading import Shown, load
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
@@ -221,11 +222,6 @@ class ReplayPane(Vertical):
     def _scrubbed(self, event: Scrubber.Changed) -> None:
         event.stop()
         self.ask(event.value)
-
-
-def visible_lines(text: str) -> str:
-    """Lines whose control characters are written out."""
-    return "\n".join(visible(line) for line in text.split("\n"))
 
 
 def _unexpected(error: BaseException | None) -> GaitsimError:

@@ -8,7 +8,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Footer, Header, Static
 
-from gaitsim.tui.formatting import visible
+from gaitsim.render.terminal.text import visible
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import Task
 

@@ -9,8 +9,7 @@ from typing import Any
 
 from rich.text import Text
 
-from gaitsim.tui.formatting import visible
-from gaitsim.tui.widgets.plugin_view import visible_lines
+from gaitsim.render.terminal.text import visible, visible_lines
 
 COMMAND = ("plugins", "check")
 

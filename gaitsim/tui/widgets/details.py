@@ -7,8 +7,9 @@ from rich.text import Text
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.overview import Overview
-from gaitsim.tui.formatting import duration, visible
+from gaitsim.tui.formatting import duration
 
 
 def details(run: Overview, colours: Mapping[str, str]) -> Text:
@@ -20,7 +21,7 @@ def details(run: Overview, colours: Mapping[str, str]) -> Text:
     """
     head = Text.assemble((visible(run.name), "bold"), "  ", (visible(run.description), ""))
     if run.problem is not None:
-        return Text.assemble(head, "\n", (str(run.problem), colours["error"]))
+        return Text.assemble(head, "\n", (visible_lines(str(run.problem)), colours["error"]))
     plugins = "  ".join(run.plugins.get(kind, "?") for kind in KINDS)
     facts = [f"seed {run.seed}", f"evolved for {duration(run.seconds)}"]
     if run.stage > 1:
@@ -42,7 +43,7 @@ def no_runs(
         colours: by the name of the theme's variable.
     """
     if problem is not None:
-        return Text(str(problem), style=colours["error"])
+        return Text(visible_lines(str(problem)), style=colours["error"])
     if count:
         return Text(f"None of {count} runs has the words “{words}”.")
     return Text.assemble(

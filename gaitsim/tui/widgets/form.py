@@ -12,8 +12,9 @@ from textual.widgets import Input, Label, Select, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import options
+from gaitsim.render.terminal.text import visible
 from gaitsim.tui.draft import Option
-from gaitsim.tui.formatting import clip, visible
+from gaitsim.tui.formatting import clip
 
 NAME = 22  # cells of an option's name
 

@@ -8,8 +8,8 @@ from textual.widget import Widget
 from textual.widgets import Input, Label, Select, Static
 
 from gaitsim.registry import KINDS
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.draft import Reading
-from gaitsim.tui.formatting import visible
 from gaitsim.tui.widgets.form import Field, choice
 
 
@@ -68,7 +68,7 @@ class Part(VerticalScroll):
         if form.about:
             parts.append(Static(Text(visible(form.about.split("\n\n")[0])), classes="about"))
         if form.problem is not None:
-            parts.append(Static(Text(str(form.problem)), classes="problem"))
+            parts.append(Static(Text(visible_lines(str(form.problem))), classes="problem"))
         elif not form.options:
             parts.append(Static("It has no options.", classes="about"))
         with self.prevent(Select.Changed, Input.Changed):

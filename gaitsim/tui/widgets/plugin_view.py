@@ -10,8 +10,8 @@ from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import options
 from gaitsim.registry.presets import read_preset
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.catalogue import Catalogue
-from gaitsim.tui.formatting import visible
 from gaitsim.tui.widgets.toml_view import coloured
 
 
@@ -71,8 +71,3 @@ def preset_view(name: str, catalogue: Catalogue, colours: Mapping[str, str]) -> 
     except GaitsimError as error:
         text = Text(visible_lines(str(error)), style=colours["error"])
     return Group(about, text)
-
-
-def visible_lines(text: str) -> str:
-    """Lines as lines, other control characters written out."""
-    return "\n".join(map(visible, text.splitlines()))

@@ -10,9 +10,9 @@ from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.widgets import DataTable
 
+from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.runs.overview import Overview
 from gaitsim.tui.formatting import age, clip, clip_name, number
-from gaitsim.tui.widgets.spark import spark
 
 STATES = {
     "running": ("● running", "success"),
@@ -197,7 +197,7 @@ class RunTable(DataTable[Text]):
             case "best":
                 text = "" if run.best is None else number(run.best)
             case "curve":
-                text, style = spark(run.curve, width), self.app.theme_variables["primary"]
+                text, style = sparkline(run.curve, width), self.app.theme_variables["primary"]
             case "state":
                 text, colour = STATES[run.state]
                 style = self.app.theme_variables[colour]

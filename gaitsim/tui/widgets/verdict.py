@@ -7,8 +7,8 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Static
 
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.draft import Reading
-from gaitsim.tui.formatting import visible
 
 
 class Verdict(Vertical):
@@ -43,4 +43,4 @@ class Verdict(Vertical):
         """Say something else."""
         status = self.query_one("#status", Static)
         status.set_class(wrong, "problem")
-        status.update(Text("\n".join(map(visible, text.splitlines()))))
+        status.update(Text(visible_lines(text)))

@@ -1,0 +1,42 @@
+"""Curves in one line: heights, gaps, and ranges that floats can barely hold."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from gaitsim.render.terminal.sparkline import BLOCKS, sparkline
+
+
+@pytest.mark.parametrize(
+    ("values", "width", "shown"),
+    [
+        ([0, 1, 2, 3, 4, 5, 6, 7], 8, BLOCKS),
+        ([7, 0], 8, "█▁"),
+        ([], 5, ""),
+        ([1, 2], 0, ""),
+        ([1.0, 2, 3], 5, "▁▅█"),
+        ([2.5, 2.5, 2.5], 8, "▁▁▁"),
+        ([1.0] * 9, 3, "▁▁▁"),
+        ([-np.inf, 0, np.nan, 1], 8, " ▁ █"),
+        ([np.nan, np.inf, -np.inf], 9, "   "),
+        ([-1e308, 1e308], 2, "▁█"),
+        (np.arange(100_000.0), 8, BLOCKS),
+    ],
+)
+def test_heights_and_gaps(values, width, shown):
+    assert sparkline(values, width) == shown
+
+
+def test_the_widest_range_of_floats_has_a_middle():
+    assert sparkline([-1.7e308, 0.0, 1.7e308], 8) in ("▁▄█", "▁▅█")
+    assert set(sparkline([0.0, 5e-324], 8)) <= {*BLOCKS}
+
+
+@given(st.lists(st.floats(width=64), min_size=1, max_size=300), st.integers(1, 120))
+@example([-1e308, 1e308], 3)
+def test_fits_its_width_and_ends_with_the_newest(values, width):
+    drawn = sparkline(values, width)
+    assert len(drawn) == min(len(values), width)
+    assert {*drawn} <= {*BLOCKS, " "}
+    assert (drawn[-1] == " ") == (not np.isfinite(values[-1]))
