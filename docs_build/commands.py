@@ -10,10 +10,11 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-import typer
+from typer.main import get_command
 from typer.models import ArgumentInfo, OptionInfo
 
 from gaitsim.cli.app import app
+from gaitsim.cli.help import LazyGroup
 
 HEAD = """# Commands
 
@@ -27,21 +28,21 @@ TYPES = {int: "N", float: "NUMBER", Path: "PATH", str: "TEXT"}
 def page() -> str:
     """The page in Markdown: every command with its arguments, options, defaults and examples."""
     parts = [HEAD]
-    for name, function in commands(app, "gaitsim"):
+    group = get_command(app)
+    assert isinstance(group, LazyGroup)
+    for name, function in commands(group, "gaitsim"):
         parts += _command(name, function)
     return "\n".join(parts) + "\n"
 
 
-def commands(group: typer.Typer, name: str) -> Iterator[tuple[str, Callable[..., Any]]]:
+def commands(group: LazyGroup, name: str) -> Iterator[tuple[str, Callable[..., Any]]]:
     """Every command of a group and of the groups in it: its words, and its function."""
-    for command in group.registered_commands:
-        if command.callback is not None and not command.hidden:
-            yield f"{name} {command.name or command.callback.__name__}", command.callback
-    for inner in group.registered_groups:
-        if inner.typer_instance is not None:
-            inner_name = inner.name if isinstance(inner.name, str) else ""
-            inner_name = inner_name or str(inner.typer_instance.info.name)
-            yield from commands(inner.typer_instance, f"{name} {inner_name}")
+    for word in group.lines:
+        command = group.load(word)
+        if isinstance(command, LazyGroup):
+            yield from commands(command, f"{name} {word}")
+        else:
+            yield f"{name} {word}", inspect.unwrap(command.callback)
 
 
 def _command(name: str, function: Callable[..., Any]) -> Iterator[str]:

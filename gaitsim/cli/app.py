@@ -1,35 +1,54 @@
 """The `gaitsim` command and its subcommands."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 import typer
 
-from gaitsim.cli import (
-    analyse,
-    compare,
-    differences,
-    experiments,
-    export,
-    fork,
-    imitate,
-    play,
-    plot,
-    plugins,
-    resume,
-    run,
-    runs,
-    serve,
-    show,
-    study,
-    tui,
-    verify,
-    video,
-)
-from gaitsim.cli.help import Command, Group
+from gaitsim.cli.help import LazyGroup
+
+
+class _Commands(LazyGroup):
+    package = "gaitsim.cli"
+    lines: ClassVar[Mapping[str, str]] = {
+        "run": "Evolve a gait and keep the run on disk.",
+        "resume": (
+            "Go on with a run, exactly as if it had never stopped; or train it on under other "
+            "options."
+        ),
+        "fork": "Copy a run, to let the copy go its own way under other options.",
+        "runs": "List the runs in a folder, oldest first; or delete runs.",
+        "show": (
+            "Show a run in full: what it is made of, how far it is, its stages, and its champion."
+        ),
+        "export": (
+            "Write the champion's joint angles to a file: radians, a row a frame; or for servos."
+        ),
+        "plot": "Plot a run, or how its champion moves, at the width of a journal's column.",
+        "video": "Make a video of the champion as it moves: MP4 or GIF.",
+        "play": "Play a champion in the terminal, until Ctrl-C.",
+        "analyse": "Say which gait emerged, and why it scored.",
+        "imitate": "Train a network that imitates the champion, and let it walk on its own.",
+        "study": (
+            "Sweep options over all cores; results in one table, with surfaces and a summary."
+        ),
+        "compare": "Compare experiments over repeats, with statistics that a reviewer accepts.",
+        "differences": (
+            "Show runs over each other: their curves, what became of them, which options differ."
+        ),
+        "verify": (
+            "Make generations of a run again, and see that they are the same to the last bit."
+        ),
+        "tui": "Open the terminal UI: runs, new ones, live, replayed, compared.",
+        "serve": "Open the terminal UI in a browser, on this machine alone unless told otherwise.",
+        "experiments": "List and show presets.",
+        "plugins": "Installed bodies and operators, and new ones.",
+    }
+
 
 app = typer.Typer(
     name="gaitsim",
-    cls=Group,
+    cls=_Commands,
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
@@ -53,27 +72,3 @@ def gaitsim(
     ] = False,
 ) -> None:
     """Evolve gaits in your terminal."""
-
-
-for command in (
-    run.run,
-    resume.resume,
-    fork.fork,
-    runs.runs,
-    show.show,
-    export.export,
-    plot.plot,
-    video.video,
-    play.play,
-    analyse.analyse,
-    imitate.imitate,
-    study.study,
-    compare.compare,
-    differences.differences,
-    verify.verify,
-    tui.tui,
-    serve.serve,
-):
-    app.command(cls=Command)(command)
-app.add_typer(experiments.app)
-app.add_typer(plugins.app)

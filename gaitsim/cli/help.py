@@ -1,9 +1,13 @@
-"""Commands in the house style: how `--help` looks, and what is said of a wrong value."""
+"""Groups that import a command when it is used; the style of `--help` and of wrong values."""
 
-from typing import Any
+import inspect
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, ClassVar, get_args
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 from gaitsim.errors import GaitsimError, nearest
 
@@ -30,18 +34,49 @@ class Command(TyperCommand):
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
-            told = in_our_words(error)
-            if told is None:
+            explanation = explained(error, self.callback)
+            if explanation is None:
                 raise
-            raise told from None
+            raise explanation from None
 
 
-class Group(TyperGroup):
-    """A group of commands whose help is in the house style."""
+class LazyGroup(TyperGroup):
+    """A group that imports the module of a command only when that command is used.
+
+    Until then a stub with one line of help stands for it, which is all that the group's own
+    help, completion and suggestions need.
+
+    Attributes:
+        package: the package of the commands. The module `name` in it holds the function
+            `name`, or `name_` where Python has such a name already; or, for a group, the
+            Typer app `app`.
+        lines: one line of help by the name of each command, as its docstring begins.
+    """
+
+    package: ClassVar[str]
+    lines: ClassVar[Mapping[str, str]]
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self.commands = {name: TyperCommand(name, help=line) for name, line in self.lines.items()}
 
     def get_params(self, ctx: Any) -> Any:
         """The parameters, flags without '<bool>'."""
         return without_flag_types(super().get_params(ctx))
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the name, the command and its arguments; import the command."""
+        name, stub, rest = super().resolve_command(ctx, args)
+        return name, stub and self.load(str(name)), rest
+
+    def load(self, name: str) -> Any:
+        """Import a command."""
+        found = vars(import_module(f"{self.package}.{name}"))
+        app = found.get("app")
+        if app is None:
+            app = typer.Typer(rich_markup_mode="rich", add_completion=False)
+            app.command(name, cls=Command)(found.get(name) or found[f"{name}_"])
+        return get_command(app)
 
 
 def arranged(text: str) -> str:
@@ -59,18 +94,19 @@ def without_flag_types(parameters: list[Any]) -> list[Any]:
     return parameters
 
 
-def in_our_words(error: typer.BadParameter) -> GaitsimError | None:
+def explained(error: typer.BadParameter, command: Any) -> GaitsimError | None:
     """What is wrong with a value, where Typer passes on the words of pydantic; else None."""
     from pydantic import Field, ValidationError
 
     from gaitsim.registry.options import allowed, words
 
     cause, parameter = error.__cause__, error.param
-    takes = getattr(parameter, "type_descriptor", None)
-    if not isinstance(cause, ValidationError) or parameter is None or takes is None:
+    if not isinstance(cause, ValidationError) or parameter is None:
         return None
-    field = Field(ge=takes.parameter_info.min, le=takes.parameter_info.max)
-    field.annotation = takes.annotation
+    declared = inspect.signature(command).parameters[str(parameter.name)].annotation
+    annotation, info = get_args(declared)
+    field = Field(ge=info.min, le=info.max)
+    field.annotation = annotation
     (wrong, *_) = cause.errors()
     value, known = wrong["input"], words(field)
     kind = {"int_parsing": "no whole number", "float_parsing": "no number"}.get(wrong["type"])

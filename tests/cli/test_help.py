@@ -1,5 +1,6 @@
 """Help is quick, and readable at 80 columns."""
 
+import os
 import subprocess
 import sys
 
@@ -18,8 +19,8 @@ def commands(command=None, path=()):
     """Every command by its words."""
     command = command or typer.main.get_command(app)
     found = {path: command}
-    for name, inner in getattr(command, "commands", {}).items():
-        found.update(commands(inner, (*path, name)))
+    for name in getattr(command, "lines", {}):
+        found.update(commands(command.load(name), (*path, name)))
     return found
 
 
@@ -63,6 +64,45 @@ def test_examples_stand_one_a_line(gaitsim, command):
     assert examples
     assert all("gaitsim " in line for line in examples)
     assert any(line.startswith(f"gaitsim {' '.join(command)}") for line in examples)
+
+
+@pytest.mark.parametrize("path", [path for path in COMMANDS if path])
+def test_the_line_that_lists_a_command_begins_its_own_help(path):
+    *group, name = path
+    first, _, _ = COMMANDS[path].help.partition("\n\n")
+    assert COMMANDS[tuple(group)].lines[name] == " ".join(first.split())
+
+
+@pytest.mark.parametrize(("typed", "meant"), [(("rnu",), "run"), (("plugins", "lst"), "list")])
+def test_a_mistyped_command_is_corrected(monkeypatch, capsys, typed, meant):
+    monkeypatch.setattr(sys, "argv", ["gaitsim", *typed])
+    with pytest.raises(SystemExit, match="2"):
+        cli.main()
+    assert f"Did you mean '{meant}'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["ver"], {"verify"}),
+        (["plugins", ""], {"list", "show", "check", "new"}),
+        (["differences", "--quan"], {"--quantity"}),
+        (["differences", "a", "--by", "s"], {"seconds"}),
+    ],
+)
+def test_the_shell_completes_commands_options_and_values(typed, offered):
+    words = ["gaitsim", *typed]
+    environment = {
+        **os.environ,
+        "_GAITSIM_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(words),
+        "COMP_CWORD": str(len(words) - 1),
+    }
+    code = "import sys; sys.argv = ['gaitsim']; from gaitsim.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
+    assert set(done.stdout.split()) == offered
 
 
 def test_examples_are_drawn_together():

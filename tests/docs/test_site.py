@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from gaitsim.registry import KINDS, entries, load_class, options
@@ -53,7 +54,7 @@ def test_every_command_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> N
     page = commands.page()
     from gaitsim.cli.app import app
 
-    names = [name for name, _ in commands.commands(app, "gaitsim")]
+    names = [name for name, _ in commands.commands(get_command(app), "gaitsim")]
     assert {"gaitsim run", "gaitsim tui", "gaitsim plugins list"} <= set(names)
     parts = dict(zip(names, re.split(r"^## .*$", page, flags=re.MULTILINE)[1:], strict=True))
     for name, part in parts.items():

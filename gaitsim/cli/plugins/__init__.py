@@ -1,18 +1,26 @@
 """`gaitsim plugins`."""
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import typer
 
-from gaitsim.cli.help import Command, Group
-from gaitsim.cli.plugins import check, new, show
+from gaitsim.cli.help import LazyGroup
 
-app = typer.Typer(
-    name="plugins",
-    cls=Group,
-    help="Installed bodies and operators, and new ones.",
-    no_args_is_help=True,
-)
 
-app.command("list", cls=Command)(show.list_)
-app.command(cls=Command)(show.show)
-app.command(cls=Command)(check.check)
-app.command(cls=Command)(new.new)
+class _Commands(LazyGroup):
+    package = __name__
+    lines: ClassVar[Mapping[str, str]] = {
+        "list": "List all plugins by kind, with the package of each. Imports none of them.",
+        "show": "Show a plugin's options: default, what is allowed, unit, meaning.",
+        "check": "Check whether plugins keep their contract, and say what to mend.",
+        "new": "Write the package of a new plugin, which works as it is, into the folder NAME.",
+    }
+
+
+app = typer.Typer(cls=_Commands, no_args_is_help=True, add_completion=False)
+
+
+@app.callback()
+def plugins() -> None:
+    """Installed bodies and operators, and new ones."""

@@ -1,29 +1,15 @@
-"""`gaitsim plugins list` and `gaitsim plugins show`."""
+"""`gaitsim plugins show`."""
 
+import inspect
 from typing import Annotated
 
 import typer
+from rich.text import Text
 
-
-def list_() -> None:
-    """List all plugins by kind, with the package of each. Imports none of them.
-
-    [bold]Example[/bold]
-
-    gaitsim plugins list
-    """
-    from gaitsim.cli.console import notice, output, table
-    from gaitsim.registry import KINDS, entries, unreadable
-
-    made = table("kind", "name", "package")
-    for kind in KINDS:
-        for name, claims in entries(kind).items():
-            packages = " and ".join(claim.source for claim in claims)
-            conflict = "  (conflict: cannot be used)" if len(claims) > 1 else ""
-            made.add_row(kind, name, packages + conflict)
-    output().print(made, markup=False)
-    for folder in unreadable():
-        notice(f"Warning: the entry points of {folder} cannot be read; reinstall its package.")
+from gaitsim.cli.console import output, table
+from gaitsim.errors import PluginError, nearest
+from gaitsim.registry import KINDS, entries, find, load_class
+from gaitsim.render.terminal.text import visible_lines
 
 
 def show(
@@ -35,9 +21,6 @@ def show(
 
     gaitsim plugins show spider-walk
     """
-    from gaitsim.errors import PluginError, nearest
-    from gaitsim.registry import KINDS, entries
-
     names = {kind: entries(kind) for kind in KINDS}
     kinds = [kind for kind in KINDS if name in names[kind]]
     if not kinds:
@@ -50,13 +33,7 @@ def show(
 
 
 def _show(kind: str, name: str) -> None:
-    import inspect
-
-    from rich.text import Text
-
-    from gaitsim.cli.console import output, table
-    from gaitsim.registry import find, load_class, options
-    from gaitsim.render.terminal.text import visible_lines
+    from gaitsim.registry import options  # pydantic, which --help does without
 
     plugin = load_class(kind, name)
     console = output()

@@ -1,0 +1,23 @@
+"""`gaitsim experiments list`."""
+
+from gaitsim.cli.console import output, table
+from gaitsim.errors import GaitsimError
+from gaitsim.registry import EXPERIMENTS, entries
+from gaitsim.registry.presets import read_preset
+from gaitsim.render.terminal.text import visible
+from gaitsim.toml import parse
+
+
+def list_() -> None:
+    """List the presets of all installed packages."""
+    made = table("name", "what it is", "package")
+    for name, claims in entries(EXPERIMENTS).items():
+        made.add_row(name, _describe(name), " and ".join(claim.package for claim in claims))
+    output().print(made, markup=False)
+
+
+def _describe(name: str) -> str:
+    try:
+        return visible(str(parse(read_preset(name), f"preset {name}").get("description", "")))
+    except GaitsimError as error:
+        return visible(f"broken: {error.what}")
