@@ -5,7 +5,7 @@ Beside it: one worker, one fly at a time, and real time.
 
 from timing import medians, milliseconds, print_figure, print_machine
 
-from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evolution import breed, first_population
 from gaitsim.experiment import load_experiment
 
@@ -26,7 +26,7 @@ def main() -> None:
         )
         bred, single = medians(
             lambda: breed(experiment, experiment.space(), genomes, scores, 2),
-            lambda: judge(experiment, genomes[:1]),
+            lambda: evaluate(experiment, genomes[:1]),
             repeats=20,
         )
     print_figure("evaluating", milliseconds(together), f"budget {milliseconds(BUDGET)}")

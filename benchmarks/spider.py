@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from one_by_one import OneByOne
 from timing import medians, milliseconds, print_figure, print_machine, stopwatch, times
 
-from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evolution import breed, evolve, first_population
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.runs.files.folder import create_run
@@ -158,7 +158,7 @@ def print_alternatives(experiment: Experiment, genomes: NDArray[np.float64]) -> 
         whole, alone, single, loop = medians(
             lambda: all_cores.evaluate(genomes),
             lambda: one_core.evaluate(genomes),
-            lambda: [judge(experiment, genome[None]) for genome in genomes],
+            lambda: [evaluate(experiment, genome[None]) for genome in genomes],
             lambda: [numpy.score(genome) for genome in few],
             repeats=4,
         )

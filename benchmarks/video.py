@@ -9,7 +9,7 @@ from pathlib import Path
 
 from timing import medians, milliseconds, print_figure, print_machine, stopwatch, times
 
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 from gaitsim.render.scene import Scene, Take
@@ -27,7 +27,7 @@ def spider(path: Path) -> Run:
     """A short run."""
     experiment = load_experiment("spider", ["evolution.generations=30"])
     with RunWriter(create_run(experiment, path)) as writer:
-        for generation in evolve(experiment, lambda genomes: judge(experiment, genomes)):
+        for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
     return Run(path)
 

@@ -7,7 +7,7 @@ The floor is `Space.step` in a loop: the same bodies, joints and ground, standin
 import numpy as np
 from timing import medians, milliseconds, print_figure, print_machine, times
 
-from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 from gaitsim_walker.machine import Machine
@@ -37,7 +37,7 @@ def walking(preset: str) -> None:
     with Evaluator(experiment) as every:
         every.prepare()
         alone, together = medians(
-            lambda: judge(experiment, whole), lambda: every.evaluate(whole), repeats=1
+            lambda: evaluate(experiment, whole), lambda: every.evaluate(whole), repeats=1
         )
     print_figure(f"{preset}, one core", times(seconds / alone), f"real time; at least {LEAST} ×")
     print_figure("all cores", times(seconds / together), "real time")

@@ -15,10 +15,10 @@ from processor import processor_seconds
 from timing import medians, milliseconds, print_figure, print_machine, stopwatch, times
 
 from gaitsim.contracts import Genomes
-from gaitsim.evaluation import Evaluator, Executor, judge
-from gaitsim.evaluation.chunking import Line, Pace, best_shares, measured
-from gaitsim.evaluation.executors import Threads
-from gaitsim.evaluation.processes import Processes
+from gaitsim.evaluation import Evaluator, Executor, evaluate
+from gaitsim.evaluation.chunking import CostModel, Overhead, best_plan, measure_overhead
+from gaitsim.evaluation.executors import ThreadExecutor
+from gaitsim.evaluation.processes import ProcessExecutor
 from gaitsim.evolution import evolve, first_population
 from gaitsim.experiment import Experiment, load_experiment
 
@@ -30,13 +30,13 @@ def kinds() -> Iterator[dict[str, Executor]]:
     """The ways to share, by name."""
     with ExitStack() as held:
         found: dict[str, Executor] = {
-            "threads": held.enter_context(Threads(WORKERS)),
-            "processes": held.enter_context(Processes(WORKERS)),
+            "threads": held.enter_context(ThreadExecutor(WORKERS)),
+            "processes": held.enter_context(ProcessExecutor(WORKERS)),
         }
         if importlib.util.find_spec("distributed") is not None:
-            from gaitsim.evaluation.dask import Cluster
+            from gaitsim.evaluation.dask import DaskExecutor
 
-            found["Dask"] = held.enter_context(Cluster("local", WORKERS))
+            found["Dask"] = held.enter_context(DaskExecutor("local", WORKERS))
         yield found
 
 
@@ -47,7 +47,7 @@ def population(experiment: Experiment) -> Genomes:
 
 def serialisation(experiment: Experiment, genomes: Genomes) -> tuple[float, int]:
     """Seconds to pickle a chunk and its evaluation, and to read both again; their bytes."""
-    sent, answer = pickle.dumps(genomes, 5), pickle.dumps(judge(experiment, genomes), 5)
+    sent, answer = pickle.dumps(genomes, 5), pickle.dumps(evaluate(experiment, genomes), 5)
     evaluation = pickle.loads(answer)
 
     def work() -> None:
@@ -57,34 +57,34 @@ def serialisation(experiment: Experiment, genomes: Genomes) -> tuple[float, int]
     return medians(work, repeats=100)[0], len(sent) + len(answer)
 
 
-def line(experiment: Experiment, genomes: Genomes) -> Line:
+def cost_model(experiment: Experiment, genomes: Genomes) -> CostModel:
     """How long the body takes."""
-    found = Line()
+    found = CostModel()
     one, all_ = medians(
-        lambda: judge(experiment, genomes[:1]), lambda: judge(experiment, genomes), repeats=1
+        lambda: evaluate(experiment, genomes[:1]), lambda: evaluate(experiment, genomes), repeats=1
     )
     found.learn(1, one)
     found.learn(len(genomes), all_)
     return found
 
 
-def print_chunks(name: str, executors: dict[str, Executor], paces: dict[str, Pace]) -> None:
+def print_chunks(name: str, executors: dict[str, Executor], overheads: dict[str, Overhead]) -> None:
     """What a chunk of the size that is chosen costs beyond its work."""
     experiment = load_experiment(name)
     genomes = population(experiment)
-    known = line(experiment, genomes)
+    known = cost_model(experiment, genomes)
     print(
         f"\n{name}: {len(genomes)} individuals, {milliseconds(known.seconds(len(genomes)))} alone"
     )
     seconds, size = serialisation(experiment, np.array_split(genomes, 2 * WORKERS)[0])
     print_figure("  pickling a quarter and its scores", milliseconds(seconds), f"{size:,} bytes")
     for kind, executor in executors.items():
-        pace = paces[kind]
-        shares = best_shares(len(genomes), executor.workers, known, pace)
-        work = known.seconds(len(genomes) // shares.chunks)
-        beyond = pace.task + pace.latency / shares.chunks
+        overhead = overheads[kind]
+        plan = best_plan(len(genomes), executor.workers, known, overhead)
+        work = known.seconds(len(genomes) // plan.chunks)
+        beyond = overhead.task + overhead.latency / plan.chunks
         print_figure(
-            f"  {kind}: beyond a chunk's work, {shares.chunks} chunks",
+            f"  {kind}: beyond a chunk's work, {plan.chunks} chunks",
             milliseconds(beyond),
             f"{100 * beyond / work:.2g} % of its {milliseconds(work)}",
         )
@@ -125,12 +125,12 @@ def print_idle(name: str, cluster: Executor) -> None:
     """What a cluster costs that is not worth the way."""
     experiment = load_experiment(name)
     genomes = population(experiment)
-    with Evaluator(experiment) as near, Evaluator(experiment, cluster=cluster) as asked:
-        for evaluator in (near, asked):
+    with Evaluator(experiment) as local, Evaluator(experiment, cluster=cluster) as asked:
+        for evaluator in (local, asked):
             evaluator.prepare()
             evaluator.evaluate(genomes)
         without, beside = medians(
-            lambda: near.evaluate(genomes), lambda: asked.evaluate(genomes), repeats=50
+            lambda: local.evaluate(genomes), lambda: asked.evaluate(genomes), repeats=50
         )
     print_figure(f"{name}: without a cluster", milliseconds(without))
     print_figure(f"{name}: with one that idles", milliseconds(beside), times(beside / without))
@@ -140,12 +140,12 @@ def main() -> None:
     """Print the figures."""
     print_machine()
     with kinds() as executors:
-        paces = {kind: measured(executor) for kind, executor in executors.items()}
-        for kind, pace in paces.items():
-            beside = f"and {milliseconds(pace.latency)} a population"
-            print_figure(f"{kind}: a task that does nothing", milliseconds(pace.task), beside)
+        overheads = {kind: measure_overhead(executor) for kind, executor in executors.items()}
+        for kind, overhead in overheads.items():
+            beside = f"and {milliseconds(overhead.latency)} a population"
+            print_figure(f"{kind}: a task that does nothing", milliseconds(overhead.task), beside)
         for name in ("walker", "spider-recurrence"):
-            print_chunks(name, executors, paces)
+            print_chunks(name, executors, overheads)
         print()
         print_gain("walker", 1, 30)
         print_gain("walker", 26, 10)

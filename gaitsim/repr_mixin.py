@@ -3,34 +3,34 @@
 import html
 from collections.abc import Iterator, Mapping
 
-Fact = int | float | str | Mapping[str, float]
+ReprField = int | float | str | Mapping[str, float]
 
 
-class Facts:
+class ReprMixin:
     """Shown by facts: numbers and texts by name, and groups of numbers.
 
     A subclass says what they are in `_facts`. A fact that is `''` or `{}` is left out.
     """
 
-    def _facts(self) -> Mapping[str, Fact]:
+    def _repr_fields(self) -> Mapping[str, ReprField]:
         """What is to be shown, by name, the most telling first."""
         raise NotImplementedError
 
-    def _details(self) -> Mapping[str, Fact]:
+    def _repr_details(self) -> Mapping[str, ReprField]:
         """What a table has room for; it may take longer to work out."""
-        return self._facts()
+        return self._repr_fields()
 
     def __repr__(self) -> str:
         # Groups would make the line too long to read in a loop that prints it.
         shown = [
             f"{name}={_short(fact)}"
-            for name, fact in self._facts().items()
+            for name, fact in self._repr_fields().items()
             if fact != "" and not isinstance(fact, Mapping)
         ]
         return f"{type(self).__name__}({', '.join(shown)})"
 
     def __rich_repr__(self) -> Iterator[tuple[str, object]]:
-        for name, fact in self._facts().items():
+        for name, fact in self._repr_fields().items():
             if isinstance(fact, Mapping) and fact:
                 yield name, {key: _rounded(value) for key, value in fact.items()}
             elif fact not in ("", {}):
@@ -40,7 +40,7 @@ class Facts:
         rows = "".join(
             f'<tr><th style="text-align:left;vertical-align:top">{html.escape(name)}</th>'
             f'<td style="text-align:left">{_cell(fact)}</td></tr>'
-            for name, fact in self._details().items()
+            for name, fact in self._repr_details().items()
             if fact not in ("", {})
         )
         return (
@@ -53,11 +53,11 @@ def _rounded(fact: object) -> object:
     return float(f"{fact:.4g}") if isinstance(fact, float) else fact
 
 
-def _short(fact: Fact) -> str:
+def _short(fact: ReprField) -> str:
     return f"{fact:.4g}" if isinstance(fact, float) else repr(fact)
 
 
-def _cell(fact: Fact) -> str:
+def _cell(fact: ReprField) -> str:
     if isinstance(fact, Mapping):
         return "<br>".join(f"{html.escape(key)} {value:.4g}" for key, value in fact.items())
     return f"{fact:.4g}" if isinstance(fact, float) else html.escape(str(fact))

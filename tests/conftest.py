@@ -292,7 +292,7 @@ def start(tmp_path):
 
 def evolved(experiment, path):
     """A finished run of an experiment, evolved without workers."""
-    from gaitsim.evaluation import judge
+    from gaitsim.evaluation import evaluate
     from gaitsim.evolution import evolve
     from gaitsim.runs.files.folder import create_run
     from gaitsim.runs.reader import Run
@@ -300,7 +300,7 @@ def evolved(experiment, path):
 
     path = create_run(experiment, path)
     with RunWriter(path) as writer:
-        for generation in evolve(experiment, lambda genomes: judge(experiment, genomes)):
+        for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
     return Run(path)
 

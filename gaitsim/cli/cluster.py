@@ -26,11 +26,11 @@ def cluster(address: str | None, workers: int | None) -> "Iterator[Executor | No
         yield None
         return
     from gaitsim.cli.console import errors
-    from gaitsim.evaluation.dask import LOCAL, Cluster
+    from gaitsim.evaluation.dask import LOCAL, DaskExecutor
 
     console = errors()
     doing = "Starting Dask workers …" if address == LOCAL else f"Connecting to {address} …"
     with console.status(doing) if console.is_terminal else nullcontext():
-        executor = Cluster(address, workers, warn)
+        executor = DaskExecutor(address, workers, warn)
     with executor:
         yield executor

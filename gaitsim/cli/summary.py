@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gaitsim.cli.console import number, output, print_json, table
 from gaitsim.experiment import Experiment
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run
@@ -61,7 +61,7 @@ def champion_of(run: Run, history: Mapping[str, NDArray[np.float64]]) -> Champio
 
 def _measures(experiment: Experiment, genome: NDArray[Any]) -> dict[str, tuple[float, str, str]]:
     organism = experiment.organism
-    with containing(experiment.entries["organism"], "measuring the champion"):
+    with plugin_errors(experiment.entries["organism"], "measuring the champion"):
         measures = organism.measures(organism.move(genome[None]))
         return {
             str(name): (float(measure.values[0]), measure.unit, measure.help)

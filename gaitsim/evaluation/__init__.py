@@ -2,6 +2,6 @@
 
 from gaitsim.evaluation.evaluator import Evaluator
 from gaitsim.evaluation.executors import Executor
-from gaitsim.evaluation.scoring import Evaluation, judge
+from gaitsim.evaluation.scoring import Evaluation, evaluate
 
-__all__ = ["Evaluation", "Evaluator", "Executor", "judge"]
+__all__ = ["Evaluation", "Evaluator", "Executor", "evaluate"]

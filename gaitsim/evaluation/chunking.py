@@ -29,7 +29,7 @@ PINGS = 32  # tasks to measure the workers by
 
 
 @dataclass(frozen=True)
-class Pace:
+class Overhead:
     """What sharing costs beyond the work, seconds.
 
     Attributes:
@@ -41,17 +41,17 @@ class Pace:
     task: float
 
 
-PROCESSES = Pace(0.0005, 0.0003)
+PROCESS_OVERHEAD = Overhead(0.0005, 0.0003)
 """Of worker processes that are not begun yet."""
 
 
-def measured(executor: Executor) -> Pace:
+def measure_overhead(executor: Executor) -> Overhead:
     """The pace of workers, which are begun by it."""
     executor.map(_ping, range(PINGS))
     one = min(_seconds(executor, 1) for _ in range(5))
     all_ = min(_seconds(executor, PINGS) for _ in range(3))
     task = max(0.0, all_ - one) / (PINGS - 1)
-    return Pace(max(0.0, one - task), task)
+    return Overhead(max(0.0, one - task), task)
 
 
 def _ping(task: int) -> int:
@@ -64,7 +64,7 @@ def _seconds(executor: Executor, tasks: int) -> float:
     return time.perf_counter() - start
 
 
-class Line:
+class CostModel:
     """How long one worker takes over a population, by its size, as far as is known. Seconds.
 
     Attributes:
@@ -100,14 +100,16 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Shares:
+class ChunkPlan:
     """A way to cut a population, and the seconds it is expected to take."""
 
     chunks: int
     seconds: float
 
 
-def best_shares(individuals: int, workers: int, line: Line, pace: Pace) -> Shares:
+def best_plan(
+    individuals: int, workers: int, cost_model: CostModel, overhead: Overhead
+) -> ChunkPlan:
     """The best number of chunks, two or more.
 
     Of those that take about as long the largest, as it evens out that some individuals take
@@ -116,11 +118,11 @@ def best_shares(individuals: int, workers: int, line: Line, pace: Pace) -> Share
     wanted = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 12))}
     numbers = sorted({min(max(number, 2), individuals) for number in wanted})
     ways = [
-        Shares(
+        ChunkPlan(
             number,
-            pace.latency
-            + number * pace.task
-            + max(1.0, number / workers) * line.seconds(individuals / number),
+            overhead.latency
+            + number * overhead.task
+            + max(1.0, number / workers) * cost_model.seconds(individuals / number),
         )
         for number in numbers
     ]
@@ -149,7 +151,7 @@ def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
     return [int(end) for end in np.unique(ends) if 0 < end < individuals]
 
 
-class Sharing:
+class Scheduler:
     """Decides, population by population, whether workers get it.
 
     Attributes:
@@ -163,22 +165,22 @@ class Sharing:
         wanted: whether workers were asked for, whatever their beginning costs.
     """
 
-    def __init__(self, near: int, workers: int, wanted: bool) -> None:
-        self.line, self.pace = Line(), PROCESSES
-        self._near, self.workers = near, workers
+    def __init__(self, local: int, workers: int, wanted: bool) -> None:
+        self.cost_model, self.overhead = CostModel(), PROCESS_OVERHEAD
+        self._local, self.workers = local, workers
         self._threshold = DOUBT if wanted else STARTUP
         self._lost = 0.0  # seconds that workers would have saved so far
 
-    def alone(self, individuals: int) -> float:
+    def local_seconds(self, individuals: int) -> float:
         """Seconds that a population is expected to take where it is not shared."""
-        return self.line.seconds(individuals, self._near)
+        return self.cost_model.seconds(individuals, self._local)
 
-    def shares(self, individuals: int) -> Shares | None:
+    def plan(self, individuals: int) -> ChunkPlan | None:
         """How to cut a population; None where workers would not be faster."""
         if individuals < 2:
             return None
-        shares = best_shares(individuals, self.workers, self.line, self.pace)
-        return shares if shares.seconds <= GAIN * self.alone(individuals) else None
+        plan = best_plan(individuals, self.workers, self.cost_model, self.overhead)
+        return plan if plan.seconds <= GAIN * self.local_seconds(individuals) else None
 
     def chunks(self, individuals: int) -> int:
         """Into how many chunks to cut a population; 1 where it is not to be shared yet.
@@ -187,10 +189,10 @@ class Sharing:
         the most doubles what a run loses without them.
         """
         # One individual does not tell what many take, unless that is very long.
-        if not self.line.known and self.alone(individuals) < STARTUP:
+        if not self.cost_model.known and self.local_seconds(individuals) < STARTUP:
             return 1
-        shares = self.shares(individuals)
-        if shares is None:
+        plan = self.plan(individuals)
+        if plan is None:
             return 1
-        self._lost += self.alone(individuals) - shares.seconds
-        return shares.chunks if self._lost > self._threshold else 1
+        self._lost += self.local_seconds(individuals) - plan.seconds
+        return plan.chunks if self._lost > self._threshold else 1

@@ -10,9 +10,16 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError, cores
+from gaitsim.evaluation.executors import (
+    MAX_ATTEMPTS,
+    Executor,
+    Result,
+    Task,
+    WorkerLostError,
+    cores,
+)
 from gaitsim.evaluation.packages import asking, compare, needed
-from gaitsim.evaluation.processes import Tell, deaf, without_script
+from gaitsim.evaluation.processes import OnWarning, block_signals, hide_main_module
 from gaitsim.experiment import Experiment
 
 LOCAL = "local"
@@ -24,7 +31,7 @@ COUNT = 1.0  # seconds from a worker that came or went to the count of those tha
 ALONE = 5  # counts without any worker until that is told: one that died is begun again in two
 
 
-class Cluster(Executor):
+class DaskExecutor(Executor):
     """The workers of a Dask scheduler.
 
     A Dask cluster is trusted: scheduler and workers may run any code here, and this
@@ -34,7 +41,7 @@ class Cluster(Executor):
         address: of the scheduler, such as 'tcp://host:8786'; or 'local' for workers of
             our own on this machine, which end with this process, however it ends.
         workers: how many, with 'local'; None for one each core.
-        tell: is told of workers that were lost, and when none are left.
+        on_warning: called with a message when workers were lost, and when none are left.
 
     Attributes:
         workers: as many threads as its workers have, now: some may come or go at any time.
@@ -45,7 +52,7 @@ class Cluster(Executor):
     """
 
     def __init__(
-        self, address: str, workers: int | None = None, tell: Tell = lambda text: None
+        self, address: str, workers: int | None = None, on_warning: OnWarning = lambda text: None
     ) -> None:
         if workers is not None and address != LOCAL:
             raise GaitsimError(
@@ -55,7 +62,7 @@ class Cluster(Executor):
         if address != LOCAL and not ADDRESS.match(address):
             raise _unreachable(address, "it is no address")
         self.address = address
-        self._tell = tell
+        self._on_warning = on_warning
         self._closing = False
         self._counting = False
         self._alone = 0  # counts in a row without any worker
@@ -83,9 +90,9 @@ class Cluster(Executor):
                     # Or the first worker would begin it, which lets Ctrl-C in again.
                     resource_tracker.ensure_running()
                 with (
-                    dask.config.set({"distributed.scheduler.allowed-failures": DEATHS - 1}),
-                    without_script(),
-                    deaf(),
+                    dask.config.set({"distributed.scheduler.allowed-failures": MAX_ATTEMPTS - 1}),
+                    hide_main_module(),
+                    block_signals(),
                 ):
                     self._own = distributed.LocalCluster(
                         n_workers=workers,
@@ -145,7 +152,7 @@ class Cluster(Executor):
         if action not in {"add-worker", "remove-worker"} or self._closing:
             return
         if action == "remove-worker" and not news.get("expected"):
-            self._tell("a Dask worker was lost; what it did is done again")
+            self._on_warning("a Dask worker was lost; what it did is done again")
         self._count_soon()
 
     def _count_soon(self) -> None:
@@ -166,7 +173,7 @@ class Cluster(Executor):
         self.workers = max(1, threads)
         self._alone = 0 if threads else self._alone + 1
         if self._alone == ALONE and not self._closing:
-            self._tell(
+            self._on_warning(
                 "no Dask workers are left; what is theirs to do waits for one. Start it with: "
                 f"dask worker {self._client.scheduler.address} --nthreads 1"
             )

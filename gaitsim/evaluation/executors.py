@@ -16,7 +16,7 @@ from gaitsim.experiment import Experiment
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-DEATHS = 3
+MAX_ATTEMPTS = 3
 """How often a task may end its worker before it is given up."""
 
 
@@ -83,7 +83,7 @@ class Executor(ABC):
         self.close()
 
 
-class Here(Executor):
+class SerialExecutor(Executor):
     """In this thread, one task after the other."""
 
     def each(
@@ -97,7 +97,7 @@ class Here(Executor):
         """There is nothing to end."""
 
 
-class Threads(Executor):
+class ThreadExecutor(Executor):
     """In threads of this process, for work that releases the interpreter's lock.
 
     Args:

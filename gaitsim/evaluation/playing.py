@@ -7,7 +7,7 @@ from gaitsim.contracts import Motion, Organism
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import broken, hold_motion
 from gaitsim.experiment import Experiment
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 
 
 def require_play(experiment: Experiment) -> None:
@@ -41,7 +41,7 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
     require_play(experiment)
     entry, organism = experiment.entries["organism"], experiment.organism
     angles = np.array(joint_angles, dtype=np.float64)  # a copy: the body may write to its own
-    with containing(entry, "naming its joints"):
+    with plugin_errors(entry, "naming its joints"):
         joints = len(organism.joint_names())
     if angles.ndim != 3 or angles.shape[1] < 2 or angles.shape[2] != joints:
         raise GaitsimError(
@@ -53,7 +53,7 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
         raise GaitsimError(
             "the joint angles hold values that are not finite", allowed="radians, all finite"
         )
-    with containing(entry, "playing joint angles"):
+    with plugin_errors(entry, "playing joint angles"):
         motion = hold_motion(experiment, organism.play(angles))
         shape = np.shape(motion["joint_angles"])
     if shape != angles.shape:

@@ -13,13 +13,13 @@ from types import ModuleType
 from typing import cast
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.executors import DEATHS, Executor, Result, Task, WorkerLostError
+from gaitsim.evaluation.executors import MAX_ATTEMPTS, Executor, Result, Task, WorkerLostError
 from gaitsim.evaluation.serialized import begin_worker
 
-Tell = Callable[[str], None]
+OnWarning = Callable[[str], None]
 
 
-class Processes(Executor):
+class ProcessExecutor(Executor):
     """In worker processes, which end with this one, however it ends.
 
     Each is a pool of its own: one that dies takes its own task with it and no other, and
@@ -27,12 +27,12 @@ class Processes(Executor):
 
     Args:
         workers: how many at the most; each begins when there is work for it.
-        tell: is told of workers that died.
+        on_warning: called with a message when a worker died.
     """
 
-    def __init__(self, workers: int, tell: Tell = lambda text: None) -> None:
+    def __init__(self, workers: int, on_warning: OnWarning = lambda text: None) -> None:
         self.workers = workers
-        self._tell = tell
+        self._on_warning = on_warning
         self._pools: set[ProcessPoolExecutor] = set()
         self._idle: list[ProcessPoolExecutor] = []
         self._busy: dict[Future[object], ProcessPoolExecutor] = {}
@@ -70,7 +70,7 @@ class Processes(Executor):
             pool = self._idle.pop() if self._idle else self._pool()
             try:
                 # Ctrl-C comes before or after all of this, so that `close` knows of the worker.
-                with without_script(), deaf():
+                with hide_main_module(), block_signals():
                     future: Future[object] = pool.submit(function, task)
                     self._busy[future] = pool
                 return future
@@ -78,7 +78,7 @@ class Processes(Executor):
                 self._end(pool)
                 raise
         except BrokenProcessPool:
-            self._tell("a worker process died while it had nothing to do; it is replaced")
+            self._on_warning("a worker process died while it had nothing to do; it is replaced")
         except (OSError, RuntimeError) as error:  # of files or threads there are no more
             if not self._pools:
                 raise GaitsimError(
@@ -86,7 +86,7 @@ class Processes(Executor):
                     remedy="--workers 1 needs none; 'ulimit -n' and 'ulimit -u' tell the limits",
                 ) from None
             self.workers = len(self._pools)
-            self._tell(f"no more than {self.workers} worker processes can begin: {error}")
+            self._on_warning(f"no more than {self.workers} worker processes can begin: {error}")
         return None
 
     def _pool(self) -> ProcessPoolExecutor:
@@ -113,9 +113,9 @@ class Processes(Executor):
         return done
 
     def _bear(self, deaths: int) -> None:
-        if deaths == DEATHS:
+        if deaths == MAX_ATTEMPTS:
             raise WorkerLostError(f"a worker process died {deaths} times over the same work")
-        self._tell("a worker process died; what it did is done again by another")
+        self._on_warning("a worker process died; what it did is done again by another")
 
     def close(self) -> None:
         """Kill the workers, whatever they do."""
@@ -156,11 +156,11 @@ class _Script:
                     sys.modules["__main__"] = self._script
 
 
-without_script = _Script().hidden
+hide_main_module = _Script().hidden
 
 
 @contextmanager
-def deaf() -> Iterator[None]:
+def block_signals() -> Iterator[None]:
     """Let a process that begins meanwhile never hear of Ctrl-C, which the terminal sends to all.
 
     `begin_worker` would come a tenth of a second late.

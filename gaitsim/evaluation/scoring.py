@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Genomes, Motion
 from gaitsim.errors import PluginError
 from gaitsim.experiment import Experiment
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 
 Scores = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Evaluation:
     reasons: dict[int, str]
 
 
-def judge(experiment: Experiment, genomes: Genomes) -> Evaluation:
+def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     """Move and score genomes, (population, genes), which stay as they are.
 
     Raises:
@@ -38,18 +38,18 @@ def judge(experiment: Experiment, genomes: Genomes) -> Evaluation:
     # The body gets its own copy: what it changes in it reaches neither the search nor the
     # checkpoint. And a writable one: compiled code is compiled once more for arrays that are not.
     lent = genomes.copy()
-    with containing(experiment.entries["organism"], "moving a population"):
+    with plugin_errors(experiment.entries["organism"], "moving a population"):
         motion: object = experiment.organism.move(lent)
     if not np.array_equal(lent, genomes):
         raise broken(experiment, "organism", "changes the genomes that it is given")
-    evaluation = judge_motion(experiment, motion, len(genomes))
+    evaluation = evaluate_motion(experiment, motion, len(genomes))
     # A channel may be a view of them.
     if not np.array_equal(lent, genomes):
         raise broken(experiment, "fitness", "changes the motion that it is given")
     return evaluation
 
 
-def judge_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
+def evaluate_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
     """Score what a body gave as the motion of a population.
 
     Raises:
@@ -57,7 +57,7 @@ def judge_motion(experiment: Experiment, motion: object, population: int) -> Eva
     """
     moved = hold_motion(experiment, motion)
     _hold_channels(experiment, moved, population)
-    with containing(experiment.entries["fitness"], "judging a population"):
+    with plugin_errors(experiment.entries["fitness"], "evaluating a population"):
         given = experiment.fitness.terms(moved)
     if not isinstance(given, dict) or not given:
         raise broken(
@@ -113,7 +113,7 @@ def hold_motion(experiment: Experiment, motion: object) -> Motion:
 def _hold_channels(experiment: Experiment, motion: Motion, population: int) -> None:
     """See that the channels that the fitness reads are there, worked out by the body."""
     for name in experiment.fitness.needs:
-        with containing(experiment.entries["organism"], f"working out the channel {name!r}"):
+        with plugin_errors(experiment.entries["organism"], f"working out the channel {name!r}"):
             shape = np.shape(motion[name])
         if shape[:1] != (population,):
             raise broken(

@@ -10,12 +10,12 @@ from functools import lru_cache
 import numpy as np
 
 from gaitsim.evaluation.packages import compare, installed_among, needed
-from gaitsim.evaluation.scoring import judge
+from gaitsim.evaluation.scoring import evaluate
 from gaitsim.experiment import Experiment, parse_experiment
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 
 
-class Portable:
+class SerializedExperiment:
     """An experiment whose TOML is what travels; each worker process makes it of that once.
 
     Args:
@@ -61,10 +61,10 @@ def _made(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
 
 
 def prepare(experiment: Experiment) -> None:
-    """Compile in this process what judging takes, or load it from the cache: judge one genome."""
-    with containing(experiment.entries["organism"], "drawing genomes"):
+    """Evaluate one genome so that this process compiles or loads its kernels."""
+    with plugin_errors(experiment.entries["organism"], "drawing genomes"):
         genome = experiment.organism.genome_space().random(1, np.random.default_rng(0))
-    judge(experiment, genome)
+    evaluate(experiment, genome)
 
 
 def begin_worker() -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Array, BitSpace, Genomes, GenomeSpace, Plugin, Selection
 from gaitsim.evaluation.scoring import broken
 from gaitsim.experiment import Experiment
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 
 
 class Purpose(IntEnum):
@@ -41,7 +41,7 @@ def first_populations(
     """Generation 1 of several populations, (populations, population, genes)."""
     size = experiment.evolution.population
     rng = stream(experiment.seed, 1, Purpose.FIRST, island)
-    with containing(experiment.entries["organism"], "drawing genomes"):
+    with plugin_errors(experiment.entries["organism"], "drawing genomes"):
         genomes = space.random(populations * size, rng)
         belongs = space.contains(genomes) and len(genomes) == populations * size
     if not belongs:
@@ -150,7 +150,7 @@ def breed_each(
     # All populations in one list of individuals, for operators that see rows alone.
     everyone = genomes.reshape(-1, genes)
     rows = (parents + size * np.arange(populations)[:, None, None]).reshape(-1, 2)
-    with containing(experiment.entries["crossover"], "crossing parents"):
+    with plugin_errors(experiment.entries["crossover"], "crossing parents"):
         children = crossover.cross(
             everyone[rows[:, 0]],
             everyone[rows[:, 1]],
@@ -171,12 +171,12 @@ def _mutated(
 ) -> Genomes:
     """The genomes mutated and confined to the space, (individuals, genes)."""
     mutation = _at(experiment, "mutation", experiment.mutation, generation)
-    with containing(experiment.entries["mutation"], "mutating children"):
+    with plugin_errors(experiment.entries["mutation"], "mutating children"):
         mutants = mutation.mutate(
             genomes, space, stream(experiment.seed, generation, Purpose.MUTATION, island)
         )
     _hold_children(experiment, "mutation", mutants, len(genomes), space)
-    with containing(experiment.entries["organism"], "confining genomes"):
+    with plugin_errors(experiment.entries["organism"], "confining genomes"):
         mutants = space.confine(mutants)
         belong = space.contains(mutants) and len(mutants) == len(genomes)
     if not belong:
@@ -189,7 +189,7 @@ _Scheduled = TypeVar("_Scheduled", bound=Plugin)
 
 def _at(experiment: Experiment, kind: str, plugin: _Scheduled, generation: int) -> _Scheduled:
     """The plugin with its options as they are at this generation."""
-    with containing(experiment.entries[kind], "following its schedule"):
+    with plugin_errors(experiment.entries[kind], "following its schedule"):
         return plugin.at(generation)
 
 
@@ -202,7 +202,7 @@ def _parents(
 ) -> NDArray[np.intp]:
     """Select in every population, (populations, pairs, 2); held to indices of the population."""
     populations, size = scores.shape
-    with containing(experiment.entries["selection"], "selecting parents"):
+    with plugin_errors(experiment.entries["selection"], "selecting parents"):
         if populations == 1:
             parents = selection.parents(scores[0], pairs, rng)
         else:

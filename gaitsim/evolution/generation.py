@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
-from gaitsim.repr_mixin import Fact, Facts
+from gaitsim.repr_mixin import ReprField, ReprMixin
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Progress:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Generation(Facts):
+class Generation(ReprMixin):
     """One evaluated generation; its arrays are frozen as well.
 
     Attributes:
@@ -68,7 +68,7 @@ class Generation(Facts):
         """Index of the best individual; the first of equals."""
         return int(np.argmax(self.scores))
 
-    def _facts(self) -> Mapping[str, Fact]:
+    def _repr_fields(self) -> Mapping[str, ReprField]:
         best, finite = self.best, self.scores[np.isfinite(self.scores)]
         failed = len(self.scores) - len(finite)
         return {

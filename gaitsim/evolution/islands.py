@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, Genomes, GenomeSpace
-from gaitsim.evaluation import Evaluation, Evaluator, judge
+from gaitsim.evaluation import Evaluation, Evaluator, evaluate
 from gaitsim.evaluation.scoring import joined
 from gaitsim.evolution.breeding import breed, first_population, population_from
 from gaitsim.experiment import Experiment, Islands
@@ -169,7 +169,7 @@ def stretch(experiment: Experiment, task: Stretch) -> list[Made]:
     genomes, scores = task.genomes, task.scores
     for number in range(task.first, task.last + 1):
         genomes = breed(experiment, space, genomes, scores, number, task.island)
-        evaluation = judge(experiment, genomes)
+        evaluation = evaluate(experiment, genomes)
         scores = evaluation.scores
         made.append((genomes, evaluation))
     return made

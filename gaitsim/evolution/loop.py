@@ -24,7 +24,7 @@ from gaitsim.evolution.islands import (
     spread_stretch,
 )
 from gaitsim.experiment import Evolution, Experiment
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 
 
 def evolve(
@@ -62,7 +62,7 @@ def evolve(
         if after is not None:
             number, before = after.number + 1, after.progress
             hold_terms(experiment, after.evaluation, evaluation)
-        with containing(experiment.entries["organism"], "measuring diversity"):
+        with plugin_errors(experiment.entries["organism"], "measuring diversity"):
             diversity = float(space.diversity(genomes))
         progress, is_champion = advance(
             before, float(evaluation.scores.max()), len(genomes), experiment.evolution

@@ -59,7 +59,7 @@ def check_pairing(
         return
     size, elites = evolution.population, evolution.elites
     try:
-        with registry.containing(entries["selection"], "being asked for objections"):
+        with registry.plugin_errors(entries["selection"], "being asked for objections"):
             objection = selection.objection(size, elites, crossover.children)
     except GaitsimError as error:
         problems.of_plugin("selection.plugin", error)

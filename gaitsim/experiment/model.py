@@ -17,9 +17,9 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim.errors import PluginError
-from gaitsim.registry import KINDS, Entry, containing, options
+from gaitsim.registry import KINDS, Entry, options, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
-from gaitsim.repr_mixin import Fact, Facts
+from gaitsim.repr_mixin import ReprField, ReprMixin
 
 SCHEMA = 1
 
@@ -77,7 +77,7 @@ ONE_ISLAND = Islands()
 
 
 @dataclass(frozen=True, repr=False)
-class Experiment(Facts):
+class Experiment(ReprMixin):
     """A body, a fitness, a genetic scheme and a seed.
 
     Attributes:
@@ -136,11 +136,11 @@ class Experiment(Facts):
         document["islands"] = _table(self.islands, {})
         for kind in KINDS:
             entry = self.entries[kind]
-            with containing(entry, "writing its options"):
+            with plugin_errors(entry, "writing its options"):
                 document[kind] = _table(self.plugin(kind), {PLUGIN: entry.name})
         return tomlkit.dumps(document)
 
-    def _facts(self) -> Mapping[str, Fact]:
+    def _repr_fields(self) -> Mapping[str, ReprField]:
         return {
             "name": self.name,
             "seed": self.seed,
@@ -149,8 +149,8 @@ class Experiment(Facts):
             **{kind: self.entries[kind].name for kind in KINDS},
         }
 
-    def _details(self) -> Mapping[str, Fact]:
-        return {**self._facts(), "description": self.description}
+    def _repr_details(self) -> Mapping[str, ReprField]:
+        return {**self._repr_fields(), "description": self.description}
 
 
 def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
@@ -159,7 +159,7 @@ def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
     Raises:
         PluginError: the body cannot say, or says something else.
     """
-    with containing(entry, "giving its genome space"):
+    with plugin_errors(entry, "giving its genome space"):
         space: object = organism.genome_space()
     if isinstance(space, GenomeSpace):
         return space

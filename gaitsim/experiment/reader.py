@@ -19,7 +19,7 @@ from gaitsim.experiment.combination import (
 from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
 from gaitsim.experiment.problems import Problems
-from gaitsim.registry import KINDS, Entry, containing, options
+from gaitsim.registry import KINDS, Entry, options, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.toml import literal
 
@@ -161,7 +161,7 @@ class Reader:
             return
         try:
             model = registry.load_entry(entry)
-            with containing(entry, "taking its options"):
+            with plugin_errors(entry, "taking its options"):
                 plugin = self._options(kind, model, data)
         except GaitsimError as error:
             self.problems.of_plugin(key, error)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play, require_play
-from gaitsim.evaluation.scoring import judge, judge_motion
+from gaitsim.evaluation.scoring import evaluate, evaluate_motion
 from gaitsim.experiment import Experiment, with_overrides
 from gaitsim.gait.perturbations import Angles, lagging, late, mirror, without_every_second
 from gaitsim.gait.subject import Subject
@@ -150,7 +150,7 @@ def _frames(count: int) -> str:
 def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, float]:
     """Mean score of joint angles, (draws, frames, joints), by name."""
     return {
-        name: float(judge_motion(experiment, play(experiment, these), len(these)).scores.mean())
+        name: float(evaluate_motion(experiment, play(experiment, these), len(these)).scores.mean())
         for name, these in played.items()
     }
 
@@ -171,7 +171,7 @@ def _genes(subject: Subject) -> dict[str, float]:
         name = "one gene flipped"
     else:
         raise _CannotError(f"inexact genes: a {space.name} genome has no small change")
-    return {name: float(judge(experiment, copies).scores.mean())}
+    return {name: float(evaluate(experiment, copies).scores.mean())}
 
 
 def _half_step(subject: Subject) -> dict[str, float]:
@@ -190,7 +190,7 @@ def _half_step(subject: Subject) -> dict[str, float]:
         finer = with_overrides(experiment, [f"organism.{step}={half!r}"])
     except GaitsimError as error:
         raise _CannotError(f"half the time step: {error.what}") from None
-    return {f"half the time step, {half:g} s": float(judge(finer, genome[None]).scores[0])}
+    return {f"half the time step, {half:g} s": float(evaluate(finer, genome[None]).scores[0])}
 
 
 # What hardly touches a walk tells an exploit. What touches the coordination of the legs, which

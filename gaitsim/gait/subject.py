@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play
-from gaitsim.evaluation.scoring import judge_motion
+from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.experiment import Experiment
 from gaitsim.gait.files.reader import GaitFile
 from gaitsim.runs.replay import Replay, skeleton_of
@@ -96,5 +96,5 @@ def terms_of(experiment: Experiment, motion: Motion) -> dict[str, float]:
     Raises:
         PluginError: the fitness cannot judge it.
     """
-    evaluation = judge_motion(experiment, motion, motion.population)
+    evaluation = evaluate_motion(experiment, motion, motion.population)
     return {name: float(values[0]) for name, values in evaluation.terms.items()}

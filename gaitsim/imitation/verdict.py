@@ -7,10 +7,10 @@ import numpy as np
 
 from gaitsim.contracts import Motion
 from gaitsim.evaluation.playing import play
-from gaitsim.evaluation.scoring import judge_motion
+from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.experiment import Experiment
 from gaitsim.imitation.imitator import Angles
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 
 TOLERANCE = 1e-6  # rad: less is rounding, no limit
 
@@ -45,8 +45,8 @@ def performance(experiment: Experiment, motion: Motion) -> Performance:
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
     """
-    judged = judge_motion(experiment, motion, 1)
-    with containing(experiment.entries["organism"], "measuring a gait"):
+    judged = evaluate_motion(experiment, motion, 1)
+    with plugin_errors(experiment.entries["organism"], "measuring a gait"):
         measures = {
             str(name): (float(measure.values[0]), measure.unit)
             for name, measure in experiment.organism.measures(motion).items()

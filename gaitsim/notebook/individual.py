@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
-from gaitsim.registry import containing
-from gaitsim.repr_mixin import Fact, Facts
+from gaitsim.registry import plugin_errors
+from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.replay import motion_of, skeleton_of
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Individual(Facts):
+class Individual(ReprMixin):
     """One individual of a search, such as its champion.
 
     Attributes:
@@ -64,7 +64,7 @@ class Individual(Facts):
     @cached_property
     def _measured(self) -> dict[str, tuple[float, str]]:
         motion = self.motion
-        with containing(self.experiment.entries["organism"], "measuring the champion"):
+        with plugin_errors(self.experiment.entries["organism"], "measuring the champion"):
             return {
                 str(name): (float(measure.values[0]), measure.unit)
                 for name, measure in self.experiment.organism.measures(motion).items()
@@ -103,16 +103,16 @@ class Individual(Facts):
         theme = "dark" if dark else "light"
         return Image.fromarray(draw(self.skeleton, seconds, size=size, view=view, theme=theme))
 
-    def _facts(self) -> Mapping[str, Fact]:
+    def _repr_fields(self) -> Mapping[str, ReprField]:
         return {
             "experiment": self.experiment.name,
             "generation": self.generation,
             "score": self.score,
         }
 
-    def _details(self) -> Mapping[str, Fact]:
+    def _repr_details(self) -> Mapping[str, ReprField]:
         measured = {
             name if not unit else f"{name}, {unit}": value
             for name, (value, unit) in self._measured.items()
         }
-        return {**self._facts(), "measures": measured}
+        return {**self._repr_fields(), "measures": measured}

@@ -12,7 +12,7 @@ from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
 from gaitsim.notebook.individual import Individual
 from gaitsim.notebook.search import Search, overrides, resumed
-from gaitsim.repr_mixin import Fact, Facts
+from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs import reader
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.replay import Replay, replay
@@ -34,7 +34,7 @@ def load(run: str | Path) -> "Run":
     return Run(find_run(str(run)))
 
 
-class Run(Facts):
+class Run(ReprMixin):
     """A run on disk. What it says is read anew each time: it may be growing.
 
     Attributes:
@@ -205,7 +205,7 @@ class Run(Facts):
         Video(self._run, generations, look).write(path)
         return path
 
-    def _facts(self) -> Mapping[str, Fact]:
+    def _repr_fields(self) -> Mapping[str, ReprField]:
         found = self._run.checkpoint()
         best = found[0].best_score if found else -np.inf
         return {
@@ -214,5 +214,5 @@ class Run(Facts):
             "best": best if np.isfinite(best) else "",
         }
 
-    def _details(self) -> Mapping[str, Fact]:
-        return {**self._facts(), **self.experiment._facts()}
+    def _repr_details(self) -> Mapping[str, ReprField]:
+        return {**self._repr_fields(), **self.experiment._repr_fields()}

@@ -13,7 +13,7 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import Generation, spreading
 from gaitsim.experiment import Experiment, load_experiment, with_overrides
 from gaitsim.notebook.individual import Individual
-from gaitsim.repr_mixin import Fact, Facts
+from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, resumable
 from gaitsim.runs.writer import RunWriter
 
@@ -151,7 +151,7 @@ def resumed(
     return Search(experiment, path, _recorded(path, workers, overrides, generations))
 
 
-class Search(Facts, Iterator[Generation]):
+class Search(ReprMixin, Iterator[Generation]):
     """A search, to loop over once; made by `evolve`.
 
     A loop that is left early can be gone on with: `next(search)`, or another loop. `close()`,
@@ -214,7 +214,7 @@ class Search(Facts, Iterator[Generation]):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _facts(self) -> Mapping[str, Fact]:
+    def _repr_fields(self) -> Mapping[str, ReprField]:
         return {
             "experiment": self.experiment.name,
             "generation": self.last.number if self.last else 0,

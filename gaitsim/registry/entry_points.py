@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, NoReturn
 
 from gaitsim.errors import GaitsimError, PluginError, nearest
-from gaitsim.registry.plugin_context import Noting
+from gaitsim.registry.plugin_context import plugin_context
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Plugin
@@ -85,7 +85,7 @@ _remembered: dict[str, dict[str, list[Entry]]] = {}
 
 
 @contextmanager
-def remembering() -> Iterator[None]:
+def cached_entries() -> Iterator[None]:
     """Read what is installed once, for who loads many experiments: 20 ms each without."""
     try:
         _remembered.update({kind: entries(kind) for kind in (*KINDS, EXPERIMENTS)})
@@ -145,7 +145,7 @@ def find(kind: str, name: str) -> Entry:
     return claims[0]
 
 
-class containing(Noting):
+class plugin_errors(plugin_context):
     """Turn whatever a plugin raises into a `GaitsimError` that names its package.
 
     What it prints meanwhile goes to standard error.
@@ -173,10 +173,10 @@ class containing(Noting):
             error.where = error.where or f"{self._entry}, {self._entry.target}"
         # SystemExit, too: a plugin does not end the program.
         elif error is not None and not isinstance(error, KeyboardInterrupt | GeneratorExit):
-            blame(self._entry, self._doing, error)
+            raise_plugin_error(self._entry, self._doing, error)
 
 
-def blame(entry: Entry, doing: str, error: BaseException) -> NoReturn:
+def raise_plugin_error(entry: Entry, doing: str, error: BaseException) -> NoReturn:
     """Raise the `PluginError` that names a plugin, what it was doing, and its exception."""
     raise PluginError(
         f"{entry} failed while {doing}: {_reason(error)}",
@@ -210,7 +210,7 @@ def load_entry(entry: Entry) -> "type[Plugin]":
     """
     from gaitsim import contracts
 
-    with containing(entry, "being imported"):
+    with plugin_errors(entry, "being imported"):
         loaded = EntryPoint(entry.name, entry.target, f"gaitsim.{entry.kind}").load()
     expected: type[Plugin] = getattr(contracts, entry.kind.capitalize())
     if not (isinstance(loaded, type) and issubclass(loaded, expected)):

@@ -57,7 +57,7 @@ class _Parted:
         return getattr(self._mine(), name)
 
 
-class Noting:
+class plugin_context:
     """Within, this thread is in a plugin. A class, as it is entered ten times a generation.
 
     Args:

@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from gaitsim.errors import PluginError
-from gaitsim.registry import EXPERIMENTS, Entry, containing, find
+from gaitsim.registry import EXPERIMENTS, Entry, find, plugin_errors
 
 
 def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
@@ -21,7 +21,7 @@ def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
             name, or its package fails or does not contain the file.
     """
     entry = find(kind, name)
-    with containing(entry, "being read"):
+    with plugin_errors(entry, "being read"):
         text = _read(entry, f"{name}.toml")
     if text is None:
         raise PluginError(

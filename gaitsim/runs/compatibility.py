@@ -8,7 +8,7 @@ import numpy as np
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, parse_space
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 
 
 def misfit(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
@@ -40,7 +40,7 @@ def misfit(experiment: Experiment, genomes: Genomes, source: str, whose: str) ->
         at = next(i for i in range(space.genes) if labels[i] != space.labels[i])
         wrong = f"{whose} has {came}: gene {at + 1} is {labels[at]!r}, not {space.labels[at]!r}"
     else:
-        with containing(entry, "looking at genomes"):
+        with plugin_errors(entry, "looking at genomes"):
             fits = space.contains(genomes)
         if not fits:
             wrong = f"{whose} leaves the bounds of the genes{_first_outside(space, genomes)}"

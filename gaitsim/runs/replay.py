@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim.errors import PluginError
 from gaitsim.experiment import Experiment
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 from gaitsim.runs.reader import Run
 
 
@@ -56,7 +56,7 @@ def motion_of(experiment: Experiment, genome: NDArray[Any]) -> Motion:
     Raises:
         PluginError: the body cannot move it.
     """
-    with containing(experiment.entries["organism"], "moving the champion"):
+    with plugin_errors(experiment.entries["organism"], "moving the champion"):
         return experiment.organism.move(genome[None].copy())
 
 
@@ -67,7 +67,7 @@ def skeleton_of(experiment: Experiment, motion: Motion) -> Skeleton:
         PluginError: the body cannot be drawn.
     """
     entry = experiment.entries["organism"]
-    with containing(entry, "drawing the champion"):
+    with plugin_errors(entry, "drawing the champion"):
         skeleton: object = experiment.organism.skeleton(motion, 0)
     if isinstance(skeleton, Skeleton):
         return skeleton

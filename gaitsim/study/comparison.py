@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, Executor
-from gaitsim.evaluation.processes import Tell
+from gaitsim.evaluation.processes import OnWarning
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment, load_experiment, with_overrides
 from gaitsim.study.results import markdown
@@ -101,7 +101,7 @@ def sample(
     repeats: int,
     workers: int | None,
     tell: Callable[[], None],
-    warn: Tell = lambda text: None,
+    warn: OnWarning = lambda text: None,
     cluster: Executor | None = None,
 ) -> Sample:
     """Repeat one experiment.

@@ -16,7 +16,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.loading import read_file
 from gaitsim.experiment.problems import Problems
-from gaitsim.registry import STUDIES, remembering
+from gaitsim.registry import STUDIES, cached_entries
 from gaitsim.registry.presets import read_preset
 
 SCHEMA = 1
@@ -237,7 +237,7 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
         )
     found: list[Cell] = []
     problems: dict[str, GaitsimError] = {}
-    with remembering():
+    with cached_entries():
         for index, values in enumerate(itertools.product(*axes.values())):
             point = dict(zip(axes, values, strict=True))
             changes = [f"{axis}={toml.literal(value)}" for axis, value in [*point.items()][1:]]

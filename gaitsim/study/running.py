@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evaluation.executors import WorkerLostError, cores
-from gaitsim.evaluation.processes import Processes, Tell
+from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.atomic import write_bytes, writing
@@ -67,7 +67,7 @@ def run_cells(
     repeats: int,
     every: int,
     workers: int | None,
-    tell: Tell = lambda text: None,
+    on_warning: OnWarning = lambda text: None,
     cluster: Executor | None = None,
 ) -> Iterator[Cell]:
     """Run cells over worker processes and write each as it is done; yields those done.
@@ -80,7 +80,7 @@ def run_cells(
         repeats: of each.
         every: so many generations are recorded.
         workers: how many; None for as many as there are cores.
-        tell: is told, for the user, of workers that died.
+        on_warning: called with a message for the user when workers died.
         cluster: workers elsewhere, instead; whoever made it ends it.
 
     Raises:
@@ -92,7 +92,11 @@ def run_cells(
     # The longest first, so that no core is left with it at the end.
     ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
     tasks = [(cell.experiment, repeats, every) for cell in ordered]
-    own = Processes(min(workers or cores(), max(1, len(cells))), tell) if cluster is None else None
+    own = (
+        ProcessExecutor(min(workers or cores(), max(1, len(cells))), on_warning)
+        if cluster is None
+        else None
+    )
     executor = cluster or own
     assert executor is not None
     try:

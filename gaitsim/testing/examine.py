@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Selection
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
-from gaitsim.registry import EXPERIMENTS, Entry, containing, load_entry
+from gaitsim.registry import EXPERIMENTS, Entry, load_entry, plugin_errors
 from gaitsim.testing.report import Finding, Report, advice, error
 from gaitsim.testing.rules.bits import digest
 from gaitsim.testing.rules.bodies import body_rules, moved_by, some_genomes
@@ -28,26 +28,29 @@ from gaitsim.testing.rules.selections import selection_rules
 
 SLOW_IMPORT = 3.0  # seconds, the libraries that gaitsim itself needs left out
 
-Say = Callable[[str], None]
+OnStatus = Callable[[str], None]
 
 
-def examine(entry: Entry, options: Mapping[str, Any], say: Say = lambda text: None) -> Report:
+def examine(
+    entry: Entry, options: Mapping[str, Any], on_status: OnStatus = lambda text: None
+) -> Report:
     """Hold a plugin to every rule of its kind.
 
     Args:
         entry: which one.
         options: its options where they are not the defaults.
-        say: is told what is done next, for whoever stops what does not end.
+        on_status: called with the name of each step before it begins, so that a timeout can
+            name the step.
     """
     findings: list[Finding] = []
     figures: dict[str, float] = {}
     found = ""
     try:
-        for finding in _rules(entry, options, figures, say):
+        for finding in _rules(entry, options, figures, on_status):
             findings.append(finding)
         if all(finding.level == "advice" for finding in findings):
-            say("computing it all once more")
-            with containing(entry, "computing it all once more"):
+            on_status("computing it all once more")
+            with plugin_errors(entry, "computing it all once more"):
                 found = outcome(entry, options)
     except GaitsimError as problem:
         findings.append(_of(entry, problem))
@@ -56,16 +59,16 @@ def examine(entry: Entry, options: Mapping[str, Any], say: Say = lambda text: No
 
 def _of(entry: Entry, problem: GaitsimError) -> Finding:
     """A finding out of an error."""
-    came, remedy, cause = problem.what, problem.remedy, problem.__cause__
+    actual, fix, cause = problem.what, problem.remedy, problem.__cause__
     if isinstance(problem, ExperimentError):
-        came = str(problem)
+        actual = str(problem)
     place = _place(entry, cause) if cause is not None else ""
     if place:
-        came, remedy = f"{came} ({place})", "mend it there"
+        actual, fix = f"{actual} ({place})", "mend it there"
     elif isinstance(cause, ModuleNotFoundError):
-        remedy = f"put the module in place, or correct the entry point, {entry.target!r}"
+        fix = f"put the module in place, or correct the entry point, {entry.target!r}"
     expected = problem.allowed or "work that is done without an exception"
-    return error("failure", expected, came, remedy)
+    return error("failure", expected, actual, fix)
 
 
 def _place(entry: Entry, cause: BaseException) -> str:
@@ -79,27 +82,27 @@ def _place(entry: Entry, cause: BaseException) -> str:
 
 
 def _rules(
-    entry: Entry, options: Mapping[str, Any], figures: dict[str, float], say: Say
+    entry: Entry, options: Mapping[str, Any], figures: dict[str, float], on_status: OnStatus
 ) -> Iterator[Finding]:
     if entry.kind == EXPERIMENTS:
-        say("reading it, moving its first individuals and breeding")
+        on_status("reading it, moving its first individuals and breeding")
         yield from preset_rules(entry)
         return
-    say("importing it")
+    on_status("importing it")
     yield from _imported(entry, figures)
     model = load_entry(entry)
     before = _global_randomness()
-    with containing(entry, "declaring its options"):
+    with plugin_errors(entry, "declaring its options"):
         declarations = list(declared(model))
     yield from declarations
-    say("taking its options")
+    on_status("taking its options")
     plugin = _made(entry, model, options)
-    with containing(entry, "writing its options"):
+    with plugin_errors(entry, "writing its options"):
         problems = list(round_trip(entry.kind, plugin))
     yield from problems
     if any(finding.level == "error" for finding in (*declarations, *problems)):
         return
-    yield from _of_kind(entry, plugin, figures, say)
+    yield from _of_kind(entry, plugin, figures, on_status)
     if _global_randomness() != before:
         yield error(
             "randomness",
@@ -111,7 +114,7 @@ def _rules(
 
 def _imported(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
     begun = time.perf_counter()
-    with containing(entry, "being imported"):
+    with plugin_errors(entry, "being imported"):
         module = entry.target.partition(":")[0]
         new = module not in sys.modules
         import_module(module)
@@ -127,20 +130,20 @@ def _imported(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
 
 
 def _made(entry: Entry, model: type[Plugin], options: Mapping[str, Any]) -> Plugin:
-    with containing(entry, "taking its options"):
+    with plugin_errors(entry, "taking its options"):
         # First as Python does it, which does not look at the defaults; then as a file does.
         return rebuilt(model, dict(options)) if options else model()
 
 
 def _of_kind(
-    entry: Entry, plugin: Plugin, figures: dict[str, float], say: Say
+    entry: Entry, plugin: Plugin, figures: dict[str, float], on_status: OnStatus
 ) -> Iterator[Finding]:
     rules: Iterator[Finding]
     match plugin:
         case Organism():
             doing, rules = "moving populations", body_rules(entry, plugin, figures)
         case Fitness():
-            doing, rules = "judging a population", fitness_rules(entry, plugin, say)
+            doing, rules = "evaluating a population", fitness_rules(entry, plugin, on_status)
         case Selection():
             doing, rules = "selecting parents", selection_rules(plugin, figures)
         case Crossover():
@@ -148,8 +151,8 @@ def _of_kind(
         case _:
             assert isinstance(plugin, Mutation)
             doing, rules = "mutating children", mutation_rules(plugin, figures)
-    say(doing)
-    with containing(entry, doing):
+    on_status(doing)
+    with plugin_errors(entry, doing):
         yield from rules
 
 

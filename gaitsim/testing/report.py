@@ -1,4 +1,4 @@
-"""What a check found: findings that say what was expected, what came, and how to mend it."""
+"""The findings of a check: what the contract expects, what the plugin did, and how to fix it."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -17,18 +17,18 @@ class Finding:
         level: an error breaks the contract; an advice is for the users' sake.
         rule: which rule it is about, such as 'chunks'.
         expected: what the contract asks.
-        came: what was seen instead.
-        remedy: how to mend it.
+        actual: what the plugin did instead.
+        fix: what to change.
     """
 
     level: Level
     rule: str
     expected: str
-    came: str
-    remedy: str
+    actual: str
+    fix: str
 
     def __str__(self) -> str:
-        parts = {"expected": self.expected, "came": self.came, "mend": self.remedy}
+        parts = {"expected": self.expected, "actual": self.actual, "fix": self.fix}
         lines = [f"{self.level}: {self.rule}"]
         for title, text in parts.items():
             if text:
@@ -36,14 +36,14 @@ class Finding:
         return "\n".join(lines)
 
 
-def error(rule: str, expected: str, came: str, remedy: str) -> Finding:
+def error(rule: str, expected: str, actual: str, fix: str) -> Finding:
     """A finding that breaks the contract."""
-    return Finding("error", rule, expected, came, remedy)
+    return Finding("error", rule, expected, actual, fix)
 
 
-def advice(rule: str, expected: str, came: str, remedy: str) -> Finding:
+def advice(rule: str, expected: str, actual: str, fix: str) -> Finding:
     """A finding that breaks nothing."""
-    return Finding("advice", rule, expected, came, remedy)
+    return Finding("advice", rule, expected, actual, fix)
 
 
 @dataclass(frozen=True)

@@ -41,27 +41,27 @@ def _answer(questions: Questions, answers: int) -> None:
     from gaitsim.registry.plugin_context import leave_together
     from gaitsim.testing.examine import examine, outcome
 
-    def tell(**answer: Any) -> None:
+    def send(**answer: Any) -> None:
         os.write(answers, json.dumps(answer).encode() + b"\n")
 
     leave_together()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # in order with what other programs print
-    tell(ready=True)
+    send(ready=True)
     while True:
         question = questions.get()
         entry, options = Entry(**question["entry"]), question["options"]
         if question["again"]:
             try:
-                tell(digest=outcome(entry, options))
+                send(digest=outcome(entry, options))
             except GaitsimError as error:
-                tell(failure=str(error))
+                send(failure=str(error))
             continue
-        report = examine(entry, options, lambda text: tell(doing=text))
+        report = examine(entry, options, lambda text: send(doing=text))
         text = _printed()
         if text:
             report = replace(report, findings=(*report.findings, _printing(text)))
-        tell(report=report.to_json(), digest=report.digest)
+        send(report=report.to_json(), digest=report.digest)
 
 
 def _printed() -> str:

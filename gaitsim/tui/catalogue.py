@@ -83,7 +83,7 @@ class Catalogue:
             if experiment is not None and experiment.entries["organism"].name == body:
                 return experiment.space()
             entry = registry.find("organism", body)
-            with registry.containing(entry, "being made"):
+            with registry.plugin_errors(entry, "being made"):
                 organism = self.classes["organism"][body]()
             assert isinstance(organism, Organism)
             return space_of(entry, organism)

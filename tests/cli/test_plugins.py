@@ -73,7 +73,7 @@ def test_findings_end_with_exit_code_1(gaitsim, install, working):
     install("fake", working + BROKEN, {"organism": {"x": "X", "y": "Body"}})
     done = gaitsim("plugins", "check", "fake", code=1)
     assert done.stdout.splitlines()[0].startswith("✗ organism x  fake 1.0")
-    for part in ("error: options", "expected:", "came:     legs has none", "mend:"):
+    for part in ("error: options", "expected:", "actual:   legs has none", "fix:"):
         assert part in done.stdout
     assert "✓ organism y" in done.stdout
     assert "Traceback" not in done.stderr
@@ -94,7 +94,7 @@ def test_json_is_one_object_a_line_whatever_a_plugin_prints(gaitsim, install, wo
     assert (first["kind"], first["name"], first["package"]) == ("organism", "x", "fake")
     assert first["ok"]
     (finding,) = first["findings"]
-    assert {*finding} == {"level", "rule", "expected", "came", "remedy"}
+    assert {*finding} == {"level", "rule", "expected", "actual", "fix"}
     assert finding["rule"] == "standard output"
     assert first["figures"]["individuals_per_second"] > 0
     assert second["kind"] == "mutation"

@@ -54,5 +54,5 @@ def test_the_findings_that_it_shows_are_what_the_check_says(install):
     install("gaitsim_hopper", spoilt, {"organism": {"hopper": "HopperBody"}})
     (finding,) = examine(find("organism", "hopper"), {}).findings
     shown = " ".join(GUIDE.read_text(encoding="utf-8").split())
-    for part in (finding.expected, finding.came, finding.remedy):
+    for part in (finding.expected, finding.actual, finding.fix):
         assert part in shown

@@ -311,14 +311,14 @@ ERRORS = {
 }
 
 
-@pytest.mark.parametrize(("kind", "body", "rule", "came"), ERRORS.values(), ids=ERRORS.keys())
+@pytest.mark.parametrize(("kind", "body", "rule", "actual"), ERRORS.values(), ids=ERRORS.keys())
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_what_is_wrong_is_found(examined, kind, body, rule, came):
+def test_what_is_wrong_is_found(examined, kind, body, rule, actual):
     report = examined(kind, body)
     assert not report.ok
     found = [finding for finding in report.errors if finding.rule == rule]
     assert found, report
-    assert came in found[0].came
+    assert actual in found[0].actual
     assert all(finding.expected for finding in report.findings)
     assert "fails" in str(report)
 
@@ -354,13 +354,13 @@ ADVICE = {
 }
 
 
-@pytest.mark.parametrize(("kind", "body", "rule", "came"), ADVICE.values(), ids=ADVICE.keys())
-def test_advice_is_given(examined, kind, body, rule, came):
+@pytest.mark.parametrize(("kind", "body", "rule", "actual"), ADVICE.values(), ids=ADVICE.keys())
+def test_advice_is_given(examined, kind, body, rule, actual):
     report = examined(kind, body)
     assert report.ok, report
     found = [finding for finding in report.advice if finding.rule == rule]
     assert found, report
-    assert came in found[0].came
+    assert actual in found[0].actual
 
 
 def test_a_missing_docstring_is_told(install, working):
@@ -373,8 +373,8 @@ def test_a_missing_docstring_is_told(install, working):
 def test_an_import_error_says_where(install):
     install("fake", "x = 1\nimport no_such_thing\n", {"organism": {"x": "X"}})
     (finding,) = examine(find("organism", "x"), {}).findings
-    assert "No module named 'no_such_thing'" in finding.came
-    assert "fake.py, line 2" in finding.came
+    assert "No module named 'no_such_thing'" in finding.actual
+    assert "fake.py, line 2" in finding.actual
 
 
 def test_options_are_taken(examined):

@@ -1,26 +1,34 @@
 import numpy as np
 import pytest
 
-from gaitsim.evaluation.chunking import GAIN, STARTUP, Line, Pace, Sharing, best_shares, cuts
+from gaitsim.evaluation.chunking import (
+    GAIN,
+    STARTUP,
+    CostModel,
+    Overhead,
+    Scheduler,
+    best_plan,
+    cuts,
+)
 
-FREE, FAST, SLOW = Pace(0, 0), Pace(0.0005, 0.0003), Pace(0.02, 0.003)
+FREE, FAST, SLOW = Overhead(0, 0), Overhead(0.0005, 0.0003), Overhead(0.02, 0.003)
 
 
-def line(first, more):
-    made = Line()
+def cost_model(first, more):
+    made = CostModel()
     made.learn(1, first)
     made.learn(11, first + 10 * more)
     return made
 
 
-def sharing(first, more, pace=FAST, workers=2, near=1, wanted=True):
-    made = Sharing(near, workers, wanted)
-    made.line, made.pace = line(first, more), pace
+def scheduler(first, more, overhead=FAST, workers=2, local=1, wanted=True):
+    made = Scheduler(local, workers, wanted)
+    made.cost_model, made.overhead = cost_model(first, more), overhead
     return made
 
 
 def test_a_line_goes_through_what_was_measured():
-    made = Line()
+    made = CostModel()
     made.learn(1, 3.0)
     made.learn(1, 2.0)
     assert made.seconds(10) == 20  # the most that it can be
@@ -36,7 +44,7 @@ def test_a_line_goes_through_what_was_measured():
 
 
 def test_a_line_of_what_several_did_is_that_of_one():
-    made = Line()
+    made = CostModel()
     made.learn(1, 1.0)
     made.learn(101, 51.0, workers=2)
     assert made.seconds(101) == 101
@@ -44,24 +52,26 @@ def test_a_line_of_what_several_did_is_that_of_one():
 
 
 def test_work_without_overhead_is_cut_small():
-    shares = best_shares(100, 4, line(1.0, 1.0), FREE)
-    assert shares.chunks == 12 * 4
-    assert shares.seconds == pytest.approx(25)
+    plan = best_plan(100, 4, cost_model(1.0, 1.0), FREE)
+    assert plan.chunks == 12 * 4
+    assert plan.seconds == pytest.approx(25)
 
 
 def test_the_costlier_a_chunk_the_fewer():
-    counts = [best_shares(100, 4, line(0.01, 0.01), Pace(0, cost)).chunks for cost in (0, 0.01, 1)]
+    counts = [
+        best_plan(100, 4, cost_model(0.01, 0.01), Overhead(0, cost)).chunks for cost in (0, 0.01, 1)
+    ]
     assert counts == sorted(counts, reverse=True)
     assert counts[-1] == 2
 
 
 def test_no_more_chunks_than_individuals():
-    assert best_shares(3, 100, line(1.0, 1.0), FAST).chunks == 3
+    assert best_plan(3, 100, cost_model(1.0, 1.0), FAST).chunks == 3
 
 
 def test_a_thousand_workers_are_not_all_given_little_things():
-    shares = best_shares(1000, 1000, line(0.01, 0.01), Pace(0.02, 0.001))
-    assert 2 < shares.chunks < 500
+    plan = best_plan(1000, 1000, cost_model(0.01, 0.01), Overhead(0.02, 0.001))
+    assert 2 < plan.chunks < 500
 
 
 def sizes(individuals, chunks, workers):
@@ -88,7 +98,7 @@ def test_everyone_is_in_one_chunk_and_none_is_empty(individuals, chunks):
 
 
 @pytest.mark.parametrize(
-    ("first", "more", "pace", "pays"),
+    ("first", "more", "overhead", "pays"),
     [
         (0.01, 0.01, FAST, True),
         (0.01, 0.01, SLOW, True),
@@ -97,44 +107,46 @@ def test_everyone_is_in_one_chunk_and_none_is_empty(individuals, chunks):
         (0.5, 1e-5, FAST, False),  # whole arrays at once: half of them takes as long
     ],
 )
-def test_sharing_pays_or_not(first, more, pace, pays):
-    decided = sharing(first, more, pace)
+def test_sharing_pays_or_not(first, more, overhead, pays):
+    decided = scheduler(first, more, overhead)
     for _ in range(10):  # until there is no doubt
         chunks = decided.chunks(100)
     assert (chunks > 1) == pays
     if pays:
-        assert best_shares(100, 2, line(first, more), pace).seconds < GAIN * (first + 99 * more)
+        assert best_plan(100, 2, cost_model(first, more), overhead).seconds < GAIN * (
+            first + 99 * more
+        )
 
 
 def test_threads_here_are_counted():
-    assert sharing(0.01, 0.01, near=1).chunks(100) > 1
-    assert sharing(0.01, 0.01, near=2).chunks(100) == 1  # two here do what two there would
+    assert scheduler(0.01, 0.01, local=1).chunks(100) > 1
+    assert scheduler(0.01, 0.01, local=2).chunks(100) == 1  # two here do what two there would
 
 
 def test_one_measurement_that_is_too_long_begins_no_workers():
-    doubtful = sharing(1e-5, 2e-4)  # as a busy machine makes it
+    doubtful = scheduler(1e-5, 2e-4)  # as a busy machine makes it
     assert doubtful.chunks(100) == 1
-    doubtful.line.learn(100, 1e-3)
+    doubtful.cost_model.learn(100, 1e-3)
     assert [doubtful.chunks(100) for _ in range(100)] == [1] * 100
 
 
 def test_while_one_individual_alone_was_timed_only_long_work_is_shared():
-    made = Sharing(1, 2, wanted=True)
-    made.line.learn(1, STARTUP / 200)
+    made = Scheduler(1, 2, wanted=True)
+    made.cost_model.learn(1, STARTUP / 200)
     assert made.chunks(100) == 1
-    made.line.learn(1, STARTUP / 200)
+    made.cost_model.learn(1, STARTUP / 200)
     assert made.chunks(1000) > 1
 
 
 def test_a_single_individual_is_not_cut():
-    assert sharing(100.0, 100.0).chunks(1) == 1
+    assert scheduler(100.0, 100.0).chunks(1) == 1
 
 
 def test_workers_begin_when_they_would_have_paid():
-    undecided = sharing(0.01, 0.01, FREE, wanted=False)  # 1 s alone, 0.52 s shared
+    undecided = scheduler(0.01, 0.01, FREE, wanted=False)  # 1 s alone, 0.52 s shared
     counts = [undecided.chunks(100) for _ in range(6)]
-    saved = 1 - best_shares(100, 2, undecided.line, FREE).seconds
+    saved = 1 - best_plan(100, 2, undecided.cost_model, FREE).seconds
     rests = int(STARTUP / saved)
     assert counts[:rests] == [1] * rests
     assert all(count > 1 for count in counts[rests:])
-    assert sharing(1.0, 1.0, wanted=False).chunks(100) > 1  # at once, as it is so much
+    assert scheduler(1.0, 1.0, wanted=False).chunks(100) > 1  # at once, as it is so much

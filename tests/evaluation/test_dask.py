@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evaluation import dask as cluster
-from gaitsim.evaluation.chunking import PROCESSES, Sharing
-from gaitsim.evaluation.dask import Cluster
-from gaitsim.evaluation.executors import DEATHS, WorkerLostError
+from gaitsim.evaluation.chunking import PROCESS_OVERHEAD, Scheduler
+from gaitsim.evaluation.dask import DaskExecutor
+from gaitsim.evaluation.executors import MAX_ATTEMPTS, WorkerLostError
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 
@@ -65,7 +65,7 @@ def told():
 
 @pytest.fixture(scope="module")
 def made(told):
-    with Cluster("local", 2, told.append) as executor:
+    with DaskExecutor("local", 2, told.append) as executor:
         yield executor
 
 
@@ -86,8 +86,8 @@ def shared(monkeypatch):
             events[len(calls)]()
         return min(3, individuals)
 
-    monkeypatch.setattr(Sharing, "chunks", chunks)
-    monkeypatch.setattr("gaitsim.evaluation.evaluator.measured", lambda executor: PROCESSES)
+    monkeypatch.setattr(Scheduler, "chunks", chunks)
+    monkeypatch.setattr("gaitsim.evaluation.evaluator.measure_overhead", lambda executor: PROCESS_OVERHEAD)
     return events
 
 
@@ -119,7 +119,7 @@ def test_a_cluster_gives_the_same_bits_as_none(made, shared):
     with Evaluator(experiment, cluster=made) as evaluator:
         evaluator.prepare()
         there = evaluator.evaluate(genomes)
-    here = judge(experiment, genomes)
+    here = evaluate(experiment, genomes)
     assert there.scores.tobytes() == here.scores.tobytes()
     assert [*there.terms] == [*here.terms]
 
@@ -145,11 +145,13 @@ def test_a_run_goes_on_the_same_when_a_worker_is_killed(
 
 def test_work_that_kills_its_workers_is_given_up(made, told, tmp_path):
     told.clear()
-    for mark in range(DEATHS):
+    for mark in range(MAX_ATTEMPTS):
         (tmp_path / f"1-{mark}").touch()
-    with pytest.raises(WorkerLostError, match=f"{DEATHS} Dask workers died over the same work"):
+    with pytest.raises(
+        WorkerLostError, match=f"{MAX_ATTEMPTS} Dask workers died over the same work"
+    ):
         made.map(chores.die, [(number, str(tmp_path)) for number in range(3)])
-    assert told == ["a Dask worker was lost; what it did is done again"] * DEATHS
+    assert told == ["a Dask worker was lost; what it did is done again"] * MAX_ATTEMPTS
     made._client.wait_for_workers(2, timeout=60)
     assert made.map(chores.square, [6]) == [36]
 
@@ -168,7 +170,7 @@ def alarmed():
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
 def test_to_leave_what_is_not_done_yet_makes_no_noise(address, alarmed, caplog):
-    with Cluster(address) as another:
+    with DaskExecutor(address) as another:
         signal.setitimer(signal.ITIMER_REAL, 0.3)
         with pytest.raises(KeyboardInterrupt):
             another.map(chores.sleep_for, [0.6] * 9)
@@ -188,13 +190,13 @@ def test_workers_that_are_still_beginning_are_ended(alarmed, monkeypatch):
 
     monkeypatch.setattr(distributed, "LocalCluster", Interrupted)
     with pytest.raises(KeyboardInterrupt):
-        Cluster("local", 1)
+        DaskExecutor("local", 1)
     assert begun[0].status.name == "closed"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
 def test_ctrl_c_while_it_closes_waits_until_all_is_closed(address, alarmed, monkeypatch):
-    another = Cluster(address)
+    another = DaskExecutor(address)
     close = another._client.close
 
     def interrupted(**options):
@@ -273,7 +275,7 @@ def test_a_scheduler_that_does_not_answer_is_told(program, tmp_path):
 def test_a_scheduler_without_workers_is_told(monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     with local(0) as theirs, pytest.raises(GaitsimError, match="has no workers"):
-        Cluster(theirs.scheduler_address)
+        DaskExecutor(theirs.scheduler_address)
 
 
 def until(condition):
@@ -287,7 +289,10 @@ def test_workers_come_and_go_and_when_none_are_left_it_is_told_once(monkeypatch)
     monkeypatch.setattr(cluster, "COUNT", 0.05)
     monkeypatch.setattr(cluster, "ALONE", 2)
     told = []
-    with local(1) as theirs, Cluster(theirs.scheduler_address, tell=told.append) as executor:
+    with (
+        local(1) as theirs,
+        DaskExecutor(theirs.scheduler_address, on_warning=told.append) as executor,
+    ):
         assert executor.workers == 1
         theirs.scale(2)
         until(lambda: executor.workers == 2)

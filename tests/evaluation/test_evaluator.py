@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError, PluginError
-from gaitsim.evaluation import Evaluator, judge
+from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evaluation import evaluator as module
-from gaitsim.evaluation.chunking import Sharing
-from gaitsim.evaluation.executors import Here, WorkerLostError
+from gaitsim.evaluation.chunking import Scheduler
+from gaitsim.evaluation.executors import SerialExecutor, WorkerLostError
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 
 
 @pytest.fixture
@@ -43,11 +43,11 @@ def test_no_chunk_is_empty_and_none_outgrows_the_cache(puppet, puppets, monkeypa
     monkeypatch.setattr(puppets.Puppet, "threads", True)
     sizes = []
 
-    def judged(experiment, genomes):
+    def evaluated(experiment, genomes):
         sizes.append(len(genomes))
-        return judge(experiment, genomes)
+        return evaluate(experiment, genomes)
 
-    monkeypatch.setattr(module, "judge", judged)
+    monkeypatch.setattr(module, "evaluate", evaluated)
     for population, workers in [(5, 8), (64, 1), (64, 2), (65, 1), (65, 2), (1000, 3)]:
         sizes.clear()
         with Evaluator(puppet(), workers) as evaluator:
@@ -62,13 +62,13 @@ def test_no_chunk_is_empty_and_none_outgrows_the_cache(puppet, puppets, monkeypa
 @pytest.fixture
 def shared(monkeypatch):
     """Workers get every population, whether they pay or not."""
-    monkeypatch.setattr(Sharing, "chunks", lambda self, individuals: min(individuals, 3))
+    monkeypatch.setattr(Scheduler, "chunks", lambda self, individuals: min(individuals, 3))
 
 
 def test_processes_give_the_same_bits_as_none(puppet, installed, shared):
     genomes = first_population(puppet("evolution.population=7"), puppet().space())
     with Evaluator(puppet(), 2) as evaluator:
-        assert_same(evaluator.evaluate(genomes), judge(puppet(), genomes))
+        assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
 
 
 SLOW = """
@@ -95,9 +95,9 @@ def chunks(evaluator, population=40):
     over = evaluator._over
     counts = []
 
-    def counted(far, function, tasks):
+    def counted(remote, function, tasks):
         counts.append(len(tasks))
-        return over(far, function, tasks)
+        return over(remote, function, tasks)
 
     evaluator._over = counted
     evaluator.evaluate(np.zeros((population, 3)))
@@ -133,7 +133,7 @@ def test_cheap_bodies_are_not_shared_and_it_is_told_once(puppet):
     assert "2 workers would not be faster here" in told[0]
 
 
-class Joined(Here):
+class Joined(SerialExecutor):
     """Workers that come and go: they do in this thread what they are given."""
 
 
@@ -158,9 +158,9 @@ def test_no_more_processes_are_begun_than_there_are_cores(puppet, installed, sha
     told = []
     with Evaluator(puppet(), 1000, told.append) as evaluator:
         assert evaluator.workers == 3
-        assert_same(evaluator.evaluate(genomes), judge(puppet(), genomes))
+        assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
     assert told == ["1,000 workers are more than the cores here can use; 3 are used"]
-    with Evaluator(puppet(), 1000, told.append, Here()) as evaluator:
+    with Evaluator(puppet(), 1000, told.append, SerialExecutor()) as evaluator:
         assert evaluator.workers == 1  # a cluster has what it has
     with Evaluator(puppet(), 3, told.append) as evaluator:
         assert evaluator.workers == 3
@@ -231,7 +231,7 @@ def test_workers_that_die_while_they_are_timed_are_told_of_in_the_same_way(
     def die(executor):
         raise WorkerLostError("a worker process died 3 times over the same work")
 
-    monkeypatch.setattr(module, "measured", die)
+    monkeypatch.setattr(module, "measure_overhead", die)
     with Evaluator(puppet(), 2) as evaluator:
         with pytest.raises(GaitsimError, match="organism 'puppet' of package") as error:
             evaluator.evaluate(np.zeros((4, 3)))
@@ -242,7 +242,7 @@ def test_what_fails_at_preparing_is_named(puppet, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: 1 / 0)
     with (
         Evaluator(puppet()) as evaluator,
-        pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* judging"),
+        pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* evaluating"),
     ):
         evaluator.prepare()
 
@@ -250,6 +250,6 @@ def test_what_fails_at_preparing_is_named(puppet, puppets, monkeypatch):
 def test_errors_keep_their_parts_on_the_way_from_a_worker(puppet):
     import pickle
 
-    with pytest.raises(PluginError) as error, containing(puppet().entries["organism"], "moving"):
+    with pytest.raises(PluginError) as error, plugin_errors(puppet().entries["organism"], "moving"):
         raise ValueError("wrong")
     assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)

@@ -11,16 +11,21 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.executors import DEATHS, Here, Threads, WorkerLostError
-from gaitsim.evaluation.processes import Processes, without_script
-from gaitsim.evaluation.serialized import Portable
+from gaitsim.evaluation.executors import (
+    MAX_ATTEMPTS,
+    SerialExecutor,
+    ThreadExecutor,
+    WorkerLostError,
+)
+from gaitsim.evaluation.processes import ProcessExecutor, hide_main_module
+from gaitsim.evaluation.serialized import SerializedExperiment
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs signals")
 
 
 @pytest.fixture(scope="module")
 def processes():
-    with Processes(2) as executor:
+    with ProcessExecutor(2) as executor:
         yield executor
 
 
@@ -29,7 +34,7 @@ def executor(request, processes):
     if request.param == "processes":
         yield processes
         return
-    with Here() if request.param == "here" else Threads(2) as made:
+    with SerialExecutor() if request.param == "here" else ThreadExecutor(2) as made:
         yield made
 
 
@@ -64,12 +69,12 @@ def marks(folder, number, count):
 
 @posix
 def test_the_task_of_a_killed_worker_is_done_again(tmp_path):
-    marks(tmp_path, 1, DEATHS - 1)
+    marks(tmp_path, 1, MAX_ATTEMPTS - 1)
     marks(tmp_path, 3, 1)
     told = []
-    with Processes(2, told.append) as executor:
+    with ProcessExecutor(2, told.append) as executor:
         assert executor.map(chores.die, [(n, str(tmp_path)) for n in range(6)]) == [*range(6)]
-        assert len(told) == DEATHS
+        assert len(told) == MAX_ATTEMPTS
         assert "a worker process died" in told[0]
         assert executor.map(chores.square, range(4)) == [0, 1, 4, 9]
 
@@ -77,7 +82,7 @@ def test_the_task_of_a_killed_worker_is_done_again(tmp_path):
 @posix
 def test_a_worker_that_is_killed_while_it_idles_is_replaced():
     told = []
-    with Processes(1, told.append) as executor:
+    with ProcessExecutor(1, told.append) as executor:
         [worker] = executor.map(chores.whose, [0])
         os.kill(worker, signal.SIGKILL)
         [pool] = executor._idle
@@ -89,7 +94,7 @@ def test_a_worker_that_is_killed_while_it_idles_is_replaced():
 
 def test_workers_that_cannot_begin_are_told_of_and_the_others_do_it(monkeypatch):
     told = []
-    with Processes(3, told.append) as executor:
+    with ProcessExecutor(3, told.append) as executor:
         begin = ProcessPoolExecutor._spawn_process
 
         def few(pool):
@@ -109,12 +114,15 @@ def test_that_no_worker_can_begin_is_one_error(monkeypatch):
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr(ProcessPoolExecutor, "_spawn_process", none)
-    with Processes(2) as executor, pytest.raises(GaitsimError, match="can't start new thread"):
+    with (
+        ProcessExecutor(2) as executor,
+        pytest.raises(GaitsimError, match="can't start new thread"),
+    ):
         executor.map(chores.square, range(6))
 
 
 def test_ctrl_c_while_a_worker_begins_leaves_none(monkeypatch):
-    executor = Processes(1)
+    executor = ProcessExecutor(1)
     submit = ProcessPoolExecutor.submit
 
     def interrupted(pool, *task):
@@ -131,7 +139,7 @@ def test_ctrl_c_while_a_worker_begins_leaves_none(monkeypatch):
 
 
 def test_the_script_is_back_when_all_have_begun_their_workers():
-    script, first, second = sys.modules["__main__"], without_script(), without_script()
+    script, first, second = sys.modules["__main__"], hide_main_module(), hide_main_module()
     first.__enter__()
     second.__enter__()
     first.__exit__(None, None, None)
@@ -142,8 +150,8 @@ def test_the_script_is_back_when_all_have_begun_their_workers():
 
 @posix
 def test_a_task_that_kills_every_worker_is_given_up(tmp_path):
-    marks(tmp_path, 1, DEATHS)
-    with Processes(2) as executor:
+    marks(tmp_path, 1, MAX_ATTEMPTS)
+    with ProcessExecutor(2) as executor:
         with pytest.raises(WorkerLostError, match="died 3 times over the same work"):
             executor.map(chores.die, [(n, str(tmp_path)) for n in range(3)])
         assert executor.map(chores.square, [6]) == [36]
@@ -151,7 +159,7 @@ def test_a_task_that_kills_every_worker_is_given_up(tmp_path):
 
 @posix
 def test_closing_does_not_wait_for_a_worker_that_is_stopped():
-    with Processes(1) as executor:
+    with ProcessExecutor(1) as executor:
         [worker] = executor.map(chores.whose, [0])
         [pool] = executor._idle
         [process] = pool._processes.values()
@@ -160,7 +168,7 @@ def test_closing_does_not_wait_for_a_worker_that_is_stopped():
 
 
 def test_closing_does_not_wait_for_what_was_dropped():
-    with Processes(2) as executor:
+    with ProcessExecutor(2) as executor:
         some = executor.each(chores.sleep_for, [0.0, 1000.0])
         assert next(some) == (0, 0.0)
         [pool] = executor._busy.values()
@@ -170,12 +178,12 @@ def test_closing_does_not_wait_for_what_was_dropped():
 
 def test_an_experiment_travels_as_its_text(puppet):
     experiment = puppet("seed=7")
-    portable = Portable(experiment)
-    assert portable.experiment is experiment
-    there = pickle.loads(pickle.dumps(portable))
+    serialized = SerializedExperiment(experiment)
+    assert serialized.experiment is experiment
+    there = pickle.loads(pickle.dumps(serialized))
     assert there.experiment.to_toml() == experiment.to_toml()
     assert there.experiment is not experiment
-    assert there.experiment is pickle.loads(pickle.dumps(portable)).experiment  # made once
+    assert there.experiment is pickle.loads(pickle.dumps(serialized)).experiment  # made once
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -3,9 +3,9 @@ import pytest
 
 from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError, PluginError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.playing import play, require_play
-from gaitsim.evaluation.scoring import judge_motion
+from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.experiment import load_experiment
 
 
@@ -23,9 +23,9 @@ def playable(puppet, puppets, monkeypatch):
 def test_a_champion_played_by_its_angles_scores_as_it_did():
     experiment = load_experiment("spider")
     genomes = experiment.space().random(3, np.random.default_rng(0))
-    moved = judge(experiment, genomes)
+    moved = evaluate(experiment, genomes)
     angles = experiment.organism.move(genomes)["joint_angles"]
-    played = judge_motion(experiment, play(experiment, angles), 3)
+    played = evaluate_motion(experiment, play(experiment, angles), 3)
     assert np.array_equal(played.scores, moved.scores)
     assert list(played.terms) == list(moved.terms)
 
@@ -33,7 +33,7 @@ def test_a_champion_played_by_its_angles_scores_as_it_did():
 def test_a_third_partys_body_plays(playable):
     angles = np.ones((2, 5, 3))
     motion = play(playable, angles)
-    assert judge_motion(playable, motion, 2).scores == pytest.approx(3 * np.sin(1) - 0.3)
+    assert evaluate_motion(playable, motion, 2).scores == pytest.approx(3 * np.sin(1) - 0.3)
 
 
 def test_what_is_given_stays_as_it_is(playable, puppets, monkeypatch):

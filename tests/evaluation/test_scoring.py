@@ -5,7 +5,7 @@ import pytest
 
 from gaitsim.contracts import Motion
 from gaitsim.errors import PluginError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.scoring import Evaluation, joined
 
 GENOMES = np.linspace(-1, 2, 12).reshape(4, 3)
@@ -18,7 +18,7 @@ def judged(puppet, puppets, monkeypatch):
 
     def judged(terms):
         monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: terms)
-        return judge(puppet(), GENOMES)
+        return evaluate(puppet(), GENOMES)
 
     return judged
 
@@ -70,7 +70,7 @@ def test_a_reason_with_half_a_character_can_be_written(puppet, puppets, monkeypa
         return motion
 
     monkeypatch.setattr(puppets.Puppet, "move", failed)
-    assert judge(puppet(), GENOMES).reasons == {1: r"no \udcff"}
+    assert evaluate(puppet(), GENOMES).reasons == {1: r"no \udcff"}
 
 
 def test_terms_are_copies(judged):
@@ -87,7 +87,7 @@ def test_genomes_are_lent_writable_and_stay_as_they_are(puppet, puppets, monkeyp
     monkeypatch.setattr(
         puppets.Puppet, "move", lambda self, lent: (seen.append(lent.flags), real(self, lent))[1]
     )
-    judge(puppet(), genomes)
+    evaluate(puppet(), genomes)
     assert seen[0].writeable
     assert seen[0].c_contiguous
     assert np.array_equal(genomes, GENOMES)
@@ -131,7 +131,7 @@ BODIES = {
 def test_a_body_that_breaks_its_contract_is_named(puppet, puppets, monkeypatch, move, says):
     monkeypatch.setattr(puppets.Puppet, "move", move)
     with pytest.raises(PluginError, match=says) as error:
-        judge(puppet(), GENOMES)
+        evaluate(puppet(), GENOMES)
     assert "organism 'puppet' of package gaitsim-puppets 1.0" in error.value.what
     assert error.value.remedy
 
@@ -148,7 +148,7 @@ def test_a_fitness_that_changes_the_motion_is_named(puppet, puppets, monkeypatch
 
     monkeypatch.setattr(puppets.Reach, "terms", halve)
     with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* changes the motion"):
-        judge(puppet(), GENOMES)
+        evaluate(puppet(), GENOMES)
 
 
 TERMS = {
@@ -180,8 +180,10 @@ def test_a_fitness_that_breaks_its_contract_is_named(judged, terms, says):
 
 def test_a_fitness_that_raises_is_named(puppet, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Reach, "terms", fail)
-    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* judging a population: Zero"):
-        judge(puppet(), GENOMES)
+    with pytest.raises(
+        PluginError, match=r"fitness 'puppet-reach'.* evaluating a population: Zero"
+    ):
+        evaluate(puppet(), GENOMES)
 
 
 def test_an_interrupt_is_nobodys_fault(puppet, puppets, monkeypatch):
@@ -190,7 +192,7 @@ def test_an_interrupt_is_nobodys_fault(puppet, puppets, monkeypatch):
 
     monkeypatch.setattr(puppets.Puppet, "move", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        judge(puppet(), GENOMES)
+        evaluate(puppet(), GENOMES)
 
 
 def part(*scores, **terms):

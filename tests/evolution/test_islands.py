@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitsim.errors import ExperimentError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import breed, evolve, first_population
 from gaitsim.evolution.islands import migrated, stretch, until_migration
 from gaitsim.evolution.repeats import evolve_repeats
@@ -18,7 +18,7 @@ THREE = ("islands.number=3", "islands.every=2", "islands.migrants=1", "evolution
 
 
 def here(experiment):
-    return lambda genomes: judge(experiment, genomes)
+    return lambda genomes: evaluate(experiment, genomes)
 
 
 def in_turn(experiment):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from gaitsim.contracts import RealSpace
 from gaitsim.errors import PluginError
-from gaitsim.evaluation import Evaluation, judge
+from gaitsim.evaluation import Evaluation, evaluate
 from gaitsim.evolution import Progress, breed, evolve, first_population
 from gaitsim.evolution.loop import advance
 from gaitsim.experiment import Evolution
@@ -21,23 +21,23 @@ def course(puppet, scores, *overrides):
     experiment = puppet("evolution.generations=100", *overrides)
     bests = iter(scores)
 
-    def evaluate(genomes):
+    def scored(genomes):
         values = np.full(len(genomes), -9.0)
         values[3] = next(bests)
         return Evaluation(values, {"reach": values.copy()}, {})
 
-    return list(evolve(experiment, evaluate))
+    return list(evolve(experiment, scored))
 
 
 def test_generations_follow_one_another_by_breeding(puppet):
     experiment = puppet()
     space = experiment.space()
-    generations = list(evolve(experiment, lambda genomes: judge(experiment, genomes)))
+    generations = list(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
     assert [generation.number for generation in generations] == [1, 2, 3, 4, 5]
     genomes = first_population(experiment, space)
     for generation in generations:
         assert np.array_equal(generation.genomes, genomes)
-        assert np.array_equal(generation.scores, judge(experiment, genomes).scores)
+        assert np.array_equal(generation.scores, evaluate(experiment, genomes).scores)
         assert generation.diversity == space.diversity(genomes)
         assert generation.progress.evaluations == 6 * generation.number
         assert generation.scores[generation.best] == generation.scores.max()
@@ -50,12 +50,12 @@ def test_generations_follow_one_another_by_breeding(puppet):
 def test_whoever_begins_again_gets_the_same_generations(puppet):
     experiment = puppet()
 
-    def evaluate(genomes):
-        return judge(experiment, genomes)
+    def scored(genomes):
+        return evaluate(experiment, genomes)
 
-    whole = list(evolve(experiment, evaluate))
+    whole = list(evolve(experiment, scored))
     for begun in whole:
-        again = list(evolve(experiment, evaluate, begun))
+        again = list(evolve(experiment, scored, begun))
         assert [generation.number for generation in again] == list(range(begun.number + 1, 6))
         for one, other in zip(again, whole[begun.number :], strict=True):
             assert np.array_equal(one.genomes, other.genomes)
@@ -66,7 +66,7 @@ def test_whoever_begins_again_gets_the_same_generations(puppet):
 
 def test_events_are_frozen_to_the_last_array(puppet):
     experiment = puppet()
-    generation = next(evolve(experiment, lambda genomes: judge(experiment, genomes)))
+    generation = next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
     with pytest.raises(dataclasses.FrozenInstanceError):
         generation.number = 2
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -79,11 +79,11 @@ def test_events_are_frozen_to_the_last_array(puppet):
 def test_nothing_is_made_before_it_is_asked_for(puppet):
     calls = []
 
-    def evaluate(genomes):
+    def scored(genomes):
         calls.append(len(genomes))
-        return judge(puppet(), genomes)
+        return evaluate(puppet(), genomes)
 
-    events = evolve(puppet(), evaluate)
+    events = evolve(puppet(), scored)
     assert calls == []
     next(events)
     assert calls == [6]
@@ -169,11 +169,11 @@ def test_a_search_in_which_all_fail_goes_on(puppet):
 def test_terms_that_change_their_names_are_refused(puppet):
     names = iter([("a", "b"), ("a", "b"), ("b", "a")])
 
-    def evaluate(genomes):
+    def scored(genomes):
         zeros = np.zeros(len(genomes))
         return Evaluation(zeros, dict.fromkeys(next(names), zeros), {})
 
-    events = evolve(puppet(), evaluate)
+    events = evolve(puppet(), scored)
     next(events), next(events)
     with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* b, a after a, b"):
         next(events)
@@ -183,4 +183,4 @@ def test_a_space_that_cannot_measure_diversity_is_named(puppet, monkeypatch):
     monkeypatch.setattr(RealSpace, "diversity", lambda self, genomes: 1 / 0)
     experiment = puppet()
     with pytest.raises(PluginError, match=r"gaitsim-puppets.* measuring diversity"):
-        next(evolve(experiment, lambda genomes: judge(experiment, genomes)))
+        next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import mannwhitneyu
 
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import breed, evolve
 from gaitsim.evolution.breeding import breed_each, first_population, first_populations
 from gaitsim.evolution.repeats import evolve_repeats
@@ -52,7 +52,7 @@ def test_children_come_from_parents_of_their_own_repeat() -> None:
 
 def test_best_scores_never_fall_and_evaluations_are_counted() -> None:
     experiment = small("millipede-random")
-    events = list(evolve_repeats(experiment, lambda genomes: judge(experiment, genomes), 11))
+    events = list(evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 11))
     assert [event.number for event in events] == [1, 2, 3, 4, 5, 6]
     assert [event.evaluations for event in events] == [9, 18, 27, 36, 45, 54]
     assert (np.diff([event.best for event in events], axis=0) >= 0).all()
@@ -61,11 +61,11 @@ def test_best_scores_never_fall_and_evaluations_are_counted() -> None:
 @pytest.mark.slow
 def test_repeats_are_distributed_as_single_runs_are() -> None:
     experiment = small("millipede-double-mutation", "evolution.generations=15")
-    *_, last = evolve_repeats(experiment, lambda genomes: judge(experiment, genomes), 150)
+    *_, last = evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 150)
     single = []
     for seed in range(150):
         run = small("millipede-double-mutation", "evolution.generations=15", f"seed={seed + 1}")
-        *_, end = evolve(run, lambda genomes, run=run: judge(run, genomes))
+        *_, end = evolve(run, lambda genomes, run=run: evaluate(run, genomes))
         single.append(end.progress.best_score)
     assert mannwhitneyu(last.best, single).pvalue > 0.01
     assert abs(last.best.mean() - np.mean(single)) < 0.6

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import PluginError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import Progress, evolve, rescored, stage_progress
 from gaitsim.evolution.breeding import population_from
 from gaitsim.experiment import Evolution
@@ -25,13 +25,13 @@ def test_the_same_scores_go_on():
 
 def test_a_generation_judged_anew_keeps_its_genomes(puppet):
     experiment, other = puppet(), puppet("fitness.price=1")
-    last = next(evolve(experiment, lambda genomes: judge(experiment, genomes)))
-    anew = rescored(last, lambda genomes: judge(other, genomes), BEFORE)
+    last = next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
+    anew = rescored(last, lambda genomes: evaluate(other, genomes), BEFORE)
     assert anew.genomes is last.genomes
-    assert np.array_equal(anew.scores, judge(other, last.genomes).scores)
+    assert np.array_equal(anew.scores, evaluate(other, last.genomes).scores)
     assert not np.array_equal(anew.scores, last.scores)
     assert anew.progress == BEFORE
-    following = next(evolve(other, lambda genomes: judge(other, genomes), anew))
+    following = next(evolve(other, lambda genomes: evaluate(other, genomes), anew))
     assert (following.number, following.progress.stage) == (2, 2)
     assert following.progress.evaluations == 66
 

@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from gaitsim.contracts import Motion
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment
 from gaitsim.network import Network
 from gaitsim_fly import body
@@ -82,7 +82,7 @@ def test_an_unstable_flight_fails_alone_and_says_why() -> None:
     motion = experiment.organism.move(own)
     assert all(np.isfinite(motion[name]).all() for name in experiment.organism.channels)
     assert set(motion.failures) == {0, 1, 2}
-    evaluation = judge(experiment, own)
+    evaluation = evaluate(experiment, own)
     assert (evaluation.scores == -np.inf).all()
     assert "became unstable within 3.01 s in trial 1" in evaluation.reasons[2]
     assert all(np.isfinite(term).all() for term in evaluation.terms.values())

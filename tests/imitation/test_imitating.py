@@ -8,7 +8,7 @@ import pytest
 from scipy.io import loadmat
 
 from gaitsim.contracts import Motion
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 from gaitsim.imitation import SETTINGS, load_imitator
@@ -21,7 +21,7 @@ from gaitsim.runs.writer import RunWriter
 
 def evolved(experiment, path):
     with RunWriter(create_run(experiment, path)) as writer:
-        for generation in evolve(experiment, lambda genomes: judge(experiment, genomes)):
+        for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
     return Run(path)
 

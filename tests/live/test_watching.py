@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Best
 from gaitsim.live.tail import Tail
 from gaitsim.live.watching import Watch
@@ -20,7 +20,7 @@ from gaitsim.runs.writer import RunWriter
 def evolve(path, until=None, **options):
     """Evolve a run here, at most to a generation."""
     with RunWriter(path, **options) as writer:
-        for generation in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+        for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if generation.number == until:
                 break
 
@@ -74,7 +74,7 @@ def test_a_run_that_is_written_is_followed(begun):
     async def follow():
         seen, watch = [], Watch(path, period=0)
         with RunWriter(path) as writer:
-            generations = writer.evolve(lambda genomes: judge(writer.experiment, genomes))
+            generations = writer.evolve(lambda genomes: evaluate(writer.experiment, genomes))
             async for snapshot in watch:
                 assert snapshot.state == "elsewhere"
                 seen.append(snapshot.generation)

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gaitsim.evaluation.scoring import judge
+from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 
@@ -21,7 +21,7 @@ ALGORITHMS = {
 
 def generations(experiment, seed=0):
     experiment = replace(experiment, seed=seed)
-    return list(evolve(experiment, lambda genomes: judge(experiment, genomes)))
+    return list(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

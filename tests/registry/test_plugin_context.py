@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from gaitsim.registry.plugin_context import Noting, stopped
+from gaitsim.registry.plugin_context import plugin_context, stopped
 
 
 @pytest.fixture(autouse=True)
@@ -17,9 +17,9 @@ def nobody():
 def test_what_is_printed_within_goes_to_standard_error(capsys):
     before = sys.stdout
     print("before")
-    with Noting("a body", "moving"):
+    with plugin_context("a body", "moving"):
         print("within")
-        with Noting("its fitness", "judging"):
+        with plugin_context("its fitness", "evaluating"):
             sys.stdout.writelines(["a ", "b\n"])
         print("still within")
     print("after")
@@ -33,7 +33,7 @@ def test_other_threads_print_where_they_always_do(capsys):
     inside, printed = threading.Event(), threading.Event()
 
     def plugin():
-        with Noting("a body", "moving"):
+        with plugin_context("a body", "moving"):
             inside.set()
             printed.wait(60)
             print("from the body")
@@ -52,7 +52,7 @@ def test_other_threads_print_where_they_always_do(capsys):
 
 
 def test_a_stream_that_a_plugin_kept_goes_on_working(capsys):
-    with Noting("a body", "moving"):
+    with plugin_context("a body", "moving"):
         kept = sys.stdout
     kept.write("later\n")
     kept.flush()
@@ -62,14 +62,18 @@ def test_a_stream_that_a_plugin_kept_goes_on_working(capsys):
 
 def test_an_exception_leaves_all_as_it_was():
     before = sys.stdout
-    with pytest.raises(ValueError, match="no"), Noting("a body", "moving"):
+    with pytest.raises(ValueError, match="no"), plugin_context("a body", "moving"):
         raise ValueError("no")
     assert sys.stdout is before
     assert stopped() == ""
 
 
 def test_who_is_interrupted_is_told_once():
-    with pytest.raises(KeyboardInterrupt), Noting("a run", "going"), Noting("a body", "moving"):
+    with (
+        pytest.raises(KeyboardInterrupt),
+        plugin_context("a run", "going"),
+        plugin_context("a body", "moving"),
+    ):
         raise KeyboardInterrupt
     assert stopped() == "a body was moving"
     assert stopped() == ""
@@ -77,5 +81,5 @@ def test_who_is_interrupted_is_told_once():
 
 def test_streams_that_are_closed_are_borne(monkeypatch):
     monkeypatch.setattr(sys, "stderr", None)
-    with Noting("a body", "moving"):
+    with plugin_context("a body", "moving"):
         print("to nobody", flush=True)

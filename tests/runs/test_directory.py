@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import CheckpointError, ExperimentError, PluginError, RunError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.runs.files import folder as folders
 from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
@@ -30,7 +30,9 @@ def here(tmp_path, monkeypatch, puppets):
 
 def events(writer):
     """The generations that follow in a run."""
-    return evolve(writer.experiment, lambda genomes: judge(writer.experiment, genomes), writer.last)
+    return evolve(
+        writer.experiment, lambda genomes: evaluate(writer.experiment, genomes), writer.last
+    )
 
 
 def record_all(writer):
@@ -41,7 +43,7 @@ def record_all(writer):
 def go_on(path, until=None, **options):
     """Evolve a run, at most to a generation; what its writer warned of."""
     with RunWriter(path, **options) as writer:
-        for event in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+        for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if event.number == until:
                 break
         return writer.warning
@@ -253,7 +255,7 @@ def test_a_run_is_written_and_read(whole, puppet):
     assert np.array_equal(bests["score"], history["best"])
     for generation in (1, 5, 8):
         number, score, genome = whole.champion(generation)
-        evaluation = judge(puppet(), genome[None])
+        evaluation = evaluate(puppet(), genome[None])
         assert (number, score) == (generation, evaluation.scores[0])
         assert best_terms(whole.history, generation) == {
             n: v[0] for n, v in evaluation.terms.items()
@@ -678,7 +680,7 @@ def test_bits_are_written_and_read(puppet):
     go_on(path)
     _, score, genome = Run(path).champion()
     assert genome.dtype == np.uint8
-    assert judge(Run(path).experiment, genome[None]).scores[0] == score
+    assert evaluate(Run(path).experiment, genome[None]).scores[0] == score
 
 
 def test_a_fingerprint_is_of_all_but_time(whole, puppet):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.runs.files.checkpoint import pack, read_checkpoint
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.fork import fork_run
@@ -34,7 +34,7 @@ def evolve(path, *overrides, generations=None, until=None, spread=False):
             return [function(experiment, task) for task in tasks]
 
         for generation in writer.evolve(
-            lambda genomes: judge(experiment, genomes), over if spread else None
+            lambda genomes: evaluate(experiment, genomes), over if spread else None
         ):
             if generation.number == until:
                 break
@@ -65,7 +65,7 @@ def test_each_islands_best_is_kept(run):
     assert text[8].startswith("8,")
     for generation in (1, 8):
         found = replay(run, generation)
-        assert judge(found.experiment, found.genome[None]).scores[0] == found.score
+        assert evaluate(found.experiment, found.genome[None]).scores[0] == found.score
     assert [*(run.path / "champions").iterdir()]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import RunError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.overview import POINTS, Curve, Watch, overview
@@ -32,7 +32,7 @@ def evolve(path, generation, *overrides, **options):
     if not generation:
         return
     with RunWriter(path, overrides=overrides, **options) as writer:
-        for made in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+        for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if made.number == generation:
                 break
 

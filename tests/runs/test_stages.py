@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import ExperimentError, PluginError, RunError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import breed, evolve
 from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
 from gaitsim.runs.files.folder import create_run
@@ -30,7 +30,7 @@ def here(tmp_path, monkeypatch, climb):
 def go_on(path, until=None, **options):
     """Evolve a run, at most to a generation; what its writer warned of."""
     with RunWriter(path, **options) as writer:
-        for event in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+        for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if event.number == until:
                 break
         return writer.warning
@@ -93,14 +93,14 @@ def assert_same(one, other):
 
 def test_a_stage_breeds_from_the_population_that_is_judged_anew(puppet, staged):
     first, second = puppet(THRESHOLD), puppet(THRESHOLD, *CLIMB)
-    generations = list(evolve(puppet(), lambda genomes: judge(first, genomes)))
+    generations = list(evolve(puppet(), lambda genomes: evaluate(first, genomes)))
     genomes = generations[3].genomes
     for number in range(5, 9):
-        scores = judge(second, genomes).scores
+        scores = evaluate(second, genomes).scores
         genomes = breed(second, second.space(), genomes, scores, number)
     checkpoint, _ = staged.checkpoint()
     assert checkpoint.genomes.tobytes() == genomes.tobytes()
-    assert checkpoint.scores.tobytes() == judge(second, genomes).scores.tobytes()
+    assert checkpoint.scores.tobytes() == evaluate(second, genomes).scores.tobytes()
     # The population of generation 4 was evaluated twice.
     assert checkpoint.evaluations == 9 * 6
     assert staged.history["evaluations"].tolist() == [6, 12, 18, 24, 36, 42, 48, 54]
@@ -148,7 +148,7 @@ def test_terms_of_a_stage_stand_in_columns_of_their_own(puppet, staged):
     assert np.isfinite(history["reach"]).all()
     for generation in range(1, 9):
         _, score, genome = staged.champion(generation)
-        evaluation = judge(staged.experiment_at(generation), genome[None])
+        evaluation = evaluate(staged.experiment_at(generation), genome[None])
         assert score == evaluation.scores[0]
         assert best_terms(history, generation) == {n: v[0] for n, v in evaluation.terms.items()}
     text = (staged.path / "history.csv").read_text()
@@ -398,7 +398,9 @@ def test_a_fingerprint_tells_stages_apart(puppet):
 def test_whoever_forgets_to_begin_a_stage_is_told(plain):
     with RunWriter(plain, overrides=CLIMB, generations=5) as writer:
         assert writer.rescores
-        event = next(evolve(writer.experiment, lambda g: judge(puppet_of(writer), g), writer.last))
+        event = next(
+            evolve(writer.experiment, lambda g: evaluate(puppet_of(writer), g), writer.last)
+        )
         with pytest.raises(ValueError, match="begin"):
             writer.record(event)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution.breeding import Purpose, stream
 from gaitsim.runs.files.checkpoint import Champion, read_champion, write_champion
 from gaitsim.runs.files.folder import START, create_run
@@ -25,7 +25,7 @@ def here(tmp_path, monkeypatch, climb):
 
 def go_on(path, until=None, **options):
     with RunWriter(path, **options) as writer:
-        for event in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+        for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if event.number == until:
                 break
     return Run(path)
@@ -95,7 +95,7 @@ def test_the_first_population_is_the_individual_and_its_mutations(puppet, staged
     mutants = experiment.mutation.mutate(copies, experiment.space(), noise)
     assert np.array_equal(genomes[1:], experiment.space().confine(mutants))
     assert len(np.unique(genomes, axis=0)) == 6
-    assert run.champion(1)[1] >= judge(experiment, start.genome[None]).scores[0]
+    assert run.champion(1)[1] >= evaluate(experiment, start.genome[None]).scores[0]
 
 
 def test_bits_begin_a_run(puppet):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import RunError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.experiment import with_overrides
 from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
 from gaitsim.runs.files.checksums import RECORD, of_genomes, of_row, of_scores, read_digests
@@ -26,7 +26,7 @@ LAST = 12
 
 def evolve(path, *overrides, generations=None, until=None):
     with RunWriter(path, overrides=overrides, generations=generations) as writer:
-        for generation in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+        for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if generation.number == until:
                 break
     return Run(path)
@@ -177,7 +177,7 @@ def test_one_gene_of_the_checkpoint_is_found(run):
         found[LAST][0] == "the genomes in population.pickle are not those that digests.bin tells of"
     )
     # A forger who knows makes digests, scores and the row fit; breeding again finds him.
-    evaluation = judge(run.experiment, forged.genomes)
+    evaluation = evaluate(run.experiment, forged.genomes)
     forge_checkpoint(run, scores=evaluation.scores, terms=evaluation.terms)
     digested(run, LAST, genomes=of_genomes(forged.genomes), scores=of_scores(evaluation))
     generation = restored(read_checkpoint(run.path / "population.pickle"))

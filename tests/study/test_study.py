@@ -8,7 +8,7 @@ import pytest
 
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation.executors import WorkerLostError
-from gaitsim.evaluation.processes import Processes
+from gaitsim.evaluation.processes import ProcessExecutor
 from gaitsim.study.file import cells, parse_study, read_study
 from gaitsim.study.results import first_reached, table
 from gaitsim.study.running import finished, recorded, run_cell, run_cells
@@ -173,7 +173,7 @@ def test_a_cell_that_kills_its_workers_is_told(tmp_path, monkeypatch) -> None:
     def lost(*_: object) -> None:
         raise WorkerLostError("a worker process died 3 times over the same work")
 
-    monkeypatch.setattr(Processes, "each", lost)
+    monkeypatch.setattr(ProcessExecutor, "each", lost)
     with pytest.raises(GaitsimError, match="died 3 times over the same work, a cell of the study"):
         list(run_cells(tmp_path, cells(parse_study(SMALL, "small.toml")), 4, 4, 2))
 

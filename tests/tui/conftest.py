@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
@@ -32,7 +32,7 @@ def walk(here, puppet):
         path = create_run(experiment, Path("runs") / name)
         if generation:
             with RunWriter(path) as writer:
-                for made in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+                for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
                     if made.number == generation:
                         break
         return path

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
@@ -75,7 +75,7 @@ def made(puppet, tmp_path, monkeypatch):
         experiment = puppet(*overrides)
         path = create_run(experiment, Path("runs") / name)
         with RunWriter(path) as writer:
-            for generation in evolve(experiment, lambda genomes: judge(experiment, genomes)):
+            for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
                 writer.record(generation)
         fix_seconds(path)
         return path

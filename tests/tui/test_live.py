@@ -13,7 +13,7 @@ from rich.style import Style
 from textual.widgets import Input, Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.live.course import Course
 from gaitsim.live.protocol import Event, Individual, Snapshot
 from gaitsim.runs.files.folder import create_run
@@ -50,7 +50,7 @@ def make(puppet):
         path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
         if generation:
             with RunWriter(path) as writer:
-                for made in writer.evolve(lambda genomes: judge(writer.experiment, genomes)):
+                for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
                     if made.number == generation:
                         break
         return path

@@ -137,7 +137,7 @@ def test_the_check_tells_its_verdict(look, install, working, monkeypatch):
         await driver.press("c")
         await driver.until(lambda: "✗ It breaks its contract" in shown(driver))
         assert "expected: move() returns a gaitsim.contracts.Motion" in shown(driver)
-        assert "came: a str" in shown(driver)
+        assert "actual: a str" in shown(driver)
         await go(driver, "mutation gaussian")
         await driver.until(lambda: "✓ It keeps its contract" in shown(driver))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from textual.app import App
 
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import parse_experiment
 from gaitsim.render.terminal.body import LEFT, RIGHT
@@ -109,7 +109,7 @@ def walk(install, tmp_path, monkeypatch):
         experiment = parse_experiment(EXPERIMENT, "walk.toml", overrides)
         path = create_run(experiment, Path("runs") / name)
         with RunWriter(path) as writer:
-            for generation in evolve(experiment, lambda genomes: judge(experiment, genomes)):
+            for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
                 writer.record(generation)
         return path
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, PluginError, RunError
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import Replay, replay
@@ -59,7 +59,7 @@ def gait_of_replay(replay: Replay) -> Gait:
             allowed="a body with the channel 'joint_angles'",
         )
     motion = replay.motion
-    with containing(entry, "moving the champion"):
+    with plugin_errors(entry, "moving the champion"):
         angles = np.asarray(motion["joint_angles"][0], dtype=np.float64)
         names = tuple(str(name) for name in organism.joint_names())
         frame_rate = float(motion.frame_rate)

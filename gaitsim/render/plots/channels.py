@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, PluginError, nearest
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 from gaitsim.runs.replay import Replay
 
 # What there may be in the description of a channel before its first comma or blank.
@@ -72,7 +72,7 @@ def read_values(replay: Replay, name: str) -> NDArray[Any]:
             allowed="".join(f"\n    {one}: {what}" for one, what in organism.channels.items()),
             remedy=nearest(name, [*organism.channels]),
         )
-    with containing(entry, f"working out the channel {name!r}"):
+    with plugin_errors(entry, f"working out the channel {name!r}"):
         values = np.asarray(replay.motion[name])
     if values.ndim == 0 or len(values) != 1:
         raise PluginError(
@@ -126,7 +126,7 @@ def read_channel(replay: Replay, name: str) -> Channel:
             allowed=", ".join(timed) or "no channel of this body goes over time",
         )
     tokens, words = _parsed(organism.channels[name])
-    with containing(entry, "naming its joints"):
+    with plugin_errors(entry, "naming its joints"):
         joints = tuple(str(joint) for joint in organism.joint_names())
     feet = replay.skeleton.contact_names
     fitting = [unit for unit in UNITS if re.match(rf"{re.escape(unit)}(?:[,;:. ]|$)", words)]

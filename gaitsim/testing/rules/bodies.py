@@ -136,11 +136,11 @@ def _motion(body: Organism, motion: object) -> Iterator[Finding]:
 
 def _channel(name: str, channel: object) -> Iterator[Finding]:
     if not isinstance(channel, np.ndarray) or channel.dtype.kind not in _REAL:
-        came = f"a {type(channel).__name__}"
+        actual = f"a {type(channel).__name__}"
         if isinstance(channel, np.ndarray):
-            came = f"dtype {channel.dtype}"
+            actual = f"dtype {channel.dtype}"
         yield error(
-            "channels", f"{name}: an array of real numbers or bool", came, "use np.asarray(…)"
+            "channels", f"{name}: an array of real numbers or bool", actual, "use np.asarray(…)"
         )
     elif channel.shape[:1] != (COUNT,):
         yield error(

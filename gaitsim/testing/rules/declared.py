@@ -67,11 +67,11 @@ def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
     import tomlkit
 
     expected = "options that come back from an experiment file as they were"
-    remedy = "give options types that TOML has: numbers, texts, booleans and lists of them"
+    fix = "give options types that TOML has: numbers, texts, booleans and lists of them"
     try:
         text = tomlkit.dumps({kind: options.values(plugin)})
     except Exception as problem:  # whatever a foreign type's serialiser raises
-        yield error("options", expected, f"cannot be written: {problem}", remedy)
+        yield error("options", expected, f"cannot be written: {problem}", fix)
         return
     try:
         back = rebuilt(type(plugin), toml.parse(text, "")[kind])
@@ -86,7 +86,7 @@ def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
         )
         return
     if back != plugin:
-        yield error("options", expected, f"{plugin!r} came back as {back!r}", remedy)
+        yield error("options", expected, f"{plugin!r} came back as {back!r}", fix)
 
 
 def rebuilt(model: type[Plugin], values: dict[str, Any]) -> Plugin:

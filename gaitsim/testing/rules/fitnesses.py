@@ -28,9 +28,11 @@ class _Watched(Motion):
         return super().__getitem__(name)
 
 
-def fitness_rules(entry: Entry, fitness: Fitness, say: Callable[[str], None]) -> Iterator[Finding]:
+def fitness_rules(
+    entry: Entry, fitness: Fitness, on_status: Callable[[str], None]
+) -> Iterator[Finding]:
     """All rules for a fitness, as its options are."""
-    say("looking for a body that it can judge")
+    on_status("looking for a body that it can judge")
     found = partner(entry, fitness)
     if found is None:
         yield advice(
@@ -40,7 +42,7 @@ def fitness_rules(entry: Entry, fitness: Fitness, say: Callable[[str], None]) ->
             "correct 'needs', or install the package of the body",
         )
         return
-    say(f"judging {found[0]}, or that was still moving")
+    on_status(f"evaluating {found[0]}, or that was still moving")
     motion, watched = moved_by(*found), _Watched(moved_by(*found))
     terms: object = fitness.terms(watched)
     problems = list(_terms(terms))

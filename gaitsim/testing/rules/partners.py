@@ -6,7 +6,7 @@ from contextlib import suppress
 from gaitsim import toml
 from gaitsim.contracts import Fitness, Organism
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import EXPERIMENTS, Entry, containing, entries, load_entry
+from gaitsim.registry import EXPERIMENTS, Entry, entries, load_entry, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.registry.presets import read_preset
 from gaitsim.testing.rules.declared import rebuilt
@@ -22,7 +22,7 @@ def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
         with suppress(GaitsimError, ValueError):
             model = load_entry(body)
             if {*fitness.needs} <= {*getattr(model, "channels", ())}:
-                with containing(body, "taking its options"):
+                with plugin_errors(body, "taking its options"):
                     made = rebuilt(model, values)
                 assert isinstance(made, Organism)
                 return body, made

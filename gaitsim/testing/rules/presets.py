@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.evaluation import judge
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution.breeding import breed, first_population
 from gaitsim.experiment import Experiment, load_experiment, parse_experiment
 from gaitsim.registry import Entry
@@ -60,7 +60,7 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
     """
     space = experiment.space()
     first = first_population(experiment, space)
-    evaluation = judge(experiment, first[:FEW])
+    evaluation = evaluate(experiment, first[:FEW])
     # Made up for the breeding: all of them would take long to judge.
     scores = np.sin(np.arange(len(first), dtype=np.float64))
     second = breed(experiment, space, first, scores, 2)
@@ -68,5 +68,5 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
         "scores": evaluation.scores,
         "terms": evaluation.terms,
         "second": second,
-        "second scores": judge(experiment, second[:FEW]).scores,
+        "second scores": evaluate(experiment, second[:FEW]).scores,
     }

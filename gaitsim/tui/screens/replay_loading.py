@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.registry import containing
+from gaitsim.registry import plugin_errors
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import Replay, replay
@@ -81,7 +81,7 @@ def _champion(run: Run) -> int | None:
 def _measures(found: Replay) -> dict[str, tuple[float, str]]:
     """What the body says of its motion; nothing where it fails at that, as it still is shown."""
     try:
-        with containing(found.experiment.entries["organism"], "measuring the champion"):
+        with plugin_errors(found.experiment.entries["organism"], "measuring the champion"):
             measures = found.experiment.organism.measures(found.motion)
             return {
                 str(name): (float(measure.values[0]), str(measure.unit))

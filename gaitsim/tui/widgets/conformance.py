@@ -57,8 +57,8 @@ def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -
     for finding in report["findings"]:
         colour = colours["error" if finding["level"] == "error" else "warning"]
         text.append(f"\n{finding['level']}: {finding['rule']}", f"bold {colour}")
-        for title, key in (("expected", "expected"), ("came", "came"), ("mend", "remedy")):
+        for key in ("expected", "actual", "fix"):
             if finding[key]:
-                text.append(f"\n  {title}: ", "dim")
+                text.append(f"\n  {key}: ", "dim")
                 text.append(visible(finding[key]))
     return text

@@ -21,7 +21,7 @@ def test_what_does_not_end_is_given_up_and_the_next_ones_are_examined(install, w
     assert [report.entry.name for report in reports] == ["a-sound", "loops", "far"]
     (finding,) = reports[1].findings
     assert (finding.level, finding.rule) == ("error", "time limit")
-    assert finding.came == "it was still moving populations after 5 s"
+    assert finding.actual == "it was still moving populations after 5 s"
     assert reports[0].ok, reports[0]
     assert reports[2].ok, reports[2]
 
@@ -30,7 +30,10 @@ def test_a_fitness_that_waits_for_its_body_says_so(install, working):
     points = {"organism": {"loops": "X"}, "fitness": {"far": "Distance"}}
     install("fake", working + LOOPS, points)
     (finding,) = check("fitness", "far", seconds=3).findings
-    assert "judging organism 'loops' of package fake 1.0, or that was still moving" in finding.came
+    assert (
+        "evaluating organism 'loops' of package fake 1.0, or that was still moving"
+        in finding.actual
+    )
 
 
 ENDS = {
@@ -51,14 +54,14 @@ def test_what_ends_the_process_is_told(install, source, says):
     install("fake", source, {"organism": {"x": "X"}})
     (finding,) = check("organism", "x").findings
     assert finding.rule == "process"
-    assert says in finding.came
-    assert "importing it" in finding.came
+    assert says in finding.actual
+    assert "importing it" in finding.actual
 
 
 def test_an_import_that_does_not_end(install):
     install("fake", "while True: pass\n", {"organism": {"x": "X"}})
     (finding,) = check("organism", "x", seconds=1).findings
-    assert finding.came == "it was still importing it after 1 s"
+    assert finding.actual == "it was still importing it after 1 s"
 
 
 PRINTS = '''
@@ -79,8 +82,8 @@ def test_what_is_printed_is_told_and_harms_nobody(install, working):
     assert loud.ok
     (finding,) = loud.findings
     assert (finding.level, finding.rule) == ("advice", "standard output")
-    assert "mutating" in finding.came
-    assert "a child of it" in finding.came
+    assert "mutating" in finding.actual
+    assert "a child of it" in finding.actual
     assert quiet.findings == ()
 
 
@@ -124,7 +127,7 @@ def test_a_name_of_two_packages(install, working):
     for report in check_package("still"):
         (finding,) = report.errors
         assert finding.rule == "name"
-        assert "registered by" in finding.came
+        assert "registered by" in finding.actual
     with pytest.raises(PluginError, match="claimed more than once"):
         check("mutation", "still")
 

@@ -8,7 +8,7 @@ import pytest
 
 from gaitsim import contracts, registry
 from gaitsim.errors import GaitsimError, PluginError
-from gaitsim.registry import EXPERIMENTS, KINDS, Entry, containing
+from gaitsim.registry import EXPERIMENTS, KINDS, Entry, plugin_errors
 
 ENTRY = Entry("organism", "hopper", "fake:Hopper", "fake", "1.0")
 
@@ -226,7 +226,7 @@ def test_damaged_metadata_leaves_the_entries(install, working, metadata):
 
 
 def test_an_error_keeps_its_cause_and_survives_pickling():
-    with pytest.raises(PluginError) as raised, containing(ENTRY, "moving"):
+    with pytest.raises(PluginError) as raised, plugin_errors(ENTRY, "moving"):
         raise ValueError("too heavy")
     assert isinstance(raised.value.__cause__, ValueError)
     copy = pickle.loads(pickle.dumps(raised.value))
@@ -236,18 +236,18 @@ def test_an_error_keeps_its_cause_and_survives_pickling():
 
 
 def test_a_plugins_own_message_is_kept_and_signed():
-    with pytest.raises(GaitsimError) as raised, containing(ENTRY, "moving"):
+    with pytest.raises(GaitsimError) as raised, plugin_errors(ENTRY, "moving"):
         raise GaitsimError("a hopper needs a leg", remedy="give it one")
     assert raised.value.what == "a hopper needs a leg"
     assert "package fake 1.0" in raised.value.where
-    with pytest.raises(GaitsimError) as raised, containing(ENTRY, "moving"):
+    with pytest.raises(GaitsimError) as raised, plugin_errors(ENTRY, "moving"):
         raise GaitsimError("no leg", where="leg.toml")
     assert raised.value.where == "leg.toml"
 
 
 def test_closing_a_generator_is_no_failure_of_a_plugin():
     def steps():
-        with containing(ENTRY, "moving"):
+        with plugin_errors(ENTRY, "moving"):
             yield 1
 
     walking = steps()
