@@ -75,7 +75,7 @@ class DaskExecutor(Executor):
             logging.getLogger(name).setLevel(SILENT)
         try:
             where = self._begin(distributed, workers or cores()) if address == LOCAL else address
-            self._client = self._connect(distributed, where)
+            self._connect(distributed, where)
         except BaseException:
             self.close()
             raise
@@ -117,7 +117,7 @@ class DaskExecutor(Executor):
             raise failed[0]
         return self._own
 
-    def _connect(self, distributed: Any, where: Any) -> Any:
+    def _connect(self, distributed: Any, where: Any) -> None:
         def connect() -> None:
             try:
                 made.append(distributed.Client(where, timeout=PATIENCE, set_as_default=False))
@@ -141,9 +141,9 @@ class DaskExecutor(Executor):
                 f"the Dask scheduler at {self.address} has no workers",
                 remedy=f"start some: dask worker {self.address} --nthreads 1 --nworkers auto",
             ) from None
+        self._client = client  # before the callbacks, which run in the client's thread
         client.subscribe_topic("all", self._hear)
         client.loop.add_callback(self._count_soon)  # some may have come before it was heard
-        return client
 
     def _hear(self, event: tuple[float, Any]) -> None:
         """Be told what happens in the cluster, in the client's thread."""
