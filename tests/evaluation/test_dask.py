@@ -87,7 +87,9 @@ def shared(monkeypatch):
         return min(3, individuals)
 
     monkeypatch.setattr(Scheduler, "chunks", chunks)
-    monkeypatch.setattr("gaitsim.evaluation.evaluator.measure_overhead", lambda executor: PROCESS_OVERHEAD)
+    monkeypatch.setattr(
+        "gaitsim.evaluation.evaluator.measure_overhead", lambda executor: PROCESS_OVERHEAD
+    )
     return events
 
 
