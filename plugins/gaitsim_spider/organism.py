@@ -16,8 +16,9 @@ from gaitsim.contracts import (
     Skeleton,
     option,
 )
+from gaitsim.encoding import limit_steps
 from gaitsim_spider import body
-from gaitsim_spider.encodings import ENCODINGS, Angles, limit_steps
+from gaitsim_spider.encodings import ENCODINGS, Angles
 from gaitsim_spider.layout import time_last, time_second
 
 
@@ -90,7 +91,7 @@ class Spider(Organism):
             raise ValueError("joint_angles holds values that are not finite")
         limit = np.float32(body.ANGLE_LIMIT)
         angles = np.clip(joint_angles, -limit, limit).astype(np.float32)
-        return _walked(limit_steps(time_last(angles)))
+        return _walked(limit_steps(time_last(angles), body.STEP_LIMIT))
 
     def joint_names(self) -> tuple[str, ...]:
         """'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""

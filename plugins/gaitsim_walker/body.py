@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 TORSO_LENGTH, TORSO_HEIGHT = 0.50, 0.12  # m; the torso of a biped stands on end
 TORSO_MASS, THIGH_MASS, SHANK_MASS = 6.0, 0.6, 0.3  # kg
+FRAME_RATE = 60.0  # Hz, of the commands to the servos and of the recorded frames
 LIMB = 0.20  # m, length of a thigh and of a shank
 FOOT_RADIUS, KNEE_RADIUS = 0.025, 0.02  # m
 HIP_PLACE = 0.20  # m, of the hips of a four-legged walker before and behind the middle

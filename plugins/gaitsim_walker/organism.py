@@ -17,9 +17,10 @@ from gaitsim.contracts import (
     Skeleton,
     option,
 )
+from gaitsim.encoding import GeneGroup, genome_space
 from gaitsim_walker import body
-from gaitsim_walker.body import PLANS, Floats, Plan
-from gaitsim_walker.encodings import FRAME_RATE, commands, space
+from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, Plan
+from gaitsim_walker.encodings import commands, groups
 from gaitsim_walker.ground import ground
 from gaitsim_walker.world import STEP, World
 
@@ -110,18 +111,16 @@ class Walker(Organism):
 
     def genome_space(self) -> RealSpace:
         """Six genes a leg and the frequency: 13 or 25 genes, in an alternating gait 7 or 13."""
-        return space(self.plan, self.symmetry == "alternating", self.fastest_stride)
+        return genome_space(self._gene_groups)
+
+    @property
+    def _gene_groups(self) -> tuple[GeneGroup, ...]:
+        return groups(self.plan, self.symmetry == "alternating", self.fastest_stride)
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk, one after the other, each in a space of its own."""
-        alternating = self.symmetry == "alternating"
-        return self._walked(
-            (
-                commands(self.plan, genome, self.encoding, alternating, self.frames)
-                for genome in genomes
-            ),
-            self.frames,
-        )
+        told = commands(self.plan, genomes, self._gene_groups, self.encoding, self.frames)
+        return self._walked(told, self.frames)
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk by what the servos are told, held to ±60° (hips) and ±50° (knees).

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitsim_walker.body import Floats
-from gaitsim_walker.encodings import FRAME_RATE
+from gaitsim_walker.body import FRAME_RATE, Floats
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.world import World
 

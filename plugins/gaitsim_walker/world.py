@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from gaitsim_walker.body import Plan
-from gaitsim_walker.encodings import FRAME_RATE
+from gaitsim_walker.body import FRAME_RATE, Plan
 from gaitsim_walker.ground import Ground
 
 STEP = 1 / (4 * FRAME_RATE)  # s: 240 Hz, four steps a frame

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from gaitsim_walker import body
 from gaitsim_walker.body import PLANS
 from gaitsim_walker.distance import Distance
-from gaitsim_walker.encodings import commands
+from gaitsim_walker.encodings import commands, groups
 from gaitsim_walker.organism import Walker
 
 SHORT = 2.0  # s
@@ -155,9 +155,10 @@ def test_an_alternating_gait_moves_the_far_legs_half_a_stride_later():
 
 
 def test_oscillators_begin_at_rest_and_end_as_sines():
-    genome = genomes(Walker(), 1, seed=3)[0]
+    genome = genomes(Walker(), 1, seed=3)
     plan = PLANS[4]
-    slow, full = (commands(plan, genome, name, False, 601) for name in ("cpg", "sine"))
+    genes = groups(plan, alternating=False, fastest=2.5)
+    slow, full = (commands(plan, genome, genes, name, 601)[0] for name in ("cpg", "sine"))
     assert np.abs(slow[1] - slow[0]).max() < 0.02  # at 60 frames a second
     assert slow[-60:] == pytest.approx(full[-60:], abs=1e-6)
 

@@ -1,0 +1,46 @@
+"""Limits of joints: the largest amplitude they allow, and how far a servo turns in a frame."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def amplitude_limit(
+    frequency: float, angle_limit: ArrayLike, speed_limit: ArrayLike
+) -> NDArray[np.float64]:
+    """Return the largest amplitude at which a sine keeps both limits of its joint.
+
+    A sine of amplitude A turns fastest at 2πAf.
+
+    Args:
+        frequency: f, Hz.
+        angle_limit: largest angle either way, rad, for all joints or (joints,).
+        speed_limit: largest angular speed, rad/s, for all joints or (joints,).
+
+    Returns:
+        rad, in the common shape of both limits.
+    """
+    speed = np.asarray(speed_limit, np.float64) / (2 * math.pi * frequency)
+    return np.asarray(np.minimum(np.asarray(angle_limit, np.float64), speed))
+
+
+def limit_steps(angles: NDArray[np.floating[Any]], step_limit: float) -> NDArray[np.floating[Any]]:
+    """Return the angles of servos that follow `angles` but turn at most so far in a frame.
+
+    Where the angles keep the limit, they are returned to the bit.
+
+    Args:
+        angles: (population, joints, frames) rad; not changed.
+        step_limit: largest change from frame to frame, rad.
+
+    Returns:
+        (population, joints, frames) rad in the dtype of `angles`.
+    """
+    limited = angles.copy()
+    step = angles.dtype.type(step_limit)
+    for frame in range(1, angles.shape[2]):
+        before = limited[:, :, frame - 1]
+        limited[:, :, frame] = np.clip(angles[:, :, frame], before - step, before + step)
+    return limited
