@@ -6,7 +6,6 @@ import re
 import types
 import typing
 from collections.abc import Callable, Iterator
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -83,8 +82,8 @@ class _Row:
             word = str(self.info.metavar)
         elif isinstance(self.info, ArgumentInfo):
             word = self._parameter.name.upper()
-        elif isinstance(self._type, type) and issubclass(self._type, Enum):
-            word = "|".join(str(member.value) for member in self._type)
+        elif typing.get_origin(self._type) is typing.Literal:
+            word = "|".join(typing.get_args(self._type))
         else:
             word = TYPES.get(self._type, "")
         optional = isinstance(self.info, ArgumentInfo) and self._parameter.default is None
@@ -113,7 +112,7 @@ class _Row:
             return "required"
         if default is None or default is False:
             return ""
-        return _code(str(getattr(default, "value", "on" if default is True else default)))
+        return _code("on" if default is True else str(default))
 
 
 def _bare(annotation: Any) -> Any:

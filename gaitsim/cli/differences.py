@@ -1,13 +1,12 @@
 """`gaitsim differences`."""
 
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitsim.cli.plot import Theme
+from gaitsim.choices import Axis, Quantity, Theme
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
@@ -17,35 +16,16 @@ ROWS = 14  # of the curves in the terminal
 WIDEST = 100  # columns of them
 
 
-class Quantity(StrEnum):
-    """What is shown of each generation."""
-
-    best = "best"
-    mean = "mean"
-    median = "median"
-    diversity = "diversity"
-
-
-class By(StrEnum):
-    """What it is shown over."""
-
-    generation = "generation"
-    evaluations = "evaluations"
-    seconds = "seconds"
-
-
 def differences(
     runs: Annotated[
         list[str], typer.Argument(help="Runs under runs/, or their folders.", metavar="RUN")
     ],
-    quantity: Annotated[
-        Quantity, typer.Option(help="What is shown of each generation.")
-    ] = Quantity.best,
-    by: Annotated[By, typer.Option(help="What it is shown over.")] = By.generation,
+    quantity: Annotated[Quantity, typer.Option(help="What is shown of each generation.")] = "best",
+    by: Annotated[Axis, typer.Option(help="What it is shown over.")] = "generation",
     plot: Annotated[
         Path | None, typer.Option(help="PNG, SVG or PDF of the curves over each other.")
     ] = None,
-    theme: Annotated[Theme, typer.Option(help="Colours of the plot.")] = Theme.light,
+    theme: Annotated[Theme, typer.Option(help="Colours of the plot.")] = "light",
     json: Json = False,
 ) -> None:
     """Show runs over each other: their curves, what became of them, which options differ.

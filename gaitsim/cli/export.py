@@ -1,26 +1,19 @@
 """`gaitsim export`."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import typer
+
+from gaitsim.choices import GaitFormat
 
 if TYPE_CHECKING:
     from gaitsim.gait.files.servo import ServoRange
     from gaitsim.gait.files.writer import Gait
 
 
-class Format(StrEnum):
-    """The formats of a gait file."""
-
-    mat = "mat"
-    csv = "csv"
-    npz = "npz"
-    servo = "servo"
-
-
-_ENDINGS = {f".{known}": known for known in (Format.mat, Format.csv, Format.npz)}
+Format = Literal[GaitFormat, "servo"]
+_ENDINGS: dict[str, GaitFormat] = {f".{known}": known for known in get_args(GaitFormat)}
 _SERVO = "Servo table"  # where --help shows the options
 
 
@@ -102,20 +95,20 @@ def export(
         "--clip": clip or None,
     }
     idle = [name for name, value in servo.items() if value is not None]
-    if idle and chosen is not Format.servo:
+    if idle and chosen != "servo":
         raise GaitsimError(
             f"a {chosen} file takes no {' and no '.join(idle)}",
             where="--format",
             allowed="servo, with these options",
         )
-    servos = _servos(centre or 0.0, low, high) if chosen is Format.servo else None
+    servos = _servos(centre or 0.0, low, high) if chosen == "servo" else None
     gait = gait_of(opened, generation)
-    ends = "servo.csv" if servos else chosen.value
+    ends = "servo.csv" if servos else chosen
     path = out or opened.exports() / f"gait-generation-{gait.generation}.{ends}"
     if servos:
         _export_servo(gait, servos, keyframe_ms, clip, path)
         return
-    write_gait(gait, path, chosen.value)
+    write_gait(gait, path, chosen)
     frames, joints = gait.angles.shape
     print(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
 
@@ -125,7 +118,7 @@ def _format(format: Format | None, out: Path | None) -> Format:
     from gaitsim.errors import GaitsimError
 
     if out is None:
-        return format or Format.mat
+        return format or "mat"
     says = _ENDINGS.get(out.suffix.lower())
     if format is None and says is None:
         raise GaitsimError(
@@ -134,12 +127,12 @@ def _format(format: Format | None, out: Path | None) -> Format:
             allowed=", ".join(_ENDINGS),
             remedy="give it such an ending, or say which with --format",
         )
-    if format and says and says is not (Format.csv if format is Format.servo else format):
+    if format and says and says != ("csv" if format == "servo" else format):
         raise GaitsimError(
             f"{out} ends with {out.suffix.lower()}, but --format says {format}",
             remedy="leave one of the two out",
         )
-    return format or says or Format.mat
+    return format or says or "mat"
 
 
 def _servos(centre: float, low: float | None, high: float | None) -> "ServoRange":

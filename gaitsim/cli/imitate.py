@@ -2,48 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPreset
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
     from gaitsim.imitation.imitating import Result, Teacher
     from gaitsim.imitation.learning import Settings
-
-
-class Preset(StrEnum):
-    """Ready settings of the training."""
-
-    source = "source"
-    steady = "steady"
-
-
-class Activation(StrEnum):
-    """Activations of the hidden layer."""
-
-    leaky_relu = "leaky-relu"
-    relu = "relu"
-    tanh = "tanh"
-    sigmoid = "sigmoid"
-
-
-class Output(StrEnum):
-    """Activations of the outputs."""
-
-    linear = "linear"
-    same = "same"
-
-
-class Format(StrEnum):
-    """The formats of a gait file."""
-
-    mat = "mat"
-    csv = "csv"
-    npz = "npz"
 
 
 def imitate(
@@ -52,18 +21,18 @@ def imitate(
         int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
     ] = None,
     settings: Annotated[
-        Preset,
+        TrainingPreset,
         typer.Option(
             help="source: radians, a fixed rate. steady: noise on the inputs and a falling rate, "
             "for a gait that lasts."
         ),
-    ] = Preset.source,
+    ] = "source",
     activation: Annotated[
         Activation | None,
         typer.Option(help="Of the hidden layer. Default: leaky-relu."),
     ] = None,
     output: Annotated[
-        Output | None,
+        OutputActivation | None,
         typer.Option(help="Activation of the outputs: none, or the hidden layer's."),
     ] = None,
     hidden: Annotated[
@@ -81,7 +50,7 @@ def imitate(
         bool,
         typer.Option("--compare-activations", help="Train with all four, and plot their errors."),
     ] = False,
-    format: Annotated[Format, typer.Option(help="Of the imitator's gait file.")] = Format.mat,
+    format: Annotated[GaitFormat, typer.Option(help="Of the imitator's gait file.")] = "mat",
     out: Annotated[
         Path | None, typer.Option(help="Folder to write to. Default: the run's exports folder.")
     ] = None,
@@ -115,8 +84,8 @@ def imitate(
     if out is not None:
         check_folder(out / "imitator.npz")
     given: Mapping[str, Any] = {
-        "activation": activation and activation.value,
-        "output": output and output.value,
+        "activation": activation,
+        "output": output,
         "hidden": hidden,
         "epochs": epochs,
         "learning_rate": learning_rate,
@@ -137,7 +106,7 @@ def imitate(
     if json:
         print_json(plain(teacher, results, files))
     else:
-        print_results(teacher, results, files, preset=settings.value)
+        print_results(teacher, results, files, preset=settings)
 
 
 def _train(teacher: "Teacher", every: "list[Settings]", quiet: bool) -> "list[Result] | None":

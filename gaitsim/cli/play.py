@@ -1,9 +1,10 @@
 """`gaitsim play`."""
 
-from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from gaitsim.choices import TerminalView
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -17,21 +18,12 @@ SPEEDS = 0.01, 100.0
 SIZE = 80, 24  # columns and rows of a still where the output is no terminal
 
 
-class View(StrEnum):
-    """From where the camera looks."""
-
-    iso = "iso"
-    side = "side"
-    top = "top"
-    front = "front"
-
-
 def play(
     run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
     generation: Annotated[
         int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
     ] = None,
-    view: Annotated[View, typer.Option(help="From where the camera looks.")] = View.iso,
+    view: Annotated[TerminalView, typer.Option(help="From where the camera looks.")] = "iso",
     speed: Annotated[float, typer.Option(help="Times real time.")] = 1.0,
     whole: Annotated[
         bool, typer.Option("--whole", help="Show the whole way, and do not go with the body.")

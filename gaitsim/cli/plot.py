@@ -3,42 +3,17 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import typer
+
+from gaitsim.choices import PlotFormat, PlotKind, Theme
 
 if TYPE_CHECKING:
     from gaitsim.render.plots.request import Request
 
-
-class Kind(StrEnum):
-    """What can be plotted."""
-
-    fitness = "fitness"
-    terms = "terms"
-    path = "path"
-    channel = "channel"
-    footfall = "footfall"
-    joints = "joints"
-    stability = "stability"
-    all = "all"
-
-
-class Format(StrEnum):
-    """The formats of a plot."""
-
-    png = "png"
-    svg = "svg"
-    pdf = "pdf"
-
-
-class Theme(StrEnum):
-    """The colours of a plot."""
-
-    light = "light"
-    dark = "dark"
+Kind = Literal[PlotKind, "all"]
 
 
 def plot(
@@ -50,7 +25,7 @@ def plot(
             help="fitness, terms, path, channel, footfall, joints, stability, or all of these "
             "that the body has.",
         ),
-    ] = Kind.fitness,
+    ] = "fitness",
     generation: Annotated[
         int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
     ] = None,
@@ -76,8 +51,10 @@ def plot(
         str | None,
         typer.Option(metavar="S:S", help="Part of the motion in seconds, as 2:5."),
     ] = None,
-    theme: Annotated[Theme, typer.Option(help="Colours.")] = Theme.light,
-    format: Annotated[Format | None, typer.Option(help="Default: as --out ends, or png.")] = None,
+    theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
+    format: Annotated[
+        PlotFormat | None, typer.Option(help="Default: as --out ends, or png.")
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -121,18 +98,18 @@ def plot(
         window=_seconds(window),
         theme=THEMES[theme],
     )
-    if kind is Kind.all:
-        _plot_all(request, numbers, out, format or Format.png)
+    if kind == "all":
+        _plot_all(request, numbers, out, format or "png")
     else:
         _plot(kind, request, numbers, out, format)
 
 
 def _plot(
-    kind: Kind,
+    kind: PlotKind,
     request: "Request",
     numbers: Sequence[int],
     out: Path | None,
-    format: Format | None,
+    format: PlotFormat | None,
 ) -> None:
     from gaitsim.render.plots import check_target, save
     from gaitsim.render.plots.kinds import KINDS, draw, file_stem
@@ -143,12 +120,14 @@ def _plot(
     if KINDS[kind].moves:
         request = _with_replays(request, numbers)
     figure = draw(kind, request)
-    path = out or request.run.exports() / f"{file_stem(kind, request)}.{format or Format.png}"
+    path = out or request.run.exports() / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
     print(path)
 
 
-def _plot_all(request: "Request", numbers: Sequence[int], out: Path | None, format: Format) -> None:
+def _plot_all(
+    request: "Request", numbers: Sequence[int], out: Path | None, format: PlotFormat
+) -> None:
     """Every kind that the body has; what is left out, and why, is said."""
     from gaitsim.cli.console import notice
     from gaitsim.errors import GaitsimError
@@ -190,10 +169,10 @@ def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     moves = {"--generation", "--window"}
     of_channels = {*moves, "--generations", "--channel", "--component"}
     looked_at = {
-        Kind.fitness: set[str](),
-        Kind.terms: set[str](),
-        Kind.channel: of_channels,
-        Kind.all: of_channels - {"--generations"},
+        "fitness": set[str](),
+        "terms": set[str](),
+        "channel": of_channels,
+        "all": of_channels - {"--generations"},
     }.get(kind, moves)
     idle = [name for name, value in given.items() if value and name not in looked_at]
     if idle:
@@ -204,12 +183,12 @@ def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
         )
 
 
-def _check_format(out: Path, format: Format | None) -> None:
+def _check_format(out: Path, format: PlotFormat | None) -> None:
     """Refuse a file whose name says another format."""
     from gaitsim.errors import GaitsimError
 
     ending = out.suffix[1:].lower()
-    if format is not None and ending in Format.__members__ and ending != format:
+    if format is not None and ending in get_args(PlotFormat) and ending != format:
         raise GaitsimError(
             f"{out} ends with .{ending}, but --format says {format}",
             remedy="leave one of the two out",

@@ -1,42 +1,20 @@
 """`gaitsim video`."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitsim.choices import Theme, VideoFormat, VideoView
+
 if TYPE_CHECKING:
     from gaitsim.render.video import Video
-
-
-class Format(StrEnum):
-    """The formats of a video."""
-
-    mp4 = "mp4"
-    gif = "gif"
-
-
-class View(StrEnum):
-    """From where the camera looks."""
-
-    iso = "iso"
-    side = "side"
-    top = "top"
-    orbit = "orbit"
-
-
-class Theme(StrEnum):
-    """The colours of a video."""
-
-    light = "light"
-    dark = "dark"
 
 
 def video(
     run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
     format: Annotated[
-        Format | None,
+        VideoFormat | None,
         typer.Option(help="MP4 (H.264) or GIF. Default: as --out ends, or mp4."),
     ] = None,
     out: Annotated[
@@ -49,8 +27,8 @@ def video(
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several generations, side by side."),
     ] = None,
-    view: Annotated[View, typer.Option(help="From where the camera looks.")] = View.iso,
-    theme: Annotated[Theme, typer.Option(help="Colours.")] = Theme.light,
+    view: Annotated[VideoView, typer.Option(help="From where the camera looks.")] = "iso",
+    theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
     size: Annotated[
         str | None,
         typer.Option(metavar="WxH", help="Pixels. Default: 1280x720, or 640x360 for a GIF."),
@@ -82,7 +60,7 @@ def video(
     from gaitsim.runs.reader import Run
 
     chosen = _format(format, out)
-    look = Look(chosen, _size(size), fps, speed, view.value, theme.value, intro)
+    look = Look(chosen, _size(size), fps, speed, view, theme, intro)
     wanted = asked_generations(generation, generations)
     if out is not None:
         check_folder(out)
@@ -129,18 +107,19 @@ def _write(video: "Video", path: Path) -> None:
         video.write(path, lambda: bar.advance(task))
 
 
-def _format(format: Format | None, out: Path | None) -> str:
+def _format(format: VideoFormat | None, out: Path | None) -> str:
     """The format asked for, or the one that the file's name ends with."""
     from gaitsim.errors import GaitsimError
+    from gaitsim.render.video import FORMATS
 
     if format is not None or out is None:
-        return (format or Format.mp4).value
+        return format or "mp4"
     ending = out.suffix[1:].lower()
-    if ending not in Format.__members__:
+    if ending not in FORMATS:
         raise GaitsimError(
             f"{out} does not end with a format of videos",
             where="--out",
-            allowed=", ".join(f".{known}" for known in Format),
+            allowed=", ".join(f".{known}" for known in FORMATS),
             remedy="give it such an ending, or say which with --format",
         )
     return ending

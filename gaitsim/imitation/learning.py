@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.choices import Activation
 from gaitsim.errors import GaitsimError
 from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import Network
 
-ACTIVATIONS = ("leaky-relu", "relu", "tanh", "sigmoid")
+ACTIVATIONS = get_args(Activation)
 CHUNK = 20  # epochs between two words on the progress: some hundredths of a second
 _WEIGHTS, _ORDER, _NOISE = range(3)  # purposes of randomness
 

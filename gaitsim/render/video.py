@@ -4,9 +4,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
+from gaitsim.choices import VideoFormat
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.render.encoder import encode
@@ -15,7 +17,7 @@ from gaitsim.render.scene import THEMES, VIEWS, Picture, Scene, Take
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import Replay, replay
 
-FORMATS = ("mp4", "gif")
+FORMATS = get_args(VideoFormat)
 FPS = {"mp4": 30.0, "gif": 25.0}
 SIZES = {"mp4": (1280, 720), "gif": (640, 360)}
 FASTEST = {"mp4": 120.0, "gif": 50.0}  # browsers slow a GIF down that is faster

@@ -3,16 +3,18 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.choices import Axis, Quantity
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.reader import Run
 from gaitsim.study.differences import Difference, Stages, differences
 
-QUANTITIES = ("best", "mean", "median", "diversity")
-BY = ("generation", "evaluations", "seconds")
+QUANTITIES = get_args(Quantity)
+BY = get_args(Axis)
 Values = NDArray[np.float64]
 
 

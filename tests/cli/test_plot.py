@@ -2,19 +2,10 @@
 
 import pytest
 
-from gaitsim.cli.plot import Kind, Theme
-from gaitsim.render.plots import THEMES
-from gaitsim.render.plots.kinds import KINDS
-
 
 @pytest.fixture
 def finished(gaitsim, puppet_file):
     gaitsim("run", puppet_file)
-
-
-def test_the_command_knows_every_kind_and_theme():
-    assert [*Kind] == [*KINDS, "all"]
-    assert [*Theme] == [*THEMES]
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
+from gaitsim.choices import PlotFormat
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.runs.files.atomic import write_bytes
@@ -15,7 +16,7 @@ from gaitsim.runs.files.atomic import write_bytes
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FORMATS = ("png", "svg", "pdf")
+FORMATS = get_args(PlotFormat)
 WIDTH = 3.4  # inches: a column of a journal, 86 mm
 RESOLUTION = 300  # dots an inch of a PNG
 _UNDATED: dict[str, dict[str, Any]] = {

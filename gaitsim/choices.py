@@ -1,0 +1,22 @@
+"""The values that options choose among: of commands, dialogs and Python functions.
+
+Importing this module costs nothing, so that `--help` can list them.
+"""
+
+from typing import Literal
+
+GaitFormat = Literal["mat", "csv", "npz"]
+PlotFormat = Literal["png", "svg", "pdf"]
+VideoFormat = Literal["mp4", "gif"]
+
+PlotKind = Literal["fitness", "terms", "path", "channel", "footfall", "joints", "stability"]
+Theme = Literal["light", "dark"]
+VideoView = Literal["iso", "side", "top", "orbit"]
+TerminalView = Literal["iso", "side", "top", "front"]
+
+Quantity = Literal["best", "mean", "median", "diversity"]
+Axis = Literal["generation", "evaluations", "seconds"]
+
+Activation = Literal["leaky-relu", "relu", "tanh", "sigmoid"]
+OutputActivation = Literal["linear", "same"]
+TrainingPreset = Literal["source", "steady"]

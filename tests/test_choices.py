@@ -1,0 +1,32 @@
+"""What options can choose is what there is."""
+
+from typing import get_args
+
+import pytest
+
+from gaitsim import choices, network
+from gaitsim.imitation import learning
+from gaitsim.render import plots, scene, video
+from gaitsim.render.plots.kinds import KINDS
+from gaitsim.render.terminal.view import NAMED
+
+
+@pytest.mark.parametrize(
+    ("chosen", "there"),
+    [
+        (choices.PlotKind, KINDS),
+        (choices.Theme, plots.THEMES),
+        (choices.Theme, scene.THEMES),
+        (choices.VideoView, scene.VIEWS),
+        (choices.TerminalView, NAMED),
+        (choices.VideoFormat, video.FPS),
+        (choices.VideoFormat, video.SIZES),
+        (choices.TrainingPreset, learning.SETTINGS),
+    ],
+)
+def test_every_choice_exists_and_nothing_is_left_out(chosen, there):
+    assert get_args(chosen) == tuple(there)
+
+
+def test_an_imitator_learns_activations_that_networks_have():
+    assert set(get_args(choices.Activation)) <= set(network.ACTIVATIONS)
