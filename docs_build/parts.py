@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from pydantic import BaseModel
 
+from gaitsim.contracts import Organism
 from gaitsim.experiment import Evolution
 from gaitsim.registry import KINDS, entries, load_class, options
 
@@ -36,7 +37,16 @@ def page() -> str:
                 needs = ", ".join(f"`{channel}`" for channel in getattr(plugin, "needs", ()))
                 parts += [f"Reads the channels {needs}.", ""]
             parts += _table(plugin)
+            if issubclass(plugin, Organism):
+                parts += _channels(plugin)
     return "\n".join(parts) + "\n"
+
+
+def _channels(body: type[Organism]) -> Iterator[str]:
+    yield "| channel | what it is | axes | unit |\n| --- | --- | --- | --- |"
+    for name, channel in body.channels.items():
+        yield f"| `{name}` | {channel.help} | {channel.shape} | {channel.units} |"
+    yield ""
 
 
 def _table(model: type[BaseModel]) -> Iterator[str]:

@@ -28,15 +28,15 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from gaitsim.contracts import (
-    BitSpace, Crossover, Fitness, Motion, Mutation, Organism, RealSpace, Selection, Skeleton,
-    option,
+    BitSpace, Channel, Crossover, Fitness, Motion, Mutation, Organism, RealSpace, Selection,
+    Skeleton, option,
 )
 
 
 class Body(Organism):
     """A point that goes as far as its genes add up to."""
 
-    channels: ClassVar = {"distance": "(population,) m"}
+    channels: ClassVar = {"distance": Channel((), "m", "how far it goes")}
 
     def genome_space(self):
         return RealSpace(np.full(3, -1.0), np.full(3, 1.0), ("a", "b", "c"))

@@ -1,7 +1,7 @@
 """What a plugin is: all that a plugin package imports, beside `gaitsim.errors`."""
 
 from gaitsim.contracts.fitness import Fitness
-from gaitsim.contracts.motion import Array, Measure, Motion, Skeleton
+from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.operators import Crossover, Mutation, Selection
 from gaitsim.contracts.organism import Organism
 from gaitsim.contracts.plugin import Plugin, option
@@ -10,6 +10,7 @@ from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 __all__ = [
     "Array",
     "BitSpace",
+    "Channel",
     "Crossover",
     "Fitness",
     "GenomeSpace",

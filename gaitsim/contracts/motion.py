@@ -1,4 +1,4 @@
-"""What a body did: named channels over time, measures of it, and a skeleton to draw."""
+"""What a body did: declared channels over time, measures of it, and a skeleton to draw."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -8,6 +8,78 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A declared channel of a motion.
+
+    `Channel(("frames", "feet", ("x", "y", "z")), "m", "in the world")` declares an array of shape
+    (population, frames, feet, 3). Some names of axes have a meaning: `frames` is time, `joints`
+    has an entry for each of the body's `joint_names()`, `feet` one for each of its skeleton's
+    `contact_names`, `trials` one for each start of the same individual.
+
+    Args:
+        axes: the axes after the population: the name of an axis whose length depends on the body
+            and its options, or a tuple that names the entries of a fixed axis.
+        unit: the unit as printed, `''` for a pure number or a truth value; a tuple with a unit for
+            each entry of the last axis where they differ.
+        help: what it is, one phrase.
+
+    Raises:
+        ValueError: `frames` is not the first axis, or the units do not fit the last axis.
+    """
+
+    axes: tuple[str | tuple[str, ...], ...]
+    unit: str | tuple[str, ...]
+    help: str
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.axes, tuple) or "frames" in self.axes[1:]:
+            raise ValueError(
+                f"Channel.axes is {self.axes!r}, expected a tuple, 'frames' only as its first entry"
+            )
+        if isinstance(self.unit, tuple):
+            last = self.axes[-1] if self.axes else ()
+            if isinstance(last, str) or len(last) != len(self.unit):
+                raise ValueError(
+                    f"Channel.unit is {self.unit!r}, expected a text, or one for each entry of a "
+                    f"last axis of named entries; that axis is {last!r}"
+                )
+
+    @property
+    def over_time(self) -> bool:
+        """Whether its first axis after the population is time."""
+        return self.axes[:1] == ("frames",)
+
+    def unit_of(self, entry: int) -> str:
+        """The unit of an entry of the last axis."""
+        return self.unit if isinstance(self.unit, str) else self.unit[entry]
+
+    def fits(self, shape: tuple[int, ...]) -> bool:
+        """Whether an array of this shape, (population, …), has the declared axes."""
+        return len(shape) == len(self.axes) + 1 and all(
+            isinstance(axis, str) or len(axis) == length
+            for axis, length in zip(self.axes, shape[1:], strict=True)
+        )
+
+    @property
+    def shape(self) -> str:
+        """Its shape in words, such as '(population, frames, [x, y, yaw])'."""
+        names = ("population", *map(_joined, self.axes))
+        return f"({', '.join(names)})" if self.axes else "(population,)"
+
+    @property
+    def units(self) -> str:
+        """Its unit in words, such as '[m, m, rad]'."""
+        return _joined(self.unit)
+
+    def __str__(self) -> str:
+        return f"{self.shape} {self.units}".rstrip() + f": {self.help}"
+
+
+def _joined(names: str | tuple[str, ...]) -> str:
+    return names if isinstance(names, str) else f"[{', '.join(names)}]"
 
 
 class Motion(Mapping[str, Array]):

@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
-from gaitsim.contracts.motion import Array, Measure, Motion, Skeleton
+from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.space import Genomes, GenomeSpace
 from gaitsim.errors import GaitsimError
@@ -14,9 +14,9 @@ class Organism(Plugin):
     """A body and the encoding that turns a genome into movement.
 
     Attributes:
-        channels: what each channel of its motion holds, with shape and unit. By
-            convention a channel `joint_angles`, (population, frames, joints) in
-            radians, is what a robot can play, with `joint_names` beside it.
+        channels: the channels of its motion by name. By convention the channel `joint_angles`,
+            `Channel(("frames", "joints"), "rad", …)`, is what a robot can play, with `joint_names`
+            beside it.
         threads: whether moving and judging release the interpreter's lock for most of
             their time, as compiled kernels can, so that threads share the work. A body
             written in Python leaves it False and is shared among processes.
@@ -24,7 +24,7 @@ class Organism(Plugin):
             without inertia would do only by an exploit, such as a leap, is then earned.
     """
 
-    channels: ClassVar[Mapping[str, str]]
+    channels: ClassVar[Mapping[str, Channel]]
     threads: ClassVar[bool] = False
     dynamic: ClassVar[bool] = False
 

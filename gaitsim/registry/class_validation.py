@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from gaitsim.contracts import GenomeSpace, Plugin
+from gaitsim.contracts import Channel, GenomeSpace, Plugin
 
 PLUGIN = "plugin"
 """The key of an experiment's section that names the plugin; no option can have that name."""
@@ -14,8 +14,16 @@ def problems(kind: str, plugin: type[Plugin]) -> list[str]:
     found = []
     if kind == "organism":
         channels = getattr(plugin, "channels", None)
-        if not (isinstance(channels, Mapping) and _texts(channels.keys())):
-            found.append("channels must be a dict of a text for each channel's name")
+        if not (
+            isinstance(channels, Mapping)
+            and _texts(channels.keys())
+            and all(isinstance(channel, Channel) for channel in channels.values())
+        ):
+            found.append("channels must be a dict with a Channel for each channel's name")
+        elif (angles := channels.get("joint_angles")) and (
+            angles.axes != ("frames", "joints") or angles.unit != "rad"
+        ):
+            found.append("joint_angles must be Channel(('frames', 'joints'), 'rad', …)")
     if kind == "fitness" and not _texts(getattr(plugin, "needs", None)):
         found.append("needs must be a tuple of the names of channels")
     if kind in ("crossover", "mutation"):

@@ -12,7 +12,7 @@ from gaitsim.choices import VideoFormat
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.render.encoder import encode
-from gaitsim.render.plots.channels import trials_of
+from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.scene import THEMES, VIEWS, Picture, Scene, Take
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import Replay, replay
@@ -266,7 +266,7 @@ def _take(shown: Replay, speed: float, alone: bool) -> Take:
     name, generation = shown.run.path.resolve().name, f"generation {shown.generation}"
     score = f"score {shown.score:.4g}".replace("-", "−")
     title, *details = (name, generation, score) if alone else (generation, score, name)
-    if (trials := trials_of(shown)) > 1:
+    if (trials := count_trials(shown)) > 1:
         details.append(f"first of {trials} trials")
     if speed != 1:
         details.append(f"{speed:g} × speed")

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from gaitsim.contracts import (
     Array,
+    Channel,
     Genomes,
     Measure,
     Motion,
@@ -23,6 +24,10 @@ from gaitsim_fly import body
 from gaitsim_fly.starts import starts
 
 Layer = Annotated[int, Field(ge=1, le=256)]
+
+STARTS = ("frames", "trials")
+XYZ = ("x", "y", "z")
+WINGS = ("left flap", "left pitch", "left sweep", "right flap", "right pitch", "right sweep")
 
 
 class Fly(Organism):
@@ -94,13 +99,13 @@ class Fly(Organism):
 
     threads: ClassVar[bool] = True
     dynamic: ClassVar[bool] = True
-    channels: ClassVar[Mapping[str, str]] = {
-        "position": "(population, frames, trials, 3) m, of the centre of mass; z is up",
-        "altitude": "(population, frames, trials) m, z of the position",
-        "rotation": "(population, frames, trials, 4) unit quaternion w, x, y, z of the body",
-        "velocity": "(population, frames, trials, 3) m/s, in the world",
-        "angular_velocity": "(population, frames, trials, 3) rad/s, in the world",
-        "wing_angles": "(population, frames, trials, 6) rad, flap, pitch, sweep; left, then right",
+    channels: ClassVar[Mapping[str, Channel]] = {
+        "position": Channel((*STARTS, XYZ), "m", "centre of mass; z is up"),
+        "altitude": Channel(STARTS, "m", "z of the position"),
+        "rotation": Channel((*STARTS, ("w", "x", "y", "z")), "", "unit quaternion of the body"),
+        "velocity": Channel((*STARTS, XYZ), "m/s", "in the world"),
+        "angular_velocity": Channel((*STARTS, XYZ), "rad/s", "in the world"),
+        "wing_angles": Channel((*STARTS, WINGS), "rad", "angles of the wings"),
     }
 
     @model_validator(mode="after")

@@ -11,6 +11,7 @@ from pydantic import model_validator
 from gaitsim.contracts import (
     Array,
     BitSpace,
+    Channel,
     Genomes,
     GenomeSpace,
     Measure,
@@ -24,6 +25,7 @@ from gaitsim_millipede.codec import CODECS, LIMIT, Codec
 from gaitsim_millipede.travel import clockwise, forward
 
 _SIN_LIMIT = math.sin(math.radians(LIMIT))
+SIDES = ("left", "right")
 
 
 class Millipede(Organism):
@@ -53,13 +55,15 @@ class Millipede(Organism):
 
     # A population of 79 takes less time to move than to hand to a thread.
     threads: ClassVar[bool] = False
-    channels: ClassVar[Mapping[str, str]] = {
-        "side_reach": "(population, 2) motion of left and right side in a cycle; 1 is the furthest",
-        "sides": "(population, 2) m, motion of left and right side in a cycle",
-        "leg_angles": "(population, legs) rad at full reach, positive forward, left legs first",
-        "joint_angles": "(population, 300, 2 × legs) rad, swing and lift of each leg",
-        "pose": "(population, 300, 3) x and y in m, yaw in rad, of the body in the world",
-        "stance": "(population, 300, legs) bool, feet on the ground until the next frame",
+    channels: ClassVar[Mapping[str, Channel]] = {
+        "side_reach": Channel((SIDES,), "", "motion of a side in a cycle; 1 is the furthest"),
+        "sides": Channel((SIDES,), "m", "motion of a side in a cycle"),
+        "leg_angles": Channel(("feet",), "rad", "at full reach, positive forward"),
+        "joint_angles": Channel(("frames", "joints"), "rad", "swing and lift of each leg"),
+        "pose": Channel(
+            ("frames", ("x", "y", "yaw")), ("m", "m", "rad"), "of the body in the world"
+        ),
+        "stance": Channel(("frames", "feet"), "", "whether the foot stays until the next frame"),
     }
 
     @model_validator(mode="after")

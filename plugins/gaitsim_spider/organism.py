@@ -8,6 +8,7 @@ from pydantic import model_validator
 
 from gaitsim.contracts import (
     Array,
+    Channel,
     Genomes,
     GenomeSpace,
     Measure,
@@ -20,6 +21,8 @@ from gaitsim.encoding import limit_steps
 from gaitsim_spider import body
 from gaitsim_spider.encodings import ENCODINGS, Angles
 from gaitsim_spider.layout import time_last, time_second
+
+XYZ = ("x", "y", "z")
 
 
 class Spider(Organism):
@@ -41,15 +44,17 @@ class Spider(Organism):
     )
 
     threads: ClassVar[bool] = True
-    channels: ClassVar[Mapping[str, str]] = {
-        "joint_angles": "(population, 300, 24) rad from the pose at rest, coxa, femur, tibia a leg",
-        "feet": "(population, 300, 8, 3) m, feet in the body's frame",
-        "centre_of_mass": "(population, 300, 3) m, in the body's frame",
-        "pose": "(population, 300, 3) x and y in m, yaw in rad, of the body in the world",
-        "stance": "(population, 300, 8) bool, feet on the ground until the next frame",
-        "slip": "(population, 300) m, mean slide of the stance feet until the next frame",
-        "margin": "(population, 300) m, static stability margin, negative when unsupported",
-        "slope": "(population, 300) rad, tilt of the plane on which the feet rest",
+    channels: ClassVar[Mapping[str, Channel]] = {
+        "joint_angles": Channel(("frames", "joints"), "rad", "from the pose at rest"),
+        "feet": Channel(("frames", "feet", XYZ), "m", "feet in the body's frame"),
+        "centre_of_mass": Channel(("frames", XYZ), "m", "in the body's frame"),
+        "pose": Channel(
+            ("frames", ("x", "y", "yaw")), ("m", "m", "rad"), "of the body in the world"
+        ),
+        "stance": Channel(("frames", "feet"), "", "whether the foot stays until the next frame"),
+        "slip": Channel(("frames",), "m", "mean slide of the stance feet until the next frame"),
+        "margin": Channel(("frames",), "m", "static stability margin, negative when unsupported"),
+        "slope": Channel(("frames",), "rad", "tilt of the plane on which the feet rest"),
     }
 
     @model_validator(mode="after")

@@ -9,6 +9,7 @@ from pydantic import model_validator
 
 from gaitsim.contracts import (
     Array,
+    Channel,
     Genomes,
     Measure,
     Motion,
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from gaitsim_walker.rollout import Rollout
 
 REACH = 5.0  # m/s; ground is laid for walkers as fast as that
+XYZ = ("x", "y", "z")
 
 
 class Walker(Organism):
@@ -71,22 +73,28 @@ class Walker(Organism):
     ground_seed: int = option(0, "seed of the bumps, the same ground for everyone", ge=0)
 
     dynamic: ClassVar[bool] = True
-    channels: ClassVar[Mapping[str, str]] = {
-        "joint_angles": "(population, frames, joints) rad, what the servos are told; hip and knee "
-        "a leg, from the stance at rest",
-        "joint_positions": "(population, frames, joints) rad, where the joints really are",
-        "torque": "(population, frames, joints) N m, size of its mean since the frame before",
-        "torso": "(population, frames, 3) m, middle of the torso; y is 0, z is up",
-        "torso_velocity": "(population, frames, 3) m/s, of the middle of the torso",
-        "pitch": "(population, frames) rad, of the torso, nose up",
-        "height": "(population, frames) m, middle of the torso above the ground under it",
-        "foot_positions": "(population, frames, legs, 3) m, middles of round ends, in the world",
-        "stance": "(population, frames, legs) bool, feet on the ground",
-        "load": "(population, frames, legs, 2) N, x and z of the force of the ground on each foot",
-        "slip": "(population, frames) m, mean slide of the stance feet since the frame before",
-        "energy": "(population, frames) J, work of the servos since the start, braking counted "
-        "as spent",
-        "lasted": "(population,) s, before the fall, or the whole rollout",
+    channels: ClassVar[Mapping[str, Channel]] = {
+        "joint_angles": Channel(
+            ("frames", "joints"), "rad", "commanded to the servos, from the stance at rest"
+        ),
+        "joint_positions": Channel(("frames", "joints"), "rad", "where the joints really are"),
+        "torque": Channel(
+            ("frames", "joints"), "N m", "magnitude of its mean since the frame before"
+        ),
+        "torso": Channel(("frames", XYZ), "m", "middle of the torso; y is 0, z is up"),
+        "torso_velocity": Channel(("frames", XYZ), "m/s", "of the middle of the torso"),
+        "pitch": Channel(("frames",), "rad", "of the torso, nose up"),
+        "height": Channel(("frames",), "m", "middle of the torso above the ground under it"),
+        "foot_positions": Channel(
+            ("frames", "feet", XYZ), "m", "middles of the round feet, in the world"
+        ),
+        "stance": Channel(("frames", "feet"), "", "whether the foot is on the ground"),
+        "load": Channel(("frames", "feet", ("x", "z")), "N", "force of the ground on each foot"),
+        "slip": Channel(("frames",), "m", "mean slide of the stance feet since the frame before"),
+        "energy": Channel(
+            ("frames",), "J", "work of the servos since the start, braking counted as spent"
+        ),
+        "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
     }
 
     @model_validator(mode="after")

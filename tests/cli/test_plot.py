@@ -80,5 +80,5 @@ def test_a_body_of_one_frame_has_plots_of_its_scores(gaitsim, install, working, 
     )
     done = gaitsim("plot", "flights", "--kind", "all")
     assert done.stdout.split() == ["flights/exports/fitness.png", "flights/exports/terms.png"]
-    assert "no channel that goes over time" in done.stderr
+    assert "has no channel over time" in done.stderr
     assert "only one frame" in done.stderr

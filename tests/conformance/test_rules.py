@@ -14,7 +14,7 @@ NAMES = {
 }
 HEAD = '''
 import random, threading
-from gaitsim.contracts import Measure
+from gaitsim.contracts import Channel, Measure
 calls = []
 class X({base}):
     """A plugin."""
@@ -57,7 +57,7 @@ PARENTS = "def parents(self, scores, pairs, rng):\n    %s"
 PAIRS = "np.zeros((pairs, 2), np.intp)"
 
 JOINTS = """
-channels: ClassVar = {"joint_angles": "rad", "distance": "m"}
+channels: ClassVar = {"joint_angles": Channel(("frames", "joints"), "rad", ""), **Body.channels}
 def joint_names(self):
     return ("a", "b", "c")
 def move(self, genomes):
@@ -93,13 +93,28 @@ ERRORS = {
     ),
     "a channel missing": (
         "organism",
-        "channels: ClassVar = {'distance': 'm', 'height': 'm'}",
+        "channels: ClassVar = {**Body.channels, 'height': Channel((), 'm', '')}",
         "channels",
         "height missing",
     ),
     "a list": ("organism", MOVES % "list(genomes[:, 0])", "channels", "a list"),
     "complex": ("organism", MOVES % "genomes[:, 0] + 0j", "channels", "complex128"),
     "time first": ("organism", MOVES % "genomes.T", "shapes", "(3, 6)"),
+    "another axis than declared": ("organism", MOVES % "genomes", "shapes", "(6, 3)"),
+    "another length than declared": (
+        "organism",
+        "channels: ClassVar = {'distance': Channel((('x', 'y'),), 'm', '')}\n" + MOVES % "genomes",
+        "shapes",
+        "(6, 3)",
+    ),
+    "two lengths of one axis": (
+        "organism",
+        "channels: ClassVar = dict.fromkeys(['distance', 'rise'], Channel(('frames',), 'm', ''))\n"
+        "def move(self, genomes):\n"
+        "    return Motion(1.0, {'distance': genomes, 'rise': genomes[:, 1:]})",
+        "shapes",
+        "2",
+    ),
     "NaN": ("organism", MOVES % "np.log(np.abs(genomes[:, 0]) - 2)", "finite values", "1 that"),
     "all failed": (
         "organism",
@@ -110,11 +125,11 @@ ERRORS = {
     ),
     "joints without names": (
         "organism",
-        "channels: ClassVar = {'joint_angles': 'rad'}\n"
+        "channels: ClassVar = {'joint_angles': Channel(('frames', 'joints'), 'rad', '')}\n"
         "def move(self, genomes):\n"
         "    return Motion(1.0, {'joint_angles': genomes[:, None], 'distance': genomes[:, 0]})",
-        "joint_angles",
-        "0 names",
+        "shapes",
+        "3",
     ),
     "changed genomes": (
         "organism",
@@ -330,7 +345,7 @@ ADVICE = {
         "def move(self, genomes):\n"
         "    return Motion(1.0, {'distance': genomes[:, 0], 'height': genomes[:, 1]})",
         "channels",
-        "height not told of",
+        "height not declared",
     ),
     "a channel that is not read": (
         "fitness",

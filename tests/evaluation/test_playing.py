@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gaitsim.contracts import Motion
+from gaitsim.contracts import Channel, Motion
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.playing import play, require_play
@@ -53,7 +53,7 @@ def test_a_body_that_cannot_is_told_so(puppet, puppets, monkeypatch):
         require_play(experiment)
     with pytest.raises(GaitsimError, match="body Puppet cannot play"):
         experiment.organism.play(np.zeros((1, 5, 3)))
-    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": "(population,) m"})
+    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
     with pytest.raises(GaitsimError, match="has no joint angles"):
         require_play(experiment)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
+from gaitsim.contracts import Channel
 from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.gait.files.writer import gait_of, write_gait
 from gaitsim.runs.files.folder import create_run
@@ -119,7 +120,7 @@ def test_a_gait_of_a_third_partys_body(puppet_run, tmp_path):
 def test_a_body_without_joint_angles_is_refused(puppet_run, puppets, monkeypatch):
     run = puppet_run()
     assert run.experiment
-    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": "(population,) m"})
+    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
     with pytest.raises(GaitsimError, match=r"organism 'puppet' .* has no joint angles"):
         gait_of(run)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from gaitsim.contracts import Motion
+from gaitsim.contracts import Channel, Motion
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
@@ -136,7 +136,7 @@ def test_a_third_partys_body_with_play(puppet_run, puppets, monkeypatch, gaitsim
 
 def test_a_body_without_joint_angles_is_one_message(puppets, puppet_run, monkeypatch, gaitsim):
     monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
-    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": "(population,) m"})
+    monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
     said = gaitsim("imitate", puppet_run.path, code=2)
     assert "has no joint angles" in said.stderr
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitsim.contracts import (
     BitSpace,
+    Channel,
     Crossover,
     Fitness,
     Measure,
@@ -29,9 +30,9 @@ class Puppet(Organism):
     pause: float = option(0.0, "how long several think before they move", unit="s", ge=0)
 
     threads: ClassVar[bool] = False
-    channels: ClassVar[Mapping[str, str]] = {
-        "joint_angles": "(population, 5, 3) rad",
-        "reach": "(population,) m",
+    channels: ClassVar[Mapping[str, Channel]] = {
+        "joint_angles": Channel(("frames", "joints"), "rad", "angles"),
+        "reach": Channel((), "m", "how far it reaches"),
     }
 
     def genome_space(self):

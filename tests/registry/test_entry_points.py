@@ -153,7 +153,21 @@ def test_what_is_no_plugin_of_the_kind_is_refused(install, working, target, reas
     ("kind", "source", "reason"),
     [
         ("organism", "class X(Body):\n    channels = None", "channels must be"),
-        ("organism", "class X(Body):\n    channels = {1: 'm'}", "channels must be"),
+        (
+            "organism",
+            "class X(Body):\n    channels = {'way': '(population,) m'}",
+            "channels must be",
+        ),
+        (
+            "organism",
+            "class X(Body):\n    channels = {1: Body.channels['distance']}",
+            "channels must",
+        ),
+        (
+            "organism",
+            "class X(Body):\n    channels = {'joint_angles': Channel(('frames',), 'rad', '')}",
+            "joint_angles must be Channel",
+        ),
         ("fitness", "class X(Distance):\n    needs = 'distance'", "needs must be"),
         ("fitness", "class X(Distance):\n    needs = 3", "needs must be"),
         ("crossover", "class X(Solo):\n    children: ClassVar[int] = 3", "children must be 1 or 2"),

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from gaitsim.contracts import Motion, Skeleton
+from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.gait import stability_margin
 from gaitsim.gait.contact import feet_of
 from gaitsim.render.plots import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
-from gaitsim.render.plots.channels import read_channel
+from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.components import lines_of
 from gaitsim.render.plots.footfall import footfall_figure
 from gaitsim.render.plots.joints import joints_figure, legs_of
@@ -26,6 +26,8 @@ from gaitsim.render.plots.scenery import nice
 from gaitsim.render.plots.stability import margin_of, stability_figure
 from gaitsim.render.plots.terms import terms_figure
 from gaitsim.runs.replay import replay
+
+SPACE = ("x", "y", "z")
 
 
 def asked(run, *generations, **more):
@@ -73,10 +75,10 @@ def flier(puppet_run, puppets, monkeypatch):
         puppets.Puppet,
         "channels",
         {
-            "reach": "(population,) m",
-            "place": "(population, frames, trials, 3) m, of the centre",
-            "rotation": "(population, frames, trials, 4) unit quaternion w, x, y, z of the body",
-            "landed": "(population, frames) bool, whether it is down",
+            "reach": Channel((), "m", "how far it reaches"),
+            "place": Channel(("frames", "trials", SPACE), "m", "of the centre"),
+            "rotation": Channel(("frames", "trials", ("w", "x", "y", "z")), "", "unit quaternion"),
+            "landed": Channel(("frames",), "", "whether it is down"),
         },
     )
     return run
@@ -302,23 +304,23 @@ def test_steps_of_a_grid_are_round(least, step):
 
 
 def test_components_have_names(flier, spider_run):
-    place = read_channel(replay(flier), "place")
-    assert (place.unit, place.description) == ("m", "of the centre")
-    assert place.axes == (("trial 0", "trial 1"), ("x", "y", "z"))
-    assert read_channel(replay(flier), "rotation").axes[1] == ("w", "x", "y", "z")
-    feet = read_channel(replay(spider_run), "feet")
-    assert feet.axes[0][:2] == ("L1", "L2")
-    assert read_channel(replay(spider_run), "joint_angles").axes[0][1] == "L1 femur"
-    pose = read_channel(replay(spider_run), "pose")
-    assert pose.axes == (("x", "y", "yaw"),)
-    assert [pose.unit_of(name) for name in pose.axes[0]] == ["m", "m", "rad"]
+    place = read_signal(replay(flier), "place")
+    assert place.channel is flier.experiment.organism.channels["place"]
+    assert place.entries == (("trial 0", "trial 1"), ("x", "y", "z"))
+    assert read_signal(replay(flier), "rotation").entries[1] == ("w", "x", "y", "z")
+    feet = read_signal(replay(spider_run), "feet")
+    assert feet.entries[0][:2] == ("L1", "L2")
+    assert read_signal(replay(spider_run), "joint_angles").entries[0][1] == "L1 femur"
+    pose = read_signal(replay(spider_run), "pose")
+    assert pose.entries == (("x", "y", "yaw"),)
+    assert [line.unit for line in lines_of(pose, ())] == ["m", "m", "rad"]
 
 
-SPACE, TRIALS = ("x", "y", "z"), ("trial 0", "trial 1", "trial 2")
+TRIALS = ("trial 0", "trial 1", "trial 2")
 
 
 @pytest.mark.parametrize(
-    ("preset", "channel", "axes"),
+    ("preset", "channel", "entries"),
     [
         ("fly", "altitude", (TRIALS,)),
         ("fly", "position", (TRIALS, SPACE)),
@@ -330,8 +332,8 @@ SPACE, TRIALS = ("x", "y", "z"), ("trial 0", "trial 1", "trial 2")
         ("millipede", "stance", (("L1", "L2", "L3", "R1", "R2", "R3"),)),
     ],
 )
-def test_an_axis_has_the_names_of_its_word(bundled, preset, channel, axes):
-    assert read_channel(replay(bundled(preset)), channel).axes == axes
+def test_the_entries_of_an_axis_are_named(bundled, preset, channel, entries):
+    assert read_signal(replay(bundled(preset)), channel).entries == entries
 
 
 def test_what_has_directions_has_a_panel_each(bundled):
@@ -340,20 +342,27 @@ def test_what_has_directions_has_a_panel_each(bundled):
     assert {"near", "far"} <= texts(figure)
 
 
-def test_a_unit_of_two_words_is_read_whole(bundled):
-    torque = read_channel(replay(bundled("walker")), "torque")
-    assert torque.unit == "N m"
-    assert torque.description == "size of its mean since the frame before"
+def test_each_panel_of_a_pose_has_its_own_unit(spider_run):
+    figure = draw("channel", asked(spider_run, channel="pose"))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["x (m)", "y (m)", "yaw (rad)"]
+
+
+def test_another_shape_than_declared_names_the_body(flier, puppets, monkeypatch):
+    told = {**puppets.Puppet.channels, "place": Channel(("frames", "trials", ("x", "z")), "m", "")}
+    monkeypatch.setattr(puppets.Puppet, "channels", told)
+    with pytest.raises(PluginError, match="'place'") as error:
+        read_signal(replay(flier), "place")
+    assert error.value.allowed == "(population, frames, trials, [x, z])"
 
 
 def test_as_many_trials_as_feet_are_trials(spider_run, monkeypatch):
     shown = replay(spider_run)
     body = type(shown.experiment.organism)
-    told = {**body.channels, "slope": "(population, frames, trials) rad"}
+    told = {**body.channels, "slope": Channel(("frames", "trials"), "rad", "")}
     monkeypatch.setattr(body, "channels", told)
     many = {"slope": np.zeros((1, 300, 8))}
     object.__setattr__(shown, "motion", Motion(shown.motion.frame_rate, {**shown.motion, **many}))
-    assert read_channel(shown, "slope").axes == (tuple(f"trial {trial}" for trial in range(8)),)
+    assert read_signal(shown, "slope").entries == (tuple(f"trial {trial}" for trial in range(8)),)
 
 
 @pytest.mark.parametrize(
@@ -366,7 +375,7 @@ def test_as_many_trials_as_feet_are_trials(spider_run, monkeypatch):
     ],
 )
 def test_components_are_chosen_by_name_or_index(flier, components, names):
-    channel = read_channel(replay(flier), "place")
+    channel = read_signal(replay(flier), "place")
     found = lines_of(channel, components)
     assert [line.name for line in found] == names
     for line in found:
@@ -375,11 +384,11 @@ def test_components_are_chosen_by_name_or_index(flier, components, names):
 
 
 def test_of_many_trials_the_first_is_drawn(flier):
-    channel = read_channel(replay(flier), "place")
+    channel = read_signal(replay(flier), "place")
     many = replace(
         channel,
         values=np.zeros((5, 9, 3)),
-        axes=(tuple(f"trial {trial}" for trial in range(9)), channel.axes[1]),
+        entries=(tuple(f"trial {trial}" for trial in range(9)), channel.entries[1]),
     )
     assert [line.name for line in lines_of(many, ())] == ["trial 0 x", "trial 0 y", "trial 0 z"]
     assert [line.name for line in lines_of(many, ("trial 8", "z"))] == ["trial 8 z"]

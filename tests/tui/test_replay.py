@@ -25,7 +25,9 @@ from gaitsim.tui.widgets.scrubber import Scrubber
 WALKERS = '''
 import numpy as np
 from typing import ClassVar
-from gaitsim.contracts import Fitness, Measure, Motion, Organism, RealSpace, Skeleton, option
+from gaitsim.contracts import (
+    Channel, Fitness, Measure, Motion, Organism, RealSpace, Skeleton, option,
+)
 
 
 class Walker(Organism):
@@ -34,7 +36,7 @@ class Walker(Organism):
     frames: int = option(31, "of its motion", ge=1)
     broken: str = option("", "what it fails at")
     feet: bool = option(True, "whether it has any")
-    channels: ClassVar = {"distance": "(population,) m"}
+    channels: ClassVar = {"distance": Channel((), "m", "how far")}
 
     def genome_space(self):
         return RealSpace(np.full(2, 0.0), np.full(2, 1.0), ("speed", "lift"))

@@ -33,6 +33,7 @@ def show(
 
 
 def _show(kind: str, name: str) -> None:
+    from gaitsim.contracts import Organism
     from gaitsim.registry import options  # pydantic, which --help does without
 
     plugin = load_class(kind, name)
@@ -41,9 +42,17 @@ def _show(kind: str, name: str) -> None:
     console.print(visible_lines(inspect.getdoc(plugin) or ""), markup=False)
     if not plugin.model_fields:
         console.print("\nIt has no options.")
-        return
-    made = table("option", "default", "allowed", "meaning")
-    for option, field in plugin.model_fields.items():
-        made.add_row(option, options.default(field), options.allowed(field), options.meaning(field))
-    console.print()
-    console.print(made, markup=False)
+    else:
+        made = table("option", "default", "allowed", "meaning")
+        for option, field in plugin.model_fields.items():
+            made.add_row(
+                option, options.default(field), options.allowed(field), options.meaning(field)
+            )
+        console.print()
+        console.print(made, markup=False)
+    if issubclass(plugin, Organism):
+        made = table("channel", "axes", "unit", "meaning")
+        for channel, declared in plugin.channels.items():
+            made.add_row(channel, declared.shape, declared.units, declared.help)
+        console.print()
+        console.print(made, markup=False)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.render.plots.channels import Channel, over_time, read_channel
+from gaitsim.render.plots.channels import Signal, channels_of, read_signal
 from gaitsim.render.plots.components import Line, finite, lines_of
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import bars, grid
@@ -28,7 +28,7 @@ def channel_figure(request: Request) -> "Figure":
     """A channel's components over time; one line a generation where there are several.
 
     Raises:
-        GaitsimError: there is no such channel or component, it does not go over time, or
+        GaitsimError: there is no such channel or component, it is not over time, or
             there is too much to draw.
         PluginError: the body cannot work it out.
     """
@@ -38,62 +38,60 @@ def channel_figure(request: Request) -> "Figure":
             allowed=f"at most {_TOGETHER}, to be told apart",
         )
     name = request.channel or usual_channel(request.replay)
-    channels = [read_channel(replay, name) for replay in request.replays]
-    lines = [lines_of(channel, request.components) for channel in channels]
-    parts = [stretch(len(channel.values), channel.rate, request.window) for channel in channels]
+    signals = [read_signal(replay, name) for replay in request.replays]
+    lines = [lines_of(signal, request.components) for signal in signals]
+    parts = [stretch(len(signal.values), signal.rate, request.window) for signal in signals]
     with styled(request.theme):
-        if len(channels) == 1 and channels[0].values.dtype.kind == "b":
-            figure = _truths(channels[0], lines[0], parts[0], request.theme)
+        if len(signals) == 1 and signals[0].values.dtype.kind == "b":
+            figure = _truths(signals[0], lines[0], parts[0], request.theme)
             head(figure, heading_of(request.replays))
             return figure
-        return _numbers(request, channels, lines, parts)
+        return _numbers(request, signals, lines, parts)
 
 
 def usual_channel(replay: Replay) -> str:
-    """What of a body's channels to draw where nothing is said.
+    """The channel of a body that is drawn by default.
 
     Raises:
-        LackingError: none goes over time.
+        LackingError: none is over time.
     """
-    channels = replay.experiment.organism.channels
-    known = [name for name in USUAL if name in channels]
-    for name in (*known, *channels):
-        if over_time(replay, name):
-            return name
-    raise LackingError(
-        f"{replay.experiment.entries['organism']} has no channel that goes over time",
-        where=str(replay.run.path),
-        allowed="a channel of the shape (population, frames, …)",
-    )
+    timed = [name for name, channel in channels_of(replay).items() if channel.over_time]
+    if not timed:
+        raise LackingError(
+            f"{replay.experiment.entries['organism']} has no channel over time",
+            where=str(replay.run.path),
+            allowed="a channel with the axes (population, frames, …)",
+        )
+    return next((name for name in USUAL if name in timed), timed[0])
 
 
-def _truths(channel: Channel, lines: Sequence[Line], part: slice, theme: Theme) -> "Figure":
+def _truths(signal: Signal, lines: Sequence[Line], part: slice, theme: Theme) -> "Figure":
     """Rows of bars: while it holds."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(lines))))
     axes = figure.subplots()
     rows = [(shortened(line.name, 16), line.values[part]) for line in lines]
-    bars(axes, rows, part.start / channel.rate, channel.rate, [theme.ink] * len(rows))
+    bars(axes, rows, part.start / signal.rate, signal.rate, [theme.ink] * len(rows))
     axes.set_xlabel("time (s)")
-    axes.set_ylabel(shortened(channel.name, 30))
+    axes.set_ylabel(shortened(signal.name, 30))
     return figure
 
 
 def _numbers(
     request: Request,
-    channels: Sequence[Channel],
+    signals: Sequence[Signal],
     lines: Sequence[Sequence[Line]],
     parts: Sequence[slice],
 ) -> "Figure":
     """Panels of lines: a panel a component if lines are generations, else a panel a kind."""
-    channel, several = channels[0], len(channels) > 1
-    panels = _panels(channel, lines[0], several)
+    signal, several = signals[0], len(signals) > 1
+    panels = _panels(signal, lines[0], several)
     if len(panels) > _PANELS:
         raise GaitsimError(
-            f"{len(panels)} components of the channel {channel.name!r} do not fit on a plot",
+            f"{len(panels)} components of the channel {signal.name!r} do not fit on a plot",
             allowed=f"{_PANELS} panels",
-            remedy=f"choose some, such as --component '{channel.axes[0][0]}'",
+            remedy=f"choose some, such as --component '{signal.entries[0][0]}'",
         )
     columns = 1 if len(panels) <= 3 else 2 if len(panels) <= 8 else 3
     figure, places = grid(len(panels), WIDTH, columns=columns, height=_height(len(panels)))
@@ -105,18 +103,21 @@ def _numbers(
                 (label or _rest(lines[which][i], title), lines[which][i], which) for i in indices
             ]
         for index, (label, line, which) in enumerate(drawn):
-            part, rate = parts[which], channels[which].rate
+            part, rate = parts[which], signals[which].rate
             times = np.arange(part.start, part.stop) / rate
             style = request.theme.line(index)
             axes.plot(times, finite(line.values[part]), label=label, **style)
         if columns == 1:
-            axes.set_ylabel(_label(channel, title, len(panels) > 1))
+            units = [lines[0][i].unit for i in indices]
+            axes.set_ylabel(_label(signal.name, title, units, len(panels) > 1))
         elif title:
             axes.set_title(shortened(title, 24), fontsize=7, pad=2)
         _finish(axes, request.theme)
     figure.supxlabel("time (s)", fontsize=8)
     if columns > 1:
-        figure.supylabel(_label(channel, "", False), fontsize=8)
+        figure.supylabel(
+            _label(signal.name, "", [line.unit for line in lines[0]], False), fontsize=8
+        )
     handles, labels = places[0].get_legend_handles_labels()
     single = len(labels) == 1 and not several
     text = heading_of(request.replays)
@@ -124,12 +125,13 @@ def _numbers(
     return figure
 
 
-def _panels(channel: Channel, lines: Sequence[Line], several: bool) -> dict[str, list[int]]:
+def _panels(signal: Signal, lines: Sequence[Line], several: bool) -> dict[str, list[int]]:
     """Indices of the lines of each panel, by the panel's title.
 
     What has different units or directions, such as x, y and z, goes to panels of its own.
     """
-    directions = bool(channel.axes) and channel.axes[-1][:1] == ("x",)
+    differ = isinstance(signal.channel.unit, tuple)
+    directions = differ or (bool(signal.entries) and signal.entries[-1][0] == "x")
     if several or (len(lines) > _TOGETHER and not directions):
         return {line.name: [index] for index, line in enumerate(lines)}
     if not directions:
@@ -149,13 +151,12 @@ def _rest(line: Line, title: str) -> str:
     return " ".join(line.names[:-1] if title and line.names[-1] == title else line.names)
 
 
-def _label(channel: Channel, title: str, several: bool) -> str:
-    """The name of what an axis shows, and its unit."""
-    component = title.rpartition(" ")[2] if channel.name == "pose" else ""
+def _label(channel: str, title: str, units: Sequence[str], several: bool) -> str:
+    """The name of what an axis shows, and its units."""
     # 'x' says enough of a place, not of a velocity.
-    place = several and channel.name in ("pose", "position")
-    name = title if place else f"{channel.name} {title}".strip()
-    unit = channel.unit_of(component)
+    place = several and channel in ("pose", "position")
+    name = title if place else f"{channel} {title}".strip()
+    unit = ", ".join(filter(None, dict.fromkeys(units)))
     said = shortened(name.replace("_", " "), 24)
     return f"{said}{chr(10) if several and not place else ' '}({unit})" if unit else said
 

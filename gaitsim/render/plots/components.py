@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.render.plots.channels import Channel
+from gaitsim.render.plots.channels import Signal
 
 MANY_TRIALS = 7
 
@@ -21,10 +21,12 @@ class Line:
     Attributes:
         names: along each axis of the channel that has several entries.
         values: (frames,).
+        unit: of the values, '' for a pure number.
     """
 
     names: tuple[str, ...]
     values: NDArray[Any]
+    unit: str
 
     @property
     def name(self) -> str:
@@ -32,45 +34,43 @@ class Line:
         return " ".join(self.names)
 
 
-def lines_of(channel: Channel, components: Sequence[str]) -> list[Line]:
+def lines_of(signal: Signal, components: Sequence[str]) -> list[Line]:
     """The components that are asked for, in the channel's order.
 
     Args:
-        channel: what they are of.
+        signal: what they are of.
         components: names or, along the last axis, indices from 0. Those of one axis add
             up; an axis of which none is named is taken whole, if it is not of many trials.
 
     Raises:
         GaitsimError: there is no such component; all there are are listed.
     """
-    chosen: list[set[int]] = [set() for _ in channel.axes]
+    # Of many trials only the first is drawn: the others show the same again.
+    chosen: list[set[int]] = [set() for _ in signal.entries]
     for component in components:
-        axis, index = _found(channel, component)
+        axis, index = _found(signal, component)
         chosen[axis].add(index)
     ranges = [
-        sorted(some) or _usual(names) for some, names in zip(chosen, channel.axes, strict=True)
+        sorted(some) or range(1 if axis == "trials" and len(names) > MANY_TRIALS else len(names))
+        for some, axis, names in zip(chosen, signal.channel.axes[1:], signal.entries, strict=True)
     ]
     return [
         Line(
             tuple(
                 names[index]
-                for names, index in zip(channel.axes, indices, strict=True)
+                for names, index in zip(signal.entries, indices, strict=True)
                 if len(names) > 1
             ),
-            np.moveaxis(channel.values, 0, -1)[indices],
+            np.moveaxis(signal.values, 0, -1)[indices],
+            signal.channel.unit_of(indices[-1] if indices else 0),
         )
         for indices in product(*ranges)
     ]
 
 
-def _usual(names: Sequence[str]) -> Sequence[int]:
-    """All of an axis, but only the first of many trials: they are the same again."""
-    return range(1 if names[:1] == ("trial 0",) and len(names) > MANY_TRIALS else len(names))
-
-
-def _found(channel: Channel, component: str) -> tuple[int, int]:
+def _found(signal: Signal, component: str) -> tuple[int, int]:
     """The axis and the index of a component."""
-    backwards = [*reversed([*enumerate(channel.axes)])]
+    backwards = [*reversed([*enumerate(signal.entries)])]
     for axis, names in backwards:
         if component in names:
             return axis, names.index(component)
@@ -79,9 +79,9 @@ def _found(channel: Channel, component: str) -> tuple[int, int]:
             return axis, int(component)
     known = [name for _, names in backwards for name in names]
     raise GaitsimError(
-        f"the channel {channel.name!r} has no component {component!r}",
-        allowed="; and ".join(", ".join(names) for names in channel.axes)
-        + f"; or 0 to {len(channel.axes[-1]) - 1} along the last of them"
+        f"the channel {signal.name!r} has no component {component!r}",
+        allowed="; and ".join(", ".join(names) for names in signal.entries)
+        + f"; or 0 to {len(signal.entries[-1]) - 1} along the last of them"
         if known
         else "none: it is one value a frame",
         remedy=nearest(component, known),

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.render.plots.channels import has_channel, read_channel
+from gaitsim.render.plots.channels import channels_of, read_signal
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import grid, intervals, shade
@@ -27,19 +27,19 @@ def joints_figure(request: Request) -> "Figure":
         GaitsimError: the window holds none of the motion.
     """
     replay, theme = request.replay, request.theme
-    if not has_channel(replay, "joint_angles"):
+    if "joint_angles" not in channels_of(replay):
         raise LackingError(
             f"{replay.experiment.entries['organism']} has no joint angles to plot",
             where=str(replay.run.path),
             allowed="a body with the channel 'joint_angles'",
             remedy="--kind channel plots any of its channels",
         )
-    channel = read_channel(replay, "joint_angles")
-    part = stretch(len(channel.values), channel.rate, request.window, USUAL)
-    degrees = np.degrees(finite(channel.values[part].reshape(part.stop - part.start, -1)))
-    times = np.arange(part.start, part.stop) / channel.rate
-    names = channel.axes[-1] if len(channel.axes) == 1 else ()
-    legs = legs_of(names or tuple(map(str, range(degrees.shape[1]))))
+    signal = read_signal(replay, "joint_angles")
+    part = stretch(len(signal.values), signal.rate, request.window, USUAL)
+    degrees = np.degrees(finite(signal.values[part]))
+    times = np.arange(part.start, part.stop) / signal.rate
+    names = signal.entries[-1]
+    legs = legs_of(names)
     feet = dict(zip(replay.skeleton.contact_names, _touching(request, part), strict=False))
     with styled(theme):
         sides = _sides([*legs])
@@ -55,7 +55,7 @@ def joints_figure(request: Request) -> "Figure":
             for index, (joint, column) in enumerate(joints.items()):
                 axes.plot(times, degrees[:, column], label=joint, **theme.line(index))
             if leg in feet:
-                shade(axes, intervals(feet[leg], times[0], channel.rate), theme)
+                shade(axes, intervals(feet[leg], times[0], signal.rate), theme)
             axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
             axes.set_title(shortened(leg, 24), fontsize=7, pad=2)
             axes.set_xlim(times[0], times[-1])

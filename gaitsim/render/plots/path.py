@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.plots.channels import trials_of
+from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import head, heading_of
 from gaitsim.render.plots.request import LackingError, Request, stretch
 from gaitsim.render.plots.scenery import floor, mast, nice, seen
@@ -77,7 +77,7 @@ def path_figure(request: Request) -> "Figure":
         _corner_view(space, scene, low, high, scale, theme)
         text = heading_of([replay])
         handles, labels = space.get_legend_handles_labels()
-        if (trials := trials_of(replay)) > 1:
+        if (trials := count_trials(replay)) > 1:
             labels[0] += f", first of {trials} trials"
         if scene.factor > 1:
             text += f"; body × {scene.factor:g}"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.plots.channels import has_channel, read_channel
+from gaitsim.render.plots.channels import channels_of, read_values
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.footfall import feet_of
 from gaitsim.render.plots.labels import head, heading_of
@@ -76,10 +76,9 @@ def stability_figure(request: Request) -> "Figure":
 
 def margin_of(replay: Replay) -> NDArray[np.float64]:
     """The static stability margin, (frames,), metres; −inf where no foot is on the ground."""
-    if has_channel(replay, "margin"):
-        channel = read_channel(replay, "margin")
-        if channel.values.ndim == 1:
-            return np.asarray(channel.values, dtype=np.float64)
+    channel = channels_of(replay).get("margin")
+    if channel is not None and channel.axes == ("frames",):
+        return np.asarray(read_values(replay, "margin"), dtype=np.float64)
     from gaitsim.gait import stability_margin
 
     return np.asarray(stability_margin(replay.skeleton), dtype=np.float64)

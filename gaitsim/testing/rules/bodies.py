@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Motion, Organism, RealSpace
+from gaitsim.contracts import BitSpace, Channel, Genomes, GenomeSpace, Motion, Organism, RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.experiment.model import space_of
 from gaitsim.registry import Entry
@@ -131,24 +131,48 @@ def _motion(body: Organism, motion: object) -> Iterator[Finding]:
             "put them in the Motion, or take them out of 'channels'",
         )
     for name in motion:
-        yield from _channel(name, motion[name])
+        yield from _channel(name, motion[name], body.channels.get(name))
 
 
-def _channel(name: str, channel: object) -> Iterator[Finding]:
-    if not isinstance(channel, np.ndarray) or channel.dtype.kind not in _REAL:
-        actual = f"a {type(channel).__name__}"
-        if isinstance(channel, np.ndarray):
-            actual = f"dtype {channel.dtype}"
+def _channel(name: str, array: object, channel: Channel | None) -> Iterator[Finding]:
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in _REAL:
+        actual = f"a {type(array).__name__}"
+        if isinstance(array, np.ndarray):
+            actual = f"dtype {array.dtype}"
         yield error(
             "channels", f"{name}: an array of real numbers or bool", actual, "use np.asarray(…)"
         )
-    elif channel.shape[:1] != (COUNT,):
+    elif array.shape[:1] != (COUNT,):
         yield error(
             "shapes",
             f"{name}: first axis (population,) = ({COUNT},)",
-            f"shape {channel.shape}",
+            f"shape {array.shape}",
             "put the population on the first axis, time on the second",
         )
+    elif channel is not None and not channel.fits(array.shape):
+        yield error(
+            "shapes",
+            f"{name}: the declared axes {channel.shape}, with a population of {COUNT}",
+            f"shape {array.shape}",
+            "correct the axes in 'channels', or the array",
+        )
+
+
+def _lengths(body: Organism, motion: Motion) -> Iterator[Finding]:
+    """Compare the lengths of axes of the same name, and those of joints with their names."""
+    found = {"joints": ("joint_names()", len(body.joint_names()))}
+    for name, channel in body.channels.items():
+        for axis, length in zip(channel.axes, motion[name].shape[1:], strict=True):
+            if not isinstance(axis, str):
+                continue
+            first, expected = found.setdefault(axis, (name, length))
+            if length != expected:
+                yield error(
+                    "shapes",
+                    f"{name}: {expected} {axis}, as in {first}",
+                    f"{length}",
+                    "give axes of the same length the same name, and no others",
+                )
 
 
 def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
@@ -156,9 +180,9 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
     if untold:
         yield advice(
             "channels",
-            "what each channel holds in 'channels', with shape and unit",
-            f"{', '.join(untold)} not told of; no fitness can read them",
-            "channels = {…, " + f"{untold[0]!r}: '(population, frames) m'" + "}",
+            "each channel of the motion declared in 'channels', with axes and unit",
+            f"{', '.join(untold)} not declared; no fitness can read them",
+            "channels = {…, " + f"{untold[0]!r}: Channel(('frames',), 'm', 'what it is')" + "}",
         )
     whole = [index for index in range(COUNT) if index not in motion.failures]
     for name in motion:
@@ -178,17 +202,7 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
             f"all failed: {motion.failures[0]}",
             "narrow the bounds of the genome space",
         )
-    angles = motion.get("joint_angles")
-    if angles is None:
-        return
-    names = body.joint_names()
-    if angles.ndim != 3 or len(names) != angles.shape[2]:
-        yield error(
-            "joint_angles",
-            "(population, frames, joints) radians, and a name for each joint in joint_names()",
-            f"shape {angles.shape}, {len(names)} names",
-            "give both the same joints in the same order, or call the channel something else",
-        )
+    yield from _lengths(body, motion)
 
 
 def _speed(body: Organism, space: GenomeSpace, figures: dict[str, float]) -> Iterator[Finding]:

@@ -37,7 +37,7 @@ def _facts(
 ) -> list[tuple[str, str]]:
     found = []
     if issubclass(plugin, Organism):
-        found += [(channel, about) for channel, about in plugin.channels.items()]
+        found += [(name, str(channel)) for name, channel in plugin.channels.items()]
         offered = catalogue.offered(name, None)
         found.append(("fitness", ", ".join(offered["fitness"]) or "none that is installed"))
     if issubclass(plugin, Fitness):
