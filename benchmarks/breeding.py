@@ -17,7 +17,7 @@ from gaitsim.evolution import breed, first_population
 from gaitsim.experiment import load_experiment
 
 REPEATS = 40  # in each of five rounds
-OVERRIDES = ("crossover.point=random", "mutation.sigma=0.05", "mutation.rate=0.05")
+OVERRIDES = {"crossover.point": "random", "mutation.sigma": 0.05, "mutation.rate": 0.05}
 
 
 def gaitsim_step() -> tuple[Callable[[], object], RealSpace]:

@@ -15,7 +15,7 @@ BUDGET = 0.040  # seconds
 def main() -> None:
     """Print the figures."""
     print_machine()
-    experiment = load_experiment("fly", ["organism.trials=1"])
+    experiment = load_experiment("fly", {"organism.trials": 1})
     genomes = first_population(experiment, experiment.space())
     flown = 100 * 3.0
     with Evaluator(experiment) as every, Evaluator(experiment, 1) as one:

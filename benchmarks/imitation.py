@@ -75,7 +75,7 @@ def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=0, help="of the spider's run")
-    experiment = load_experiment("spider", [f"seed={parser.parse_args().seed}"])
+    experiment = load_experiment("spider", {"seed": parser.parse_args().seed})
     print_machine()
     teacher = champion(experiment)
     print_figure("compiling, first training only", f"{compile_seconds():.1f} s")

@@ -19,10 +19,10 @@ ISLANDS = 4
 # Individuals, generations, elites of one population, and of each island.
 BUDGETS = {"spider": (200, 150, 2, 2), "fly": (100, 60, 4, 1)}
 SEARCHES = {
-    "one population": (),
-    "apart": (f"islands.number={ISLANDS}", "islands.migrants=0"),
-    "ring": (f"islands.number={ISLANDS}",),
-    "all": (f"islands.number={ISLANDS}", "islands.topology=all"),
+    "one population": {},
+    "apart": {"islands.number": ISLANDS, "islands.migrants": 0},
+    "ring": {"islands.number": ISLANDS},
+    "all": {"islands.number": ISLANDS, "islands.topology": "all"},
 }
 
 
@@ -32,13 +32,13 @@ def finals(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
     parts = ISLANDS if SEARCHES[search] else 1
     experiment = load_experiment(
         body,
-        [
-            f"seed={seed}",
-            f"evolution.generations={generations}",
-            f"evolution.population={individuals // parts}",
-            f"evolution.elites={elites[parts > 1]}",
-            *SEARCHES[search],
-        ],
+        {
+            "seed": seed,
+            "evolution.generations": generations,
+            "evolution.population": individuals // parts,
+            "evolution.elites": elites[parts > 1],
+            **SEARCHES[search],
+        },
     )
     with Evaluator(experiment) as evaluator:
         *_, last = evolve_repeats(experiment, evaluator.evaluate, repeats)

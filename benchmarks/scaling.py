@@ -42,7 +42,7 @@ def individual_seconds(experiment: Experiment, count: int = 60) -> NDArray[np.fl
 def recording_seconds(population: int) -> float:
     """What a generation of so many walkers takes to be bred and recorded, evaluation left out."""
     experiment = load_experiment(
-        "walker", [f"evolution.population={population}", "evolution.generations=3"]
+        "walker", {"evolution.population": population, "evolution.generations": 3}
     )
     evaluation = evaluate(experiment, first_population(experiment, experiment.space())[:1])
 

@@ -117,7 +117,7 @@ def main() -> None:
     full = parser.parse_args().full
     print_machine()
     generations = GENERATIONS if full else SAMPLE
-    experiment = load_experiment("spider-recurrence", [f"evolution.generations={generations}"])
+    experiment = load_experiment("spider-recurrence", {"evolution.generations": generations})
     space = experiment.space()
     genomes = first_population(experiment, space)
     print_figure("compiling, first run only", f"{compile_seconds():.1f} s")

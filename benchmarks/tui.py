@@ -99,7 +99,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     given = parser.parse_args()
     print_machine()
-    experiment = load_experiment(given.preset, [f"evolution.generations={given.generations}"])
+    experiment = load_experiment(given.preset, {"evolution.generations": given.generations})
     warm = given.generations // 5
     plain, shown = [], []
     with tempfile.TemporaryDirectory(prefix=".benchmark-", dir=Path.cwd()) as folder:

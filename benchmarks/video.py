@@ -25,7 +25,7 @@ STILLS = 5
 
 def spider(path: Path) -> Run:
     """A short run."""
-    experiment = load_experiment("spider", ["evolution.generations=30"])
+    experiment = load_experiment("spider", {"evolution.generations": 30})
     with RunWriter(create_run(experiment, path)) as writer:
         for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)

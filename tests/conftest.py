@@ -177,9 +177,9 @@ def puppets(monkeypatch):
 @pytest.fixture
 def puppet(puppets):
     """Makes an experiment of puppets with the overrides asked for."""
-    from gaitsim.experiment import parse_experiment
+    from gaitsim.experiment import parse_assignments, parse_experiment
 
-    return lambda *overrides: parse_experiment(PUPPET, "puppet.toml", overrides)
+    return lambda *overrides: parse_experiment(PUPPET, "puppet.toml", parse_assignments(overrides))
 
 
 @pytest.fixture
@@ -311,7 +311,7 @@ def spider_run(tmp_path_factory):
     from gaitsim.experiment import load_experiment
 
     experiment = load_experiment(
-        "spider-recurrence", ["evolution.population=10", "evolution.generations=3"]
+        "spider-recurrence", {"evolution.population": 10, "evolution.generations": 3}
     )
     return evolved(experiment, tmp_path_factory.mktemp("export") / "spider")
 
@@ -324,7 +324,8 @@ def bundled(tmp_path_factory):
 
     @cache
     def run(preset):
-        experiment = load_experiment(preset, ["evolution.population=21", "evolution.generations=1"])
+        small = {"evolution.population": 21, "evolution.generations": 1}
+        experiment = load_experiment(preset, small)
         return evolved(experiment, tmp_path_factory.mktemp("bundled") / preset)
 
     return run

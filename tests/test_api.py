@@ -67,7 +67,7 @@ def test_a_loop_records_the_run_that_the_command_records(
 
 
 def test_an_experiment_is_a_name_a_path_or_an_object(tmp_path: Path) -> None:
-    spider = load_experiment("spider", ["evolution.population=8"])
+    spider = load_experiment("spider", {"evolution.population": 8})
     file = tmp_path / "mine.toml"
     file.write_text(spider.to_toml())
     found = [

@@ -52,6 +52,7 @@ def compare(
     from gaitsim.cli.console import notice, print_json
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.errors import GaitsimError
+    from gaitsim.experiment import parse_assignments
     from gaitsim.render.plots.convergence import plot_convergence
     from gaitsim.runs.files.atomic import write_bytes
     from gaitsim.runs.files.folder import create_folder
@@ -60,8 +61,8 @@ def compare(
     if target is not None and not isfinite(target):
         raise GaitsimError(f"{target} is no score to reach", where="--target", allowed="a number")
     short = {"evolution.generations": generations, "evolution.population": population}
-    given = [f"{key}={value}" for key, value in short.items() if value is not None]
-    loaded = load_all(experiments, [*given, *(set_ or [])])
+    given = {key: value for key, value in short.items() if value is not None}
+    loaded = load_all(experiments, {**given, **parse_assignments(set_ or ())})
     if len({repr(one.fitness) for one in loaded.values()}) > 1:
         notice("Warning: the experiments differ in their fitness; their scores may not compare.")
     texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}

@@ -5,7 +5,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from types import FrameType
@@ -17,6 +17,7 @@ from gaitsim.cli.progress import Display, display
 from gaitsim.cli.summary import summarise
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evolution import spreading
+from gaitsim.experiment import Overrides
 from gaitsim.registry.plugin_context import stopped
 from gaitsim.runs.files.folder import command, resumable
 from gaitsim.runs.writer import RunWriter
@@ -61,7 +62,7 @@ def evolve_run(
     workers: int | None,
     json: bool,
     cluster: Executor | None = None,
-    overrides: Sequence[str] = (),
+    overrides: Overrides | None = None,
     generations: int | None = None,
     any_version: bool = False,
 ) -> None:

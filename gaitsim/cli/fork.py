@@ -40,12 +40,14 @@ def fork(
     gaitsim fork spider --out runs/bold --set mutation.rate=0.2
     """
     from gaitsim.cli.console import notice, print_json
+    from gaitsim.experiment import parse_assignments
     from gaitsim.runs.files.folder import command, find_run
     from gaitsim.runs.fork import fork_run
     from gaitsim.runs.reader import Run
 
     source = find_run(run)
-    path = fork_run(source, out, set_ or (), generations=generations, any_version=any_version)
+    changes = parse_assignments(set_ or ())
+    path = fork_run(source, out, changes, generations=generations, any_version=any_version)
     generation = Run(path).generation
     if json:
         print_json({"run": str(path), "of": str(source), "generation": generation})

@@ -39,16 +39,17 @@ def resume(
     """
     from gaitsim.cli.cluster import cluster
     from gaitsim.cli.evolving import evolve_run
+    from gaitsim.experiment import parse_assignments
     from gaitsim.runs.files.folder import find_run
 
-    path = find_run(run)
+    path, overrides = find_run(run), parse_assignments(set_ or ())
     with cluster(dask, workers) as executor:
         evolve_run(
             path,
             workers=workers,
             json=json,
             cluster=executor,
-            overrides=set_ or (),
+            overrides=overrides,
             generations=generations,
             any_version=any_version,
         )

@@ -73,7 +73,7 @@ def run(
     """
     from gaitsim.cli.cluster import cluster
     from gaitsim.cli.evolving import evolve_run
-    from gaitsim.experiment import load_experiment
+    from gaitsim.experiment import load_experiment, parse_assignments
     from gaitsim.runs.files.folder import create_run
     from gaitsim.runs.start import check_start, kept_individual
 
@@ -82,8 +82,8 @@ def run(
         "evolution.population": population,
         "seed": seed,
     }
-    given = [f"{key}={value}" for key, value in short.items() if value is not None]
-    loaded = load_experiment(experiment, [*given, *(set_ or [])])
+    given = {key: value for key, value in short.items() if value is not None}
+    loaded = load_experiment(experiment, {**given, **parse_assignments(set_ or ())})
     start = None
     if from_ is not None:
         start = kept_individual(from_)

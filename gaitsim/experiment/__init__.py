@@ -7,13 +7,18 @@ from gaitsim.experiment.loading import (
     with_overrides,
 )
 from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
+from gaitsim.experiment.overrides import parse_assignments
+from gaitsim.experiment.problems import Overrides, Typed
 
 __all__ = [
     "SCHEMA",
     "Evolution",
     "Experiment",
     "Islands",
+    "Overrides",
+    "Typed",
     "load_experiment",
+    "parse_assignments",
     "parse_experiment",
     "parse_space",
     "with_overrides",

@@ -1,24 +1,27 @@
 """Experiments from presets, files and texts."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from gaitsim import toml
 from gaitsim.contracts import GenomeSpace
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
 from gaitsim.experiment.model import Experiment, space_of
+from gaitsim.experiment.problems import COMMAND_LINE, Overrides
 from gaitsim.experiment.reader import Reader
 from gaitsim.registry.presets import read_preset
 
 LARGEST = 1_000_000  # bytes of an experiment file
 
 
-def load_experiment(reference: str, overrides: Sequence[str] = ()) -> Experiment:
+def load_experiment(
+    reference: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
+) -> Experiment:
     """The experiment of a preset's name or a TOML file's path.
 
     Args:
         reference: a preset's name, or a path; a path has a '/' or ends with '.toml'.
-        overrides: 'KEY=VALUE' each, as 'mutation.rate=0.1'.
+        overrides: values of options by key, such as `{"mutation.rate": 0.1}`.
+        place: where the overrides come from, for messages.
 
     Raises:
         ExperimentError: with all its problems.
@@ -26,7 +29,7 @@ def load_experiment(reference: str, overrides: Sequence[str] = ()) -> Experiment
     """
     path = Path(reference)
     if path.suffix == ".toml" or path.name != reference:
-        return parse_experiment(_read(path), str(path), overrides)
+        return parse_experiment(_read(path), str(path), overrides, place)
     try:
         text = read_preset(reference)
     except PluginError as error:
@@ -35,7 +38,7 @@ def load_experiment(reference: str, overrides: Sequence[str] = ()) -> Experiment
             hint = f"for the file of that name, ./{here[0]}"
             error.remedy = f"{error.remedy} or, {hint}" if error.remedy else hint
         raise
-    return parse_experiment(text, f"preset {reference}", overrides)
+    return parse_experiment(text, f"preset {reference}", overrides, place)
 
 
 def _is_file(path: Path) -> bool:
@@ -89,7 +92,9 @@ def read_file(path: Path, what: str, preset: str, listed: str) -> str:
         ) from None
 
 
-def parse_experiment(text: str, source: str, overrides: Sequence[str] = ()) -> Experiment:
+def parse_experiment(
+    text: str, source: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
+) -> Experiment:
     """The experiment that a TOML text describes, after `overrides`.
 
     Raises:
@@ -99,7 +104,7 @@ def parse_experiment(text: str, source: str, overrides: Sequence[str] = ()) -> E
         data = toml.parse(text, source)
     except GaitsimError as error:
         raise ExperimentError([error]) from None
-    return Reader(source).read(data, overrides)
+    return Reader(source, overrides, place).read(data)
 
 
 def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
@@ -119,10 +124,12 @@ def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
     return entry.name, space_of(entry, organism)
 
 
-def with_overrides(experiment: Experiment, overrides: Sequence[str]) -> Experiment:
+def with_overrides(
+    experiment: Experiment, overrides: Overrides, place: str = COMMAND_LINE
+) -> Experiment:
     """The same experiment with options changed.
 
     Raises:
         ExperimentError: with all the problems of the overrides.
     """
-    return parse_experiment(experiment.to_toml(), "the experiment", overrides)
+    return parse_experiment(experiment.to_toml(), "the experiment", overrides, place)

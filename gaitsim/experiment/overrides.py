@@ -1,51 +1,72 @@
-"""What a command line changes in an experiment's values, before they are checked."""
+"""Options of an experiment that a user changes before it is checked: `{key: value}`."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
-from gaitsim.errors import GaitsimError, nearest
-from gaitsim.experiment.problems import Problems
+import numpy as np
+
+from gaitsim.errors import ExperimentError, GaitsimError, nearest
+from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems, Typed
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
-from gaitsim.toml import literal
+from gaitsim.toml import literal, text
 
 HEAD = ("schema", "name", "description", "seed")
 SECTIONS = ("evolution", "islands", *KINDS)
 _EXAMPLE = "as mutation.rate=0.1"
 
 
-def override(data: dict[str, Any], overrides: Sequence[str], problems: Problems) -> None:
-    """Change `data` by assignments, 'KEY=VALUE' each; of equal keys, the last one counts."""
-    for text in overrides:
-        try:
-            key, typed = options.parse_assignment(text)
-        except ValueError as error:
-            problems.found.append(GaitsimError(str(error), where="command line", allowed=_EXAMPLE))
-            continue
-        if not _is_unicode(text):
-            problems.found.append(
-                GaitsimError(f"{text!a} is not text in UTF-8", where="command line")
-            )
-            continue
-        problems.typed[key] = typed
-        _assign(data, key, typed, problems)
+def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:
+    """Parse what a user typed, KEY=VALUE each; of equal keys, the last one counts.
+
+    Raises:
+        ExperimentError: with every text that is not KEY=VALUE.
+    """
+    found: dict[str, Typed] = {}
+    problems = []
+    for assignment in texts:
+        key, equals, value = assignment.partition("=")
+        key, value = key.strip(), value.strip()
+        if not (equals and all(key.split("."))):
+            what = f"{literal(assignment)} is not KEY=VALUE"
+            problems.append(GaitsimError(what, where=COMMAND_LINE, allowed=_EXAMPLE))
+        elif not _is_unicode(assignment):
+            what = f"{assignment!a} is not text in UTF-8"
+            problems.append(GaitsimError(what, where=COMMAND_LINE))
+        else:
+            found[key] = Typed(value)
+    if problems:
+        raise ExperimentError(problems)
+    return found
+
+
+def override(data: dict[str, Any], problems: Problems) -> None:
+    """Change `data` by the overrides of `problems`."""
+    for key, value in problems.overrides.items():
+        if not _is_unicode(f"{key}={text(value)}"):
+            what = f"{key!a} is not text in UTF-8"
+            problems.found.append(GaitsimError(what, where=problems.place))
+        else:
+            _assign(data, key, value, problems)
 
 
 def _is_unicode(text: str) -> bool:
     try:
         text.encode()
-    except UnicodeEncodeError:  # bytes of the command line that are no characters
+    except UnicodeEncodeError:  # bytes of the command line that are not characters
         return False
     return True
 
 
-def _assign(data: dict[str, Any], key: str, typed: str, problems: Problems) -> None:
+def _assign(data: dict[str, Any], key: str, given: Any, problems: Problems) -> None:
+    value = options.parse_value(str(given)) if isinstance(given, Typed) else _plain(given)
     *tables, name = key.split(".")
     if not tables:
         if name in SECTIONS:
             problems.report(key, f"{literal(name)} is a section, not an option", _EXAMPLE)
         elif name in HEAD:
-            data[name] = options.parse_value(typed)
+            data[name] = value
         else:
             problems.unknown("", name, [*HEAD, *SECTIONS], _owner(data, name))
         return
@@ -58,25 +79,36 @@ def _assign(data: dict[str, Any], key: str, typed: str, problems: Problems) -> N
         inner = table.setdefault(part, {})
         if not isinstance(inner, dict):
             outer = ".".join(tables[:depth])
-            # A section of a wrong type in the file is told there.
+            # A section of a wrong type in the file is reported there.
             if depth > 1:
                 problems.report(key, f"{literal(outer)} is an option, not a section", _EXAMPLE)
             return
         table = inner
-    if tables == [key.rpartition(".")[0]] and name == PLUGIN and tables[0] in KINDS:
-        _choose(table, tables[0], typed, problems)
+    if len(tables) == 1 and name == PLUGIN and tables[0] in KINDS:
+        # Names are texts, even one such as 'none' or '2'.
+        plugin = str(given) if isinstance(given, Typed) and not isinstance(value, str) else value
+        _choose(table, tables[0], plugin, problems.overrides)
     else:
-        table[name] = options.parse_value(typed)
+        table[name] = value
 
 
-def _choose(table: dict[str, Any], section: str, typed: str, problems: Problems) -> None:
+def _plain(value: Any) -> Any:
+    """Return a value in types that TOML knows: not those of NumPy, and no longer number."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {str(name): _plain(item) for name, item in value.items()}
+    too_long = isinstance(value, int) and not -(2**63) <= value < 2**63
+    return str(value) if too_long or isinstance(value, Path) else value
+
+
+def _choose(table: dict[str, Any], section: str, name: Any, overrides: Overrides) -> None:
     """Choose another plugin; the old one's options mean nothing to it."""
-    value = options.parse_value(typed)
-    # Names are texts; one like 'none' or '2' is, too.
-    name = value if isinstance(value, str) else typed
     if table.get(PLUGIN) == name:
         return
-    kept = {key: item for key, item in table.items() if f"{section}.{key}" in problems.typed}
+    kept = {key: item for key, item in table.items() if f"{section}.{key}" in overrides}
     table.clear()
     table.update(kept)
     table[PLUGIN] = name

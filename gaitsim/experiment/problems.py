@@ -10,6 +10,18 @@ from gaitsim.errors import GaitsimError, nearest
 from gaitsim.registry import options
 from gaitsim.toml import literal, shortened
 
+COMMAND_LINE = "command line"
+
+Overrides = Mapping[str, Any]
+"""Values of options by key, such as `{"mutation.rate": 0.1}`."""
+
+
+class Typed(str):
+    """The value of an option as a person typed it; its meaning depends on the option."""
+
+    __slots__ = ()
+
+
 # What an error of pydantic says when its own words tell more than the option's type and bounds.
 _TELLING = ("value_error", "assertion_error", "string_pattern_mismatch")
 
@@ -18,19 +30,27 @@ class Problems:
     """Collects what is wrong with an experiment.
 
     Attributes:
-        source: the file or preset, as told in messages.
-        typed: what a command line gives, by key; the text as it was typed.
+        source: the file or preset, for messages.
+        overrides: options that were changed in it.
+        place: where the overrides come from, for messages.
         found: the problems, in the order in which they were met.
     """
 
-    def __init__(self, source: str) -> None:
-        self.source = source
-        self.typed: dict[str, str] = {}
+    def __init__(
+        self, source: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
+    ) -> None:
+        self.source, self.place = source, place
+        self.overrides = {str(key): value for key, value in (overrides or {}).items()}
         self.found: list[GaitsimError] = []
 
     def where(self, key: str) -> str:
-        """Where a key stands."""
-        return f"{'command line' if key in self.typed else self.source}, key {key}"
+        """Return the place of a key."""
+        return f"{self.place if key in self.overrides else self.source}, key {key}"
+
+    def typed(self, key: str) -> Typed | None:
+        """Return the text that a person typed for a key; None where nobody did."""
+        value = self.overrides.get(key)
+        return value if isinstance(value, Typed) else None
 
     def report(self, key: str, what: str, allowed: str = "", remedy: str = "") -> None:
         """Take note of a problem with a key."""
@@ -67,15 +87,16 @@ class Problems:
 
     def _of_section(self, section: str, what: str) -> None:
         """Options that are allowed one by one, but not together."""
-        changed = [key for key in self.typed if key.startswith(f"{section}.")]
-        also = f", with {', '.join(changed)} of the command line" if changed else ""
+        changed = [key for key in self.overrides if key.startswith(f"{section}.")]
+        also = f", with {', '.join(changed)} of the {self.place}" if changed else ""
         where = f"{self.source}, section {section}{also}"
         self.found.append(GaitsimError(what, where=where, key=section))
 
     def _of_option(self, key: str, field: FieldInfo, given: Any, detail: Any) -> None:
         about = options.meaning(field)
         # As it was typed: TOML would read 1e3 as 1000.0.
-        shown = shortened(self.typed[key] or '""') if key in self.typed else literal(given)
+        typed = self.typed(key)
+        shown = literal(given) if typed is None else shortened(typed or '""')
         if detail["type"] == "missing" and len(detail["loc"]) == 1:
             what = f"{key} is required"
         elif detail["type"] in _TELLING:

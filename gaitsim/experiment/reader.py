@@ -2,7 +2,7 @@
 
 import json
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, cast
 
 from pydantic import BaseModel, ValidationError
@@ -18,7 +18,7 @@ from gaitsim.experiment.combination import (
 )
 from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
-from gaitsim.experiment.problems import Problems
+from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems
 from gaitsim.registry import KINDS, Entry, options, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.toml import literal
@@ -32,19 +32,23 @@ class Reader:
     """Reads one experiment and collects its problems on the way.
 
     Args:
-        source: where the values come from, as told in messages.
+        source: where the values come from, for messages.
+        overrides: options to change in them.
+        place: where the overrides come from, for messages.
     """
 
-    def __init__(self, source: str) -> None:
-        self.problems = Problems(source)
+    def __init__(
+        self, source: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
+    ) -> None:
+        self.problems = Problems(source, overrides, place)
 
-    def read(self, data: dict[str, Any], overrides: Sequence[str] = ()) -> Experiment:
-        """The experiment of these values, after `overrides`; `data` is changed by them.
+    def read(self, data: dict[str, Any]) -> Experiment:
+        """Return the experiment of these values; `data` is changed by the overrides.
 
         Raises:
             ExperimentError: with all problems.
         """
-        override(data, overrides, self.problems)
+        override(data, self.problems)
         for key in data:
             if key not in (*HEAD, *SECTIONS):
                 self.problems.unknown("", key, [*HEAD, *SECTIONS])
@@ -125,9 +129,9 @@ class Reader:
 
     def _scalar(self, data: Mapping[str, Any], key: str, kind: type[Any], default: Any) -> Any:
         value = data.get(key, default)
-        typed = self.problems.typed.get(key)
+        typed = self.problems.typed(key)
         if kind is str and typed is not None and not isinstance(value, str):
-            return typed
+            return str(typed)
         if type(value) is not kind:
             self._report(key, f"{literal(value)} is not {_NAMES[kind]}", _NAMES[kind])
             return default
@@ -183,7 +187,7 @@ class Reader:
             return None
         values = {name: value for name, value in given.items() if name != PLUGIN}
         for name in values.keys() & model.model_fields.keys():
-            typed = self.problems.typed.get(f"{section}.{name}")
+            typed = self.problems.typed(f"{section}.{name}")
             values[name] = options.fitting(model.model_fields[name], values[name], typed)
         try:
             # By way of JSON: strict, and yet a list will do for a tuple.

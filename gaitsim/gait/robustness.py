@@ -187,7 +187,7 @@ def _half_step(subject: Subject) -> dict[str, float]:
         raise _CannotError("half the time step: a gait from a file is not simulated")
     half = getattr(experiment.organism, step) / 2
     try:
-        finer = with_overrides(experiment, [f"organism.{step}={half!r}"])
+        finer = with_overrides(experiment, {f"organism.{step}": half})
     except GaitsimError as error:
         raise _CannotError(f"half the time step: {error.what}") from None
     return {f"half the time step, {half:g} s": float(evaluate(finer, genome[None]).scores[0])}

@@ -9,7 +9,8 @@ Commands:
     {"do": "pause"}                                    after the generation that is being made
     {"do": "go"}                                       on from a pause
     {"do": "step"}                                     one generation, then pause
-    {"do": "set", "assignments": ["mutation.rate=0.1"]}  between two generations, as a stage
+    {"do": "set", "values": {"mutation.rate": 0.1}}    between two generations, as a stage;
+                                                       "typed" instead has texts as for --set
     {"do": "stop"}                                     after this generation, saved
 
 The end of standard input is a `stop`: a UI that dies, however, leaves a run that is saved and

@@ -34,13 +34,20 @@ def main() -> int:
     signal.signal(signal.SIGTERM, stop)
     wishes.listen(lines(commands))
     reporter = Reporter(wire, lost=stop)
+    from gaitsim.errors import GaitsimError
+    from gaitsim.experiment import parse_assignments
     from gaitsim.live.session import evolve_steered
 
+    try:
+        overrides = parse_assignments(given.overrides)
+    except GaitsimError as error:
+        reporter.state("failed", error=error)
+        return 2
     state = evolve_steered(
         given.run,
         wishes,
         reporter,
-        overrides=given.overrides,
+        overrides=overrides,
         generations=given.generations,
         workers=given.workers,
         any_version=given.any_version,

@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from gaitsim.experiment import Overrides
 from gaitsim.live.protocol import Command, State, read_command
 
 
@@ -15,9 +16,9 @@ class Stop:
 
 @dataclass(frozen=True)
 class Change:
-    """To go on under another experiment; 'KEY=VALUE' each."""
+    """To continue with options changed by key."""
 
-    assignments: tuple[str, ...]
+    overrides: Overrides
 
 
 class Wishes:
@@ -70,7 +71,7 @@ class Wishes:
                 case "stop":
                     return Stop()
                 case "set":
-                    return Change(command.assignments)
+                    return Change(command.overrides)
                 case "step":
                     self._stepping = True
                 case verb:

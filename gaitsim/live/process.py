@@ -4,13 +4,16 @@ import asyncio
 import contextlib
 import sys
 from collections import deque
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Overrides, Typed
 from gaitsim.live.protocol import Command, Snapshot, State, merged, read_snapshot, write_command
 from gaitsim.runs.files.folder import command
+from gaitsim.toml import text
 
 LONGEST_LINE = 2**26  # bytes: a thousand generations' rows with hundreds of terms
 LAST_WORDS = 30  # lines of standard error that are kept
@@ -26,7 +29,7 @@ class Engine:
         run: its folder.
         generations: how far it is to go; None as far as planned.
         workers: how many work at a time; None for the usual number.
-        overrides: changes of the experiment to begin with, 'KEY=VALUE' each.
+        overrides: options to change to begin with, by key.
         paused: whether it waits before its first generation.
         any_version: go on although a package has another version now.
         known: how the run stands, which holds until the process tells anew.
@@ -38,7 +41,7 @@ class Engine:
         *,
         generations: int | None = None,
         workers: int | None = None,
-        overrides: Sequence[str] = (),
+        overrides: Overrides | None = None,
         paused: bool = False,
         any_version: bool = False,
         known: Snapshot | None = None,
@@ -47,7 +50,7 @@ class Engine:
         self._arguments = [
             *([f"--generations={generations}"] if generations is not None else []),
             *([f"--workers={workers}"] if workers is not None else []),
-            *(f"--set={assignment}" for assignment in overrides),
+            *(f"--set={key}={_typed(value)}" for key, value in (overrides or {}).items()),
             *(["--paused"] if paused else []),
             *(["--any-version"] if any_version else []),
         ]
@@ -114,9 +117,9 @@ class Engine:
         """Make one generation, then pause."""
         self._send(Command("step"))
 
-    def change(self, assignments: Sequence[str]) -> None:
-        """Go on under a changed experiment, as a stage; 'KEY=VALUE' each."""
-        self._send(Command("set", tuple(assignments)))
+    def change(self, overrides: Overrides) -> None:
+        """Continue with options changed by key, as a stage."""
+        self._send(Command("set", overrides))
 
     def stop(self) -> None:
         """Stop after this generation, saved."""
@@ -180,6 +183,11 @@ class Engine:
         self._last = snapshot
         self._pending = merged(self._pending, snapshot) if self._pending else snapshot
         self._news.set()
+
+
+def _typed(value: Any) -> str:
+    """Return a value as a person types it."""
+    return value if isinstance(value, Typed) else text(value)
 
 
 def _at_rest(known: Snapshot, state: State) -> Snapshot:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.experiment import Overrides, Typed
 
 State = Literal["preparing", "running", "paused", "finished", "stopped", "failed", "elsewhere"]
 """Of a run; `elsewhere` while a process that is not steered from here writes it."""
@@ -28,11 +29,11 @@ class Command:
 
     Attributes:
         do: what.
-        assignments: of `set`, 'KEY=VALUE' each.
+        overrides: of `set`, values of options by key.
     """
 
     do: Verb
-    assignments: tuple[str, ...] = ()
+    overrides: Overrides = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -138,21 +139,21 @@ def joined(
 
 def write_command(command: Command) -> bytes:
     """A command as a line."""
-    more = {"assignments": command.assignments} if command.assignments else {}
-    return _line({"do": command.do, **more})
+    parts: dict[str, dict[str, Any]] = {}
+    for key, value in command.overrides.items():
+        parts.setdefault("typed" if isinstance(value, Typed) else "values", {})[key] = value
+    return _line({"do": command.do, **parts})
 
 
 def read_command(line: bytes) -> Command | None:
     """A line as a command; None where it is none."""
     try:
         data = json.loads(line)
-        verb, assignments = data["do"], data.get("assignments", [])
+        verb, typed = data["do"], data.get("typed", {}).items()
+        overrides = data.get("values", {}) | {key: Typed(text) for key, text in typed}
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
-    known = verb in get_args(Verb) and isinstance(assignments, list)
-    if not known or not all(isinstance(text, str) for text in assignments):
-        return None
-    return Command(verb, tuple(assignments))
+    return Command(verb, overrides) if verb in get_args(Verb) else None
 
 
 def write_snapshot(values: Mapping[str, Any]) -> bytes:

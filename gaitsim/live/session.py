@@ -5,13 +5,13 @@ open ─▶ prepare ─▶ judge anew, if a stage asks for it ─▶ evolve ─�
 └───────────────────── a change of the experiment ───────┘
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import spreading
+from gaitsim.experiment import Overrides
 from gaitsim.live.commands import Change, Stop, Wishes
 from gaitsim.live.protocol import State
 from gaitsim.live.reporter import Reporter
@@ -24,7 +24,7 @@ def evolve_steered(
     wishes: Wishes,
     reporter: Reporter,
     *,
-    overrides: Sequence[str] = (),
+    overrides: Overrides | None = None,
     generations: int | None = None,
     workers: int | None = None,
     any_version: bool = False,
@@ -35,7 +35,7 @@ def evolve_steered(
         path: the run's folder.
         wishes: asked between two generations.
         reporter: told of everything.
-        overrides: changes of the experiment to begin with, 'KEY=VALUE' each.
+        overrides: options to change to begin with, by key.
         generations: how far it is to go; None as far as planned.
         workers: how many work at a time.
         any_version: go on although a package has another version now.
@@ -43,7 +43,7 @@ def evolve_steered(
     Returns:
         finished, stopped or failed.
     """
-    first, changes = True, tuple(overrides)
+    first, changes = True, overrides
     while True:
         reporter.state("preparing")
         try:
@@ -53,17 +53,17 @@ def evolve_steered(
                 generations=generations if first else None,
                 any_version=any_version,
             ) as writer:
-                first, changes = False, ()
+                first, changes = False, None
                 with resumable(path):
                     ended = _evolve(writer, wishes, reporter, workers)
         except GaitsimError as error:
             if not first and changes:  # refused before anything was changed
                 reporter.refused(error)
-                changes = ()
+                changes = None
                 continue
             return _end(reporter, "failed", error=error)
         if isinstance(ended, Change):
-            changes = ended.assignments
+            changes = ended.overrides
         elif isinstance(ended, Stop):
             return _end(reporter, "stopped")
         else:

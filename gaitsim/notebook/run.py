@@ -11,7 +11,7 @@ from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
 from gaitsim.notebook.individual import Individual
-from gaitsim.notebook.search import Search, overrides, resumed
+from gaitsim.notebook.search import ARGUMENTS, Search, overrides, resumed
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs import reader
 from gaitsim.runs.files.folder import find_run
@@ -119,7 +119,7 @@ class Run(ReprMixin):
         """
         given = overrides({}, set)
         further = overrides({"evolution.generations": generations}, None)
-        experiment = self._run.experiment_with([*further, *given])
+        experiment = self._run.experiment_with({**further, **given}, ARGUMENTS)
         return resumed(self.path, experiment, workers, given, generations)
 
     def plot(

@@ -1,17 +1,17 @@
 """A search as a loop over its generations, recorded on disk or not."""
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from gaitsim import evolution, toml
+from gaitsim import evolution
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import Generation, spreading
-from gaitsim.experiment import Experiment, load_experiment, with_overrides
+from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
 from gaitsim.notebook.individual import Individual
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, resumable
@@ -19,6 +19,8 @@ from gaitsim.runs.writer import RunWriter
 
 if TYPE_CHECKING:
     from gaitsim.notebook.run import Run
+
+ARGUMENTS = "arguments"  # where options come from, for messages
 
 
 def evolve(
@@ -64,17 +66,17 @@ def evolve(
         set,
     )
     if not isinstance(experiment, Experiment):
-        experiment = load_experiment(str(experiment), given)
+        experiment = load_experiment(str(experiment), given, ARGUMENTS)
     elif given:
-        experiment = with_overrides(experiment, given)
+        experiment = with_overrides(experiment, given, ARGUMENTS)
     if out is None:
         return Search(experiment, None, _unrecorded(experiment, workers))
     path = create_run(experiment, Path(out))
     return Search(experiment, path, _recorded(path, workers))
 
 
-def overrides(short: Mapping[str, Any], set: Mapping[str, Any] | None) -> list[str]:
-    """Options given in Python as 'KEY=VALUE' texts; those of `short` that are None left out.
+def overrides(short: Mapping[str, Any], set: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return options by key, without those of `short` that are None.
 
     Raises:
         GaitsimError: `set` is no mapping.
@@ -85,15 +87,7 @@ def overrides(short: Mapping[str, Any], set: Mapping[str, Any] | None) -> list[s
             where="set",
             allowed='a mapping, such as {"mutation.rate": 0.1}',
         )
-    given = {key: value for key, value in short.items() if value is not None} | dict(set or {})
-    return [f"{key}={toml.text(_plain(value))}" for key, value in given.items()]
-
-
-def _plain(value: Any) -> Any:
-    """A value without NumPy's types and paths, which TOML does not know."""
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    return str(value) if isinstance(value, Path) else value
+    return {key: value for key, value in short.items() if value is not None} | dict(set or {})
 
 
 def _check_workers(workers: Any) -> None:
@@ -118,7 +112,7 @@ def _unrecorded(experiment: Experiment, workers: int | None) -> Iterator[Generat
 def _recorded(
     path: Path,
     workers: int | None,
-    overrides: Sequence[str] = (),
+    overrides: Overrides | None = None,
     generations: int | None = None,
 ) -> Iterator[Generation]:
     with RunWriter(path, overrides=overrides, generations=generations) as writer:
@@ -139,7 +133,7 @@ def resumed(
     path: Path,
     experiment: Experiment,
     workers: int | None,
-    overrides: Sequence[str],
+    overrides: Overrides,
     generations: int | None,
 ) -> "Search":
     """A search that goes on with a recorded run, further, or under changed options.

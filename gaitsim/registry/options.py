@@ -151,19 +151,6 @@ def values(model: BaseModel) -> dict[str, Any]:
     return model.model_dump(mode="json", exclude_none=True)
 
 
-def parse_assignment(text: str) -> tuple[str, str]:
-    """KEY=VALUE, taken apart.
-
-    Raises:
-        ValueError: there is no '=' or no key.
-    """
-    key, equals, value = text.partition("=")
-    key, value = key.strip(), value.strip()
-    if not (equals and all(key.split("."))):
-        raise ValueError(f"{literal(text)} is not KEY=VALUE")
-    return key, value
-
-
 def parse_value(text: str) -> Any:
     """A value as TOML writes it; what is not TOML is a text, which so needs no quotes."""
     try:

@@ -1,10 +1,10 @@
 """A copy of a run that goes its own way from where the run stands."""
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
 from gaitsim.errors import RunError
+from gaitsim.experiment import Overrides
 from gaitsim.runs.files import history
 from gaitsim.runs.files.checkpoint import pack
 from gaitsim.runs.files.checksums import RECORD
@@ -30,7 +30,7 @@ from gaitsim.runs.resume import plan
 def fork_run(
     path: Path,
     out: Path | None = None,
-    overrides: Sequence[str] = (),
+    overrides: Overrides | None = None,
     *,
     generations: int | None = None,
     any_version: bool = False,
@@ -43,7 +43,7 @@ def fork_run(
     Args:
         path: the run to copy.
         out: the folder to make; None numbers the run's own name. A taken name gets a number.
-        overrides: changes of the copy's experiment, 'KEY=VALUE' each; a stage begins with them.
+        overrides: options of the copy's experiment to change, by key; a stage begins with them.
         generations: how far the copy is to go; None as far as planned.
         any_version: whether other versions of packages than before will do.
 

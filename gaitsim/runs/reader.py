@@ -1,7 +1,7 @@
 """A run on disk, opened for reading."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
-from gaitsim.experiment import Experiment, parse_experiment
+from gaitsim.experiment import Experiment, Overrides, parse_experiment
+from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.registry import KINDS, entries
 from gaitsim.runs.compatibility import fitting, misfit
 from gaitsim.runs.files.atomic import writing
@@ -100,16 +101,19 @@ class Run:
         Raises:
             ExperimentError: it has problems, such as a plugin that is no longer installed.
         """
-        return self.experiment_with(())
+        return self.experiment_with()
 
-    def experiment_with(self, overrides: Sequence[str]) -> Experiment:
-        """The experiment after overrides, 'KEY=VALUE' each, its plugins loaded.
+    def experiment_with(
+        self, overrides: Overrides | None = None, place: str = COMMAND_LINE
+    ) -> Experiment:
+        """Return the experiment with options changed by key, its plugins loaded.
 
         Raises:
             ExperimentError: with all the problems of both.
         """
         try:
-            return parse_experiment(self.experiment_text, str(self.path / EXPERIMENT), overrides)
+            source = str(self.path / EXPERIMENT)
+            return parse_experiment(self.experiment_text, source, overrides, place)
         except ExperimentError as error:
             try:
                 found = self.checkpoint()

@@ -13,7 +13,7 @@ from gaitsim.contracts import Array
 from gaitsim.errors import ExperimentError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress, stage_progress, stop_reason
-from gaitsim.experiment import Evolution, Experiment
+from gaitsim.experiment import Evolution, Experiment, Overrides, Typed
 from gaitsim.registry import options
 from gaitsim.runs.compatibility import fitting, misfit
 from gaitsim.runs.files.atomic import write_bytes
@@ -55,7 +55,7 @@ class Opening:
 
 def open_run(
     run: Run,
-    overrides: Sequence[str] = (),
+    overrides: Overrides | None = None,
     *,
     generations: int | None = None,
     any_version: bool = False,
@@ -64,7 +64,7 @@ def open_run(
 
     Args:
         run: locked by this process; a damaged checkpoint of it is renamed.
-        overrides: 'KEY=VALUE' each.
+        overrides: values of options by key.
         generations: how far it is to go; None as far as planned.
         any_version: whether other versions of packages than before will do.
 
@@ -82,7 +82,7 @@ def open_run(
 def plan(
     run: Run,
     found: tuple[Checkpoint, str | None] | None,
-    overrides: Sequence[str],
+    overrides: Overrides | None = None,
     *,
     generations: int | None,
     any_version: bool,
@@ -92,11 +92,12 @@ def plan(
     Args:
         run: locked or not.
         found: its checkpoint and what to warn of; None where there is none.
-        overrides: 'KEY=VALUE' each.
+        overrides: values of options by key.
         generations: how far it is to go; None as far as planned.
         any_version: whether other versions of packages than before will do.
     """
-    given = [*_extended(generations), *overrides]
+    further = {} if generations is None else {"evolution.generations": generations}
+    given = {**further, **(overrides or {})}
     if found is None:
         experiment = run.experiment_with(given)
         check_size(experiment)
@@ -115,10 +116,6 @@ def plan(
             _hold_goal(run, opening)
         opening = replace(opening, warnings=(*warnings, *opening.warnings))
     return opening
-
-
-def _extended(generations: int | None) -> list[str]:
-    return [] if generations is None else [f"evolution.generations={generations}"]
 
 
 def _hold_goal(run: Run, opening: Opening) -> None:
@@ -150,7 +147,7 @@ def _begun(
     return Opening(experiment, last, None, stages, found, tuple(warnings))
 
 
-def _changed(run: Run, checkpoint: Checkpoint, overrides: Sequence[str]) -> Experiment:
+def _changed(run: Run, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
     """The experiment after the overrides, held to what the population allows."""
     number = islands_in(checkpoint.experiment)
     population = len(checkpoint.genomes) // number
@@ -188,13 +185,11 @@ def _changed(run: Run, checkpoint: Checkpoint, overrides: Sequence[str]) -> Expe
     return experiment
 
 
-def _asked_size(overrides: Sequence[str], population: int) -> list[GaitsimError]:
+def _asked_size(overrides: Overrides, population: int) -> list[GaitsimError]:
     """The problem of another population's size, in overrides that have other problems."""
-    asked: object = population
-    for text in overrides:
-        key, _, typed = text.partition("=")
-        if key.strip() == POPULATION:
-            asked = options.parse_value(typed)
+    asked = overrides.get(POPULATION, population)
+    if isinstance(asked, Typed):
+        asked = options.parse_value(asked)
     differs = isinstance(asked, int) and asked != population
     return [_other_size(population)] if differs else []
 

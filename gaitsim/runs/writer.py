@@ -1,6 +1,6 @@
 """A run on disk, written generation by generation."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +12,7 @@ from gaitsim.contracts import Genomes
 from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Spread, evolve, rescored, stop_reason
+from gaitsim.experiment import Overrides
 from gaitsim.runs.files import history
 from gaitsim.runs.files import provenance as origins
 from gaitsim.runs.files.append_only import (
@@ -66,7 +67,7 @@ class RunWriter:
         self,
         path: Path,
         *,
-        overrides: Sequence[str] = (),
+        overrides: Overrides | None = None,
         generations: int | None = None,
         any_version: bool = False,
     ) -> None:
@@ -74,7 +75,7 @@ class RunWriter:
 
         Args:
             path: its folder.
-            overrides: changes of the experiment from here on, 'KEY=VALUE' each.
+            overrides: options to change from here on, by key.
             generations: how far it is to go; None as far as planned.
             any_version: go on although a package has another version now.
         """

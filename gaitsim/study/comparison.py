@@ -13,7 +13,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evaluation.processes import OnWarning
 from gaitsim.evolution.repeats import evolve_repeats
-from gaitsim.experiment import Experiment, load_experiment, with_overrides
+from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
 from gaitsim.study.results import markdown
 from gaitsim.study.statistics import (
     CONFIDENCE,
@@ -64,7 +64,7 @@ class Findings:
     reached: Mapping[str, Reaching]
 
 
-def load_all(references: Sequence[str], overrides: Sequence[str]) -> dict[str, Experiment]:
+def load_all(references: Sequence[str], overrides: Overrides) -> dict[str, Experiment]:
     """The experiments by label, each with a seed of its own, so that samples are independent.
 
     A seed that another has already becomes the next free one. Of equal names the second
@@ -87,7 +87,7 @@ def load_all(references: Sequence[str], overrides: Sequence[str]) -> dict[str, E
             seed = (seed + 1) % 2**63
         seeds.add(seed)
         if seed != experiment.seed:
-            experiment = with_overrides(experiment, [f"seed={seed}"])
+            experiment = with_overrides(experiment, {"seed": seed})
         label, number = experiment.name, 1
         while label in found:
             number += 1

@@ -75,7 +75,9 @@ class Study(BaseModel):
     experiments: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
         description="presets or files: the first axis"
     )
-    set: tuple[str, ...] = option((), "'KEY=VALUE' each, changed in all experiments")
+    set: dict[str, Any] = Field(
+        default={}, description="options changed in all experiments, as { 'mutation.rate' = 0.1 }"
+    )
     repeats: int = option(30, "repeats of each cell", ge=1, le=1_000_000)
     record_every: int = option(1, "generations from one row of the table to the next", ge=1)
     target: float | None = option(None, "mean best score that counts as reached")
@@ -160,7 +162,7 @@ def parse_study(text: str, source: str) -> Study:
             problems.report(f"axes.{axis}", "an axis without values", "at least one value")
         elif len(set(map(str, study.values(axis)))) < len(study.values(axis)):
             problems.report(f"axes.{axis}", "an axis has a value twice", "values that differ")
-        if any(text.partition("=")[0].strip() == axis for text in study.set):
+        if axis in study.set:
             problems.report(
                 f"axes.{axis}", f"{axis} is an axis and in 'set', too", "one of the two"
             )
@@ -240,19 +242,18 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
     with cached_entries():
         for index, values in enumerate(itertools.product(*axes.values())):
             point = dict(zip(axes, values, strict=True))
-            changes = [f"{axis}={toml.literal(value)}" for axis, value in [*point.items()][1:]]
+            changes = study.set | {axis: point[axis] for axis in study.axes}
             try:
                 name = str(point[EXPERIMENT])
                 kept = folder / f"{study.experiments.index(name) + 1}.toml" if folder else None
                 reference = str(kept) if kept and kept.is_file() else name
-                experiment = load_experiment(reference, [*study.set, *changes])
+                experiment = load_experiment(reference, changes, source)
                 # Cells are independent samples: the same draws would go wrong in all alike.
                 if "seed" not in study.axes:
                     first = found[0].experiment.seed if found else experiment.seed
                     experiment = replace(experiment, seed=(first + index) % 2**63)
             except ExperimentError as error:
                 for problem in error.problems:
-                    problem.where = problem.where.replace("command line, key", f"{source}, key")
                     problems[str(problem)] = problem
             except GaitsimError as error:
                 problems[str(error)] = error

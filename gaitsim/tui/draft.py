@@ -17,7 +17,14 @@ from pydantic_core import to_jsonable_python
 
 from gaitsim import toml
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment import Evolution, Experiment, Islands, load_experiment, parse_experiment
+from gaitsim.experiment import (
+    Evolution,
+    Experiment,
+    Islands,
+    Typed,
+    load_experiment,
+    parse_experiment,
+)
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.files.folder import RUNS
@@ -70,10 +77,10 @@ class Draft:
     changes: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def overrides(self) -> list[str]:
-        """As `--set` takes them. The choice of a plugin stands before its options."""
+    def overrides(self) -> dict[str, Typed]:
+        """The changes. The choice of a plugin stands before its options."""
         keys = sorted(self.changes, key=lambda key: not key.endswith(f".{PLUGIN}"))
-        return [f"{key}={self.changes[key]}" for key in keys]
+        return {key: Typed(self.changes[key].strip()) for key in keys}
 
     def assign(self, key: str, text: str | None) -> "Draft":
         """With an option changed; None leaves it as it is in the ready experiment."""
@@ -89,8 +96,8 @@ class Draft:
     def command(self, run: Path) -> str:
         """The command that evolves it, its run in the folder `run`."""
         words = ["gaitsim", "run", self.ready.reference]
-        for override in self.overrides:
-            words += ["--set", override]
+        for key in self.overrides:
+            words += ["--set", f"{key}={self.changes[key]}"]
         if run.parent != RUNS:
             words += ["--out", str(run)]
         return shlex.join(words)

@@ -6,7 +6,7 @@ STUDY = """
 name = "small"
 description = "a small one"
 experiments = ["millipede-random", "millipede-mutation"]
-set = ["evolution.generations=6"]
+set = { "evolution.generations" = 6 }
 repeats = 3
 record_every = 2
 target = 4.0
@@ -124,7 +124,7 @@ def test_names_with_markup_are_shown_as_they_are(gaitsim, tmp_path):
     odd = tmp_path / "[bold]x.toml"
     odd.write_text(gaitsim("experiments", "show", "millipede").stdout)
     (tmp_path / "s.toml").write_text(
-        'experiments = ["[bold]x.toml"]\nset = ["evolution.generations=2"]\ntarget = -9\n'
+        'experiments = ["[bold]x.toml"]\nset = { "evolution.generations" = 2 }\ntarget = -9\n'
         'repeats = 2\n[axes]\n"organism.pairs" = [2, 3]\n'
     )
     done = gaitsim("study", "s.toml", "--workers", 1)

@@ -116,7 +116,7 @@ def test_what_the_search_gets_is_its_own_to_write(made):
 
 
 def test_a_cluster_gives_the_same_bits_as_none(made, shared):
-    experiment = load_experiment("millipede", ["evolution.population=11"])
+    experiment = load_experiment("millipede", {"evolution.population": 11})
     genomes = first_population(experiment, experiment.space())
     with Evaluator(experiment, cluster=made) as evaluator:
         evaluator.prepare()
@@ -315,7 +315,7 @@ def test_workers_come_and_go_and_when_none_are_left_it_is_told_once(monkeypatch)
 STUDY = """
 name = "small"
 experiments = ["millipede-random", "millipede-mutation"]
-set = ["evolution.generations=4"]
+set = { "evolution.generations" = 4 }
 repeats = 3
 [axes]
 "evolution.population" = [5, 7]

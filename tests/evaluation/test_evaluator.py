@@ -31,7 +31,7 @@ def assert_same(one, other):
 @pytest.mark.parametrize("workers", [2, 3, 50])
 @pytest.mark.parametrize("population", [2, 7, 100])
 def test_threads_give_the_same_bits_as_none(workers, population):
-    experiment = load_experiment("spider-recurrence", [f"evolution.population={population}"])
+    experiment = load_experiment("spider-recurrence", {"evolution.population": population})
     genomes = first_population(experiment, experiment.space())
     genomes.setflags(write=False)
     with Evaluator(experiment, 1) as one, Evaluator(experiment, workers) as many:

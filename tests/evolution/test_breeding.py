@@ -206,12 +206,12 @@ def test_bundled_operators_breed_populations_of_any_size(data):
     elites = data.draw(st.integers(0, population - 1))
     experiment = load_experiment(
         "spider-recurrence",
-        [
-            f"evolution.population={population}",
-            f"evolution.elites={elites}",
-            "selection.plugin=tournament",
-            f"crossover.plugin={data.draw(st.sampled_from(['uniform', 'blend', 'none']))}",
-        ],
+        {
+            "evolution.population": population,
+            "evolution.elites": elites,
+            "selection.plugin": "tournament",
+            "crossover.plugin": data.draw(st.sampled_from(["uniform", "blend", "none"])),
+        },
     )
     space = experiment.space()
     genomes = first_population(experiment, space)

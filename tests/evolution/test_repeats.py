@@ -6,13 +6,15 @@ from gaitsim.evaluation import evaluate
 from gaitsim.evolution import breed, evolve
 from gaitsim.evolution.breeding import breed_each, first_population, first_populations
 from gaitsim.evolution.repeats import evolve_repeats
-from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.experiment import Experiment, load_experiment, parse_assignments
 
 PRESETS = ("millipede-crossover", "millipede-double-mutation", "spider-recurrence")
 
 
 def small(name: str, *more: str) -> Experiment:
-    return load_experiment(name, ["evolution.population=9", "evolution.generations=6", *more])
+    return load_experiment(
+        name, {"evolution.population": 9, "evolution.generations": 6, **parse_assignments(more)}
+    )
 
 
 @pytest.mark.parametrize("name", PRESETS)

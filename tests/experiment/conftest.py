@@ -6,7 +6,7 @@ import pytest
 import tomlkit
 
 from gaitsim.errors import ExperimentError
-from gaitsim.experiment import parse_experiment
+from gaitsim.experiment import parse_assignments, parse_experiment
 from gaitsim.registry.presets import read_preset
 
 
@@ -16,7 +16,7 @@ def parsed():
 
     def parsed(*overrides, text=None):
         text = read_preset("spider") if text is None else text
-        return parse_experiment(text, "x.toml", overrides)
+        return parse_experiment(text, "x.toml", parse_assignments(overrides))
 
     return parsed
 
@@ -28,7 +28,7 @@ def problems():
     def problems(*overrides, text=None):
         text = read_preset("spider") if text is None else text
         with pytest.raises(ExperimentError) as raised:
-            parse_experiment(text, "x.toml", overrides)
+            parse_experiment(text, "x.toml", parse_assignments(overrides))
         found = raised.value.problems
         assert all(problem.what and problem.where for problem in found)
         return found

@@ -132,7 +132,7 @@ def test_all_problems_are_told_at_once(parsed, problems):
 @pytest.mark.parametrize("name", ["[bold]", "ü 2", "a.b", "名前", "x" * 200, "12"])
 def test_a_name_that_a_folder_can_have_is_taken(parsed, name):
     assert parsed(f"name='{name}'").name == name
-    assert with_overrides(parsed(f"name='{name}'"), []).name == name
+    assert with_overrides(parsed(f"name='{name}'"), {}).name == name
 
 
 @pytest.mark.parametrize(

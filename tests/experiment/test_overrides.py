@@ -2,16 +2,97 @@
 
 import tomllib
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitsim.errors import ExperimentError
 from gaitsim.experiment import (
+    Typed,
     load_experiment,
+    parse_assignments,
+    parse_experiment,
     with_overrides,
 )
 from gaitsim.registry import KINDS
+from gaitsim.registry.presets import read_preset
+
+
+@pytest.mark.parametrize(
+    ("text", "pair"),
+    [
+        ("a=1", ("a", "1")),
+        (" a.b = x y ", ("a.b", "x y")),
+        ("a=", ("a", "")),
+        ("a=b=c", ("a", "b=c")),
+        ("é.ü=1\n2", ("é.ü", "1\n2")),
+    ],
+)
+def test_an_assignment_is_split_at_its_first_equals_sign(text, pair):
+    assert [*parse_assignments([text]).items()] == [pair]
+
+
+def test_every_text_that_is_no_assignment_is_reported_at_once():
+    wrong = ["", "=", "=1", " = 1", "a", "a.b", "a..b=1", ".a=1", "a.=1"]
+    with pytest.raises(ExperimentError) as raised:
+        parse_assignments(["seed=1", *wrong])
+    assert len(raised.value.problems) == len(wrong)
+    assert {problem.where for problem in raised.value.problems} == {"command line"}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("seed", np.int64(7), 7),
+        ("name", "12", "12"),
+        ("mutation.rate", np.float32(0.5), 0.5),
+        ("evolution.population", 40, 40),
+        ("evolution.fitness_threshold", None, None),
+        ("evolution.target_score", 1e-300, 1e-300),
+        ("crossover.plugin", "none", "none"),
+    ],
+)
+def test_a_value_keeps_its_type(key, value, expected):
+    experiment = load_experiment("spider", {key: value})
+    section, _, name = key.rpartition(".")
+    found = getattr(getattr(experiment, section) if section else experiment, name, None)
+    if name == "plugin":
+        found = experiment.entries[section].name
+    assert found == expected
+    assert type(found) is type(expected)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("mutation.rate", "0.1"),  # only a typed text is read as a number
+        ("evolution.population", 40.5),
+        ("evolution.population", 2**70),
+        ("evolution.population", True),
+        ("name", 12),
+        ("name", "\udcff"),
+        ("mutation.rate", object()),
+        ("mutation.rate", {"a": {1, 2}}),
+        ("crossover.plugin", 3),
+        ("a key", 1),
+        ("", 1),
+        (3, 1),
+        ("evolution", {"population": 40}),
+    ],
+)
+def test_a_value_of_another_type_is_refused_with_its_key_and_place(key, value):
+    with pytest.raises(ExperimentError) as raised:
+        load_experiment("spider", {key: value}, "the study")
+    (problem,) = raised.value.problems
+    assert problem.where.startswith("the study")
+    assert problem.key in (str(key), "")
+
+
+def test_a_typed_text_means_what_the_option_takes():
+    text = read_preset("spider")
+    assert parse_experiment(text, "x", {"mutation.rate": Typed(".5")}).mutation.rate == 0.5
+    assert parse_experiment(text, "x", {"name": Typed("12")}).name == "12"
 
 
 def test_every_option_is_reached_from_the_command_line(parsed):
@@ -23,7 +104,7 @@ def test_every_option_is_reached_from_the_command_line(parsed):
         for name in type(model).model_fields:
             value = data[section].get(name, 500)  # those not set take a whole number
             shown = f'"{value}"' if isinstance(value, str) else str(value)
-            again = with_overrides(experiment, [f"{section}.{name}={shown}"])
+            again = with_overrides(experiment, parse_assignments([f"{section}.{name}={shown}"]))
             found = getattr(again, section)
             assert getattr(found, name) == value
     assert parsed("seed=7", "name=n", "description=d").seed == 7
@@ -44,7 +125,7 @@ def test_a_plugin_of_the_name_none_is_chosen(parsed):
 
 def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_typed(parsed, problem):
     experiment = parsed("fitness.slip_weight=3")
-    other = with_overrides(experiment, ["fitness.plugin=spider-classic"])
+    other = with_overrides(experiment, {"fitness.plugin": "spider-classic"})
     assert other.entries["fitness"].name == "spider-classic"
     assert other.fitness == type(other.fitness)()
     for changes in (

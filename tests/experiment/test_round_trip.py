@@ -19,6 +19,7 @@ from gaitsim.experiment import (
     Evolution,
     Experiment,
     load_experiment,
+    parse_assignments,
     parse_experiment,
     with_overrides,
 )
@@ -249,9 +250,9 @@ def test_options_of_any_type_are_set_from_the_command_line(parsed, custom, insta
         "organism.leg.length=0.7",
         "organism.colour=blue",
     ]
-    body = with_overrides(experiment, changes).organism
+    body = with_overrides(experiment, parse_assignments(changes)).organism
     assert (body.flag, body.label, body.unset, body.unset_text) == (True, "12", None, "[bold]")
     assert (body.pair, body.table, body.leg.length) == ((1.0, 2.5), {"b": 4}, 0.7)
     assert body.colour == "blue"
     with pytest.raises(ExperimentError, match="a table with the keys length, names"):
-        with_overrides(experiment, ["organism.leg.lenght=1"])
+        with_overrides(experiment, {"organism.leg.lenght": 1})

@@ -71,12 +71,12 @@ def test_an_unstable_flight_fails_alone_and_says_why() -> None:
     # Falling through a vacuum, nothing keeps a fly below the speed that steps can follow.
     experiment = load_experiment(
         "fly",
-        [
-            "organism.gravity=100",
-            "organism.air_density=0",
-            "organism.duration=5",
-            "organism.trials=2",
-        ],
+        {
+            "organism.gravity": 100,
+            "organism.air_density": 0,
+            "organism.duration": 5,
+            "organism.trials": 2,
+        },
     )
     own = genomes(experiment.organism, 3)  # type: ignore[arg-type]
     motion = experiment.organism.move(own)

@@ -39,7 +39,7 @@ def test_presets_are_the_sources_scheme(preset: str, fitness: str, layers: Any) 
 
 @pytest.mark.parametrize("preset", ["fly", "fly-asymmetric", "fly-hover"])
 def test_better_flies_evolve_within_a_few_generations(preset: str) -> None:
-    experiment = load_experiment(preset, ["evolution.generations=12", "evolution.population=40"])
+    experiment = load_experiment(preset, {"evolution.generations": 12, "evolution.population": 40})
     first = last_generation(
         replace(experiment, evolution=experiment.evolution.model_copy(update={"generations": 1}))
     )
@@ -49,7 +49,7 @@ def test_better_flies_evolve_within_a_few_generations(preset: str) -> None:
 @pytest.fixture(scope="module")
 def champion() -> Any:
     """A champion of the default experiment, well before its last generation; (1, genes)."""
-    last = last_generation(load_experiment("fly", ["seed=1", "evolution.generations=100"]))
+    last = last_generation(load_experiment("fly", {"seed": 1, "evolution.generations": 100}))
     return last.genomes[last.best][None]
 
 

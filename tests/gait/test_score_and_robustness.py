@@ -229,7 +229,7 @@ def test_a_fragile_genome_is_told(puppet, install):
         "        return Motion(4.0, {'joint_angles': 0.0 * genomes[:, None], 'reach': reach})\n"
     )
     install("lock", source, {"organism": {"lock": "Lock"}})
-    experiment = with_overrides(puppet(), ["organism.plugin=lock"])
+    experiment = with_overrides(puppet(), {"organism.plugin": "lock"})
     genome = np.ones(3, dtype=np.uint8)
     motion = experiment.organism.move(genome[None])
     (trial,) = perturb(Subject("it", experiment, motion, 1, 1.0, genome), 0.0).trials

@@ -78,7 +78,7 @@ def test_it_is_paused_goes_on_and_is_changed(begun, wait):
         engine.step()
         await wait(lambda: engine.last.generation == 1 and engine.last.state == "paused")
         assert is_locked(path)
-        engine.change(["fitness.price=0.7"])
+        engine.change({"fitness.price": 0.7})
         await wait(lambda: engine.last.stage == 2 and engine.last.state == "paused")
         engine.go()
         await wait(lambda: engine.last.generation > 5)
@@ -199,7 +199,7 @@ def test_a_held_run_is_told(begun):
 
 
 def test_options_that_do_not_fit_are_told_all_at_once(begun):
-    engine = Engine(begun(), overrides=["mutation.rat=2", "evolution.elites=-1"])
+    engine = Engine(begun(), overrides={"mutation.rat": 2, "evolution.elites": -1})
     snapshot = asyncio.run(last(engine))
     assert snapshot.state == "failed"
     assert "rat" in str(snapshot.error)
@@ -249,7 +249,7 @@ def test_lines_are_plain_json_and_at_most_so_many(begun):
     path = begun("run", generations=3000)
     done = subprocess.run(
         [sys.executable, "-m", "gaitsim.live", str(path)],
-        input=b'{"do": "stand on your head"}\nnonsense\n[]\n{"do":"set","assignments":3}\n',
+        input=b'{"do": "stand on your head"}\nnonsense\n[]\n{"do":"set","values":3}\n',
         stdout=subprocess.PIPE,
         check=True,
     )

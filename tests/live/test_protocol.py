@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.experiment import Typed
 from gaitsim.live.course import Course
 from gaitsim.live.protocol import (
     Best,
@@ -31,7 +32,7 @@ def rows(first, last, **columns):
 
 
 @pytest.mark.parametrize(
-    "command", [Command("go"), Command("set", ("mutation.rate=0.1", "name=[b]'\n\"ü"))]
+    "command", [Command("go"), Command("set", {"mutation.rate": 0.1, "name": Typed("[b]'\n\"ü")})]
 )
 def test_commands_come_back(command):
     line = write_command(command)
@@ -48,7 +49,9 @@ def test_commands_come_back(command):
         b"[]",
         b'{"do":"jump"}',
         b'{"do":["go"]}',
-        b'{"do":"set","assignments":[1]}',
+        b'{"do":"set","values":[1]}',
+        b'{"do":"set","values":3}',
+        b'{"do":"set","typed":"a=1"}',
     ],
 )
 def test_what_is_no_command_is_none(line):

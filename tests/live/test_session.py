@@ -8,6 +8,7 @@ import random
 import numpy as np
 import pytest
 
+from gaitsim.experiment import Typed
 from gaitsim.live.commands import Wishes
 from gaitsim.live.protocol import Command, Snapshot, read_snapshot
 from gaitsim.live.reporter import Reporter
@@ -44,7 +45,8 @@ def steer(path, *commands, **options):
 
 
 def change(*assignments):
-    return Command("set", assignments)
+    pairs = (text.partition("=") for text in assignments)
+    return Command("set", {key: Typed(value) for key, _, value in pairs})
 
 
 def fingerprint(path):

@@ -92,7 +92,7 @@ def test_a_stage_is_told_and_its_scores_are_compared_with_its_own(begun):
     evolve(path, 8)
     watch = Watch(path)
     watch.look()
-    evolve(path, 12, overrides=["fitness.price=3.0"])
+    evolve(path, 12, overrides={"fitness.price": 3.0})
     snapshot = watch.look()
     assert (snapshot.stage, snapshot.scored_from) == (2, 9)
     assert snapshot.champion.generation > 8

@@ -26,7 +26,7 @@ def generations(experiment, seed=0):
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_each_algorithm_is_the_sources(algorithm):
-    experiment = load_experiment(f"millipede-{algorithm}", ["evolution.generations=6"])
+    experiment = load_experiment(f"millipede-{algorithm}", {"evolution.generations": 6})
     assert experiment.evolution.population == 79
     assert experiment.evolution.elites == 1
     assert experiment.crossover.children == 2
@@ -55,7 +55,7 @@ def test_the_preset_millipede_is_double_mutation():
 def test_every_genome_but_the_worst_breeds_once():
     """With nothing that changes genomes, the next generation is this one: best for worst."""
     experiment = load_experiment(
-        "millipede-mutation", ["mutation.plugin=none", "evolution.generations=2"]
+        "millipede-mutation", {"mutation.plugin": "none", "evolution.generations": 2}
     )
     before, after = generations(experiment)
     expected = before.genomes.copy()
@@ -77,7 +77,7 @@ def test_every_genome_but_the_worst_breeds_once():
 def test_what_is_reached_after_the_sources_generations(name, size, lowest, highest):
     population, count = size
     experiment = load_experiment(
-        name, [f"evolution.population={population}", f"evolution.generations={count}"]
+        name, {"evolution.population": population, "evolution.generations": count}
     )
     bests = [generations(experiment, seed)[-1].scores.max() for seed in range(20)]
     assert lowest <= np.mean(bests) <= highest

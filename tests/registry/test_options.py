@@ -97,26 +97,6 @@ def test_unit_meaning_and_default():
 
 
 @pytest.mark.parametrize(
-    ("text", "pair"),
-    [
-        ("a=1", ("a", "1")),
-        (" a.b = x y ", ("a.b", "x y")),
-        ("a=", ("a", "")),
-        ("a=b=c", ("a", "b=c")),
-        ("é.ü=1\n2", ("é.ü", "1\n2")),
-    ],
-)
-def test_an_assignment_is_taken_apart(text, pair):
-    assert options.parse_assignment(text) == pair
-
-
-@pytest.mark.parametrize("text", ["", "=", "=1", " = 1", "a", "a.b", "a..b=1", ".a=1", "a.=1"])
-def test_what_is_no_assignment_is_refused(text):
-    with pytest.raises(ValueError, match="is not KEY=VALUE"):
-        options.parse_assignment(text)
-
-
-@pytest.mark.parametrize(
     ("text", "value"),
     [
         ("1", 1),

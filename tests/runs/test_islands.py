@@ -7,6 +7,7 @@ import pytest
 
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import evaluate
+from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.checkpoint import pack, read_checkpoint
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.fork import fork_run
@@ -27,7 +28,7 @@ ISLANDS = (
 
 
 def evolve(path, *overrides, generations=None, until=None, spread=False):
-    with RunWriter(path, overrides=overrides, generations=generations) as writer:
+    with RunWriter(path, overrides=parse_assignments(overrides), generations=generations) as writer:
         experiment = writer.experiment
 
         def over(function, tasks):
@@ -127,7 +128,7 @@ def test_islands_are_verified(run):
 
 
 def test_stages_may_change_all_but_the_number(run):
-    overrides = ("islands.migrants=2", "islands.topology=all", "fitness.price=0.3")
+    overrides = {"islands.migrants": 2, "islands.topology": "all", "fitness.price": 0.3}
     with RunWriter(run.path, overrides=overrides, generations=12) as writer:
         assert [change.key for change in writer.changes] == [
             "fitness.price",

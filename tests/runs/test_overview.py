@@ -8,6 +8,7 @@ import pytest
 
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
+from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.overview import POINTS, Curve, Watch, overview
@@ -31,7 +32,7 @@ def make(puppet, tmp_path):
 def evolve(path, generation, *overrides, **options):
     if not generation:
         return
-    with RunWriter(path, overrides=overrides, **options) as writer:
+    with RunWriter(path, overrides=parse_assignments(overrides), **options) as writer:
         for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if made.number == generation:
                 break

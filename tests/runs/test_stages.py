@@ -11,6 +11,7 @@ import pytest
 from gaitsim.errors import ExperimentError, PluginError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import breed, evolve
+from gaitsim.experiment import with_overrides
 from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.history import COLUMNS, best_terms
@@ -18,7 +19,7 @@ from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import replay
 from gaitsim.runs.writer import RunWriter
 
-CLIMB = ("fitness.plugin=puppet-climb", "mutation.plugin=puppet-jitter")
+CLIMB = {"fitness.plugin": "puppet-climb", "mutation.plugin": "puppet-jitter"}
 THRESHOLD = "evolution.fitness_threshold=0"
 
 
@@ -92,7 +93,8 @@ def assert_same(one, other):
 
 
 def test_a_stage_breeds_from_the_population_that_is_judged_anew(puppet, staged):
-    first, second = puppet(THRESHOLD), puppet(THRESHOLD, *CLIMB)
+    first = puppet(THRESHOLD)
+    second = with_overrides(first, CLIMB)
     generations = list(evolve(puppet(), lambda genomes: evaluate(first, genomes)))
     genomes = generations[3].genomes
     for number in range(5, 9):
@@ -131,7 +133,7 @@ def test_the_stages_of_a_run_are_told(puppet, staged):
 
 def test_options_of_another_plugin_are_told_where_they_are_not_its_defaults(puppet):
     path = begin(puppet)
-    go_on(path, overrides=(*CLIMB, "fitness.weight=2", "seed=7"), generations=5)
+    go_on(path, overrides=CLIMB | {"fitness.weight": 2, "seed": 7}, generations=5)
     told = [str(change) for change in Run(path).stages[1].changes]
     assert told == ["seed: 1, now 7", "fitness.plugin: puppet-reach, now puppet-climb (weight 2.0)"]
 
@@ -169,7 +171,7 @@ def test_the_champion_is_of_generations_that_can_be_compared(puppet, staged):
 
 def test_going_back_makes_a_third_stage_in_the_columns_of_the_first(staged):
     columns = list(staged.history)
-    go_on(staged.path, overrides=["fitness.plugin=puppet-reach"], generations=10)
+    go_on(staged.path, overrides={"fitness.plugin": "puppet-reach"}, generations=10)
     assert list(staged.history) == columns
     assert staged.history["stage"][-2:].tolist() == [3, 3]
     assert staged.comparable == 9
@@ -181,7 +183,7 @@ def test_other_rates_alone_keep_scores_and_progress(puppet):
     options = ("evolution.stagnation=50", THRESHOLD)
     path = begin(puppet, *options, generations=10)
     before, _ = Run(path).checkpoint()
-    rates = ["evolution.elites=1", "crossover.children=1"]
+    rates = {"evolution.elites": 1, "crossover.children": 1}
     go_on(path, overrides=rates, generations=11)
     run = Run(path)
     after, _ = run.checkpoint()
@@ -202,7 +204,7 @@ def test_another_seed_is_a_stage_and_matters_from_there_on(puppet, plain):
     other = Path("other")
     shutil.copytree(plain, other)
     go_on(plain, generations=8)
-    go_on(other, overrides=["seed=99"], generations=8)
+    go_on(other, overrides={"seed": 99}, generations=8)
     one, two = Run(plain), Run(other)
     assert one.bests[:4].tobytes() == two.bests[:4].tobytes()
     assert one.bests.tobytes() != two.bests.tobytes()
@@ -210,7 +212,7 @@ def test_another_seed_is_a_stage_and_matters_from_there_on(puppet, plain):
 
 
 def test_how_long_a_run_goes_is_no_stage(puppet, plain):
-    options = ["evolution.generations=8", "evolution.target_score=90", "evolution.stagnation=9"]
+    options = {"evolution.generations": 8, "evolution.target_score": 90, "evolution.stagnation": 9}
     assert go_on(plain, overrides=options) == ""
     run = Run(plain)
     assert (run.generation, len(run.stages)) == (8, 1)
@@ -220,7 +222,7 @@ def test_how_long_a_run_goes_is_no_stage(puppet, plain):
 
 
 def test_another_option_of_the_body_judges_anew(plain):
-    go_on(plain, overrides=["organism.pause=0.0001"], generations=5)
+    go_on(plain, overrides={"organism.pause": 0.0001}, generations=5)
     run = Run(plain)
     assert run.comparable == 5
     assert run.history["evaluations"][-1] == 36
@@ -244,12 +246,12 @@ def test_thresholds_of_a_stage_are_its_own(staged):
 def test_another_threshold_holds_from_there_on_and_is_no_stage(puppet):
     path = begin(puppet)
     assert not list((path / "champions").iterdir())
-    go_on(path, overrides=["evolution.fitness_threshold=-100"], generations=6)
+    go_on(path, overrides={"evolution.fitness_threshold": -100}, generations=6)
     assert [file.name for file in (path / "champions").iterdir()] == ["generation-000005.pickle"]
     run = Run(path)
     assert len(run.stages) == 1
     assert run.checkpoint()[0].threshold >= run.history["best"].max()
-    go_on(path, overrides=["evolution.fitness_threshold=none"], generations=7)
+    go_on(path, overrides={"evolution.fitness_threshold": "none"}, generations=7)
     assert run.checkpoint()[0].threshold is None
 
 
@@ -358,7 +360,7 @@ def test_a_stage_that_was_given_up_leaves_nothing(plain, puppet, monkeypatch):
     run = Run(plain)
     assert "height" not in run.history
     assert run.pending
-    go_on(plain, overrides=["fitness.plugin=puppet-reach"])
+    go_on(plain, overrides={"fitness.plugin": "puppet-reach"})
     whole = Run(begin(puppet, THRESHOLD, generations=8, out="whole"))
     assert run.fingerprint() == whole.fingerprint()
     assert run.bests.tobytes() == whole.bests.tobytes()
@@ -366,7 +368,7 @@ def test_a_stage_that_was_given_up_leaves_nothing(plain, puppet, monkeypatch):
 
 
 def test_another_change_before_a_generation_replaces_the_stage(plain, puppet):
-    for overrides in (CLIMB, ["fitness.weight=3"], ["mutation.plugin=none"]):
+    for overrides in (CLIMB, {"fitness.weight": 3}, {"mutation.plugin": "none"}):
         RunWriter(plain, overrides=overrides, generations=6).__exit__(None, None, None)
     go_on(plain)
     run = Run(plain)
@@ -388,9 +390,9 @@ def test_a_damaged_checkpoint_of_a_stages_first_generation_makes_no_difference(p
 def test_a_fingerprint_tells_stages_apart(puppet):
     # Two runs with the same populations, scores and history, by options that did nothing.
     fingerprints = set()
-    for count, overrides in enumerate([["fitness.price=0"], ["fitness.price=0", "seed=2"]]):
+    for count, overrides in enumerate([{"fitness.price": 0}, {"fitness.price": 0, "seed": 2}]):
         path = begin(puppet, "mutation.plugin=none", "fitness.price=0.1", out=f"run-{count}")
-        go_on(path, overrides=[*overrides, "selection.plugin=puppet-best"], generations=5)
+        go_on(path, overrides=overrides | {"selection.plugin": "puppet-best"}, generations=5)
         fingerprints.add(Run(path).fingerprint())
     assert len(fingerprints) == 2
 
@@ -414,17 +416,17 @@ def puppet_of(writer):
 
 
 REFUSED = {
-    "another population": (["evolution.population=8"], ["keeps its size", "allowed: 6"]),
-    "other labels": (["organism.names=abd"], ["gene 3 is 'c', not 'd'", "labels "]),
-    "more genes": (["organism.names=abcd"], ["has 3 real genes", "allowed: 4 real genes"]),
-    "narrower bounds": (["organism.most=-0.9"], ["leaves the bounds", "allowed -1 to -0.9"]),
-    "bits": (["organism.plugin=bit-puppet"], ["has 3 real genes", "allowed: 3 bit genes"]),
+    "another population": ({"evolution.population": 8}, ["keeps its size", "allowed: 6"]),
+    "other labels": ({"organism.names": "abd"}, ["gene 3 is 'c', not 'd'", "labels "]),
+    "more genes": ({"organism.names": "abcd"}, ["has 3 real genes", "allowed: 4 real genes"]),
+    "narrower bounds": ({"organism.most": -0.9}, ["leaves the bounds", "allowed -1 to -0.9"]),
+    "bits": ({"organism.plugin": "bit-puppet"}, ["has 3 real genes", "allowed: 3 bit genes"]),
     "all at once": (
-        ["evolution.population=8", "organism.names=abcd"],
+        {"evolution.population": 8, "organism.names": "abcd"},
         ["2 problems", "keeps its size", "has 3 real genes"],
     ),
     "with options that no run could have": (
-        ["evolution.population=8", "mutation.rat=3", "fitness.price=-1"],
+        {"evolution.population": 8, "mutation.rat": 3, "fitness.price": -1},
         ["3 problems", "keeps its size", "mutation.rat", "fitness.price"],
     ),
 }
@@ -444,7 +446,7 @@ def test_what_does_not_fit_the_population_is_refused_and_changes_nothing(puppet,
 
 def test_wider_bounds_are_a_stage(puppet):
     path = begin(puppet, "organism.plugin=shaped")
-    go_on(path, overrides=["organism.most=3"], generations=8)
+    go_on(path, overrides={"organism.most": 3}, generations=8)
     assert Run(path).comparable == 5
 
 
@@ -465,24 +467,24 @@ def test_a_stage_without_a_generation_is_refused(plain):
         assert "--generations" in error.value.remedy
     with pytest.raises(RunError, match="another generation would exceed 35 evaluations"):
         # Judging the population anew takes six of them.
-        RunWriter(plain, overrides=[*CLIMB, "evolution.max_evaluations=35"], generations=8)
+        RunWriter(plain, overrides=CLIMB | {"evolution.max_evaluations": 35}, generations=8)
     assert content(plain) == before
     # A target that the former scores have reached does not stop the new ones.
-    go_on(plain, overrides=[*CLIMB, "evolution.target_score=-50"], generations=8)
+    go_on(plain, overrides=CLIMB | {"evolution.target_score": -50}, generations=8)
     assert Run(plain).generation == 5
 
 
 def test_terms_named_as_columns_of_a_former_stage_are_refused(plain):
     with pytest.raises(PluginError, match="fitness 'clash' of package climb"):
-        go_on(plain, overrides=["fitness.plugin=clash"], generations=8)
+        go_on(plain, overrides={"fitness.plugin": "clash"}, generations=8)
     assert Run(plain).generation == 4
-    go_on(plain, overrides=["fitness.plugin=puppet-reach"])
+    go_on(plain, overrides={"fitness.plugin": "puppet-reach"})
     assert len(Run(plain).stages) == 1
 
 
 def test_changes_before_the_first_generation_are_no_stage(puppet):
     path = create_run(puppet())
-    go_on(path, overrides=["evolution.population=8", "seed=3"])
+    go_on(path, overrides={"evolution.population": 8, "seed": 3})
     run = Run(path)
     assert len(run.checkpoint()[0].genomes) == 8
     assert len(run.stages) == 1
@@ -494,7 +496,7 @@ def test_changes_before_the_first_generation_are_no_stage(puppet):
 
 
 def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
-    go_on(staged.path, overrides=["fitness.plugin=puppet-reach"], generations=9)
+    go_on(staged.path, overrides={"fitness.plugin": "puppet-reach"}, generations=9)
     path = staged.path / "population.pickle"
     checkpoint = read_checkpoint(path)
     assert checkpoint.stages[1].versions["fitness puppet-climb"] == "climb 1.0"
@@ -523,7 +525,7 @@ def test_a_plugin_that_is_gone_can_be_replaced(plain, monkeypatch, climb):
     shutil.rmtree(climb)
     with pytest.raises(ExperimentError, match="unknown fitness plugin 'puppet-climb'"):
         RunWriter(plain, generations=8)
-    go_on(plain, overrides=["fitness.plugin=puppet-reach"], generations=8)
+    go_on(plain, overrides={"fitness.plugin": "puppet-reach"}, generations=8)
     assert [stage.last for stage in Run(plain).stages] == [4, 6, 8]
 
 

@@ -35,7 +35,7 @@ def go_on(path, until=None, **options):
 def staged(puppet):
     """A run of two stages, each of which kept champions."""
     run = go_on(create_run(puppet(THRESHOLD), Path("staged")))
-    return go_on(run.path, overrides=["fitness.plugin=puppet-climb"], generations=10)
+    return go_on(run.path, overrides={"fitness.plugin": "puppet-climb"}, generations=10)
 
 
 def test_an_individual_is_named_by_file_run_and_generation(staged):
@@ -139,10 +139,10 @@ def test_a_start_is_held_to_the_body_when_the_run_begins(puppet, staged):
     start = kept_individual("staged")
     path = create_run(puppet(), Path("from"), start)
     with pytest.raises(RunError, match="the genome has 3 real genes of the organism 'puppet'"):
-        RunWriter(path, overrides=["organism.plugin=bit-puppet"])
+        RunWriter(path, overrides={"organism.plugin": "bit-puppet"})
     assert "bit-puppet" not in (path / "experiment.toml").read_text()
     with pytest.raises(ExperimentError):
-        RunWriter(path, overrides=["organism.plugin=none"])
+        RunWriter(path, overrides={"organism.plugin": "none"})
     (path / START).write_bytes((path / START).read_bytes()[:-1])
     with pytest.raises(CheckpointError, match=r"start\.pickle") as error:
         RunWriter(path)

@@ -8,7 +8,7 @@ import pytest
 
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
-from gaitsim.experiment import with_overrides
+from gaitsim.experiment import parse_assignments, with_overrides
 from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
 from gaitsim.runs.files.checksums import RECORD, of_genomes, of_row, of_scores, read_digests
 from gaitsim.runs.files.folder import create_run
@@ -25,7 +25,7 @@ LAST = 12
 
 
 def evolve(path, *overrides, generations=None, until=None):
-    with RunWriter(path, overrides=overrides, generations=generations) as writer:
+    with RunWriter(path, overrides=parse_assignments(overrides), generations=generations) as writer:
         for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if generation.number == until:
                 break
@@ -72,7 +72,7 @@ def test_workers_make_no_difference(run):
 
 
 def test_forks_and_runs_from_an_individual_are_identical(run, puppet, tmp_path):
-    fork = Run(fork_run(run.path, overrides=["mutation.plugin=puppet-jitter"]))
+    fork = Run(fork_run(run.path, overrides={"mutation.plugin": "puppet-jitter"}))
     assert everything(fork).identical
     assert verify(fork, workers=1).best[-1] == LAST  # the generation before it is not kept
     evolve(fork.path, generations=LAST + 2)
@@ -261,7 +261,7 @@ def test_a_champion_is_compared(run):
 def test_an_option_that_was_changed_is_found(run):
     """All but the experiment is as it was: what is evolved again is not."""
     checkpoint = run.checkpoint()[0]
-    other = with_overrides(run.experiment, ["seed=2"]).to_toml()
+    other = with_overrides(run.experiment, {"seed": 2}).to_toml()
     forge_checkpoint(
         run, stages=(replace(checkpoint.stages[0], experiment=other), *checkpoint.stages[1:])
     )
@@ -272,7 +272,7 @@ def test_an_option_that_was_changed_is_found(run):
 
 def edit(run, *overrides):
     """Change the experiment's file as by hand."""
-    text = with_overrides(run.experiment, overrides).to_toml()
+    text = with_overrides(run.experiment, parse_assignments(overrides)).to_toml()
     (run.path / "experiment.toml").write_text(text)
     return Run(run.path)
 
@@ -321,7 +321,7 @@ def test_the_step_between_champions_is_nothing_where_none_are_kept(puppet, tmp_p
 
 
 def test_a_stage_that_has_not_begun_is_told(run):
-    fork = Run(fork_run(run.path, overrides=["fitness.price=0.2"], generations=LAST + 2))
+    fork = Run(fork_run(run.path, overrides={"fitness.price": 0.2}, generations=LAST + 2))
     verdict = everything(fork)
     assert ([one.key for one in verdict.asked], verdict.differences) == (["fitness.price"], {})
     evolve(fork.path)

@@ -13,7 +13,7 @@ OTHERS = (pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 5))  #
 @pytest.fixture(scope="module", params=[0, *OTHERS], ids=lambda seed: f"seed {seed}")
 def champion(request: pytest.FixtureRequest) -> tuple[dict[str, float], np.ndarray]:
     """Measures and joint angles, (frames, 24), of the default run's best spider."""
-    experiment = load_experiment("spider", [f"seed={request.param}"])
+    experiment = load_experiment("spider", {"seed": request.param})
     with Evaluator(experiment) as evaluator:
         for generation in evolve(experiment, evaluator.evaluate):
             last = generation

@@ -2,13 +2,14 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Overrides
 from gaitsim.study.comparison import find, load_all, methods, plain, report, results, sample
 
-SHORT = ["evolution.population=9", "evolution.generations=12"]
+SHORT = {"evolution.population": 9, "evolution.generations": 12}
 
 
-def compared(*names: str, target: float | None = None, more: tuple[str, ...] = ()):
-    loaded = load_all(names, [*SHORT, *more])
+def compared(*names: str, target: float | None = None, more: Overrides | None = None):
+    loaded = load_all(names, SHORT | (more or {}))
     return find({k: sample(e, 40, 1, lambda: None) for k, e in loaded.items()}, target)
 
 
@@ -26,7 +27,7 @@ def test_equal_experiments_do_not_differ() -> None:
 
 
 def test_a_large_difference_is_found() -> None:
-    longer = ("evolution.population=35", "evolution.generations=37")
+    longer = {"evolution.population": 35, "evolution.generations": 37}
     found = compared("millipede-random", "millipede-crossover", "millipede", more=longer)
     assert len(found.comparisons) == 3
     pair = found.comparisons[0]

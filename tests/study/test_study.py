@@ -16,7 +16,7 @@ from gaitsim.study.running import finished, recorded, run_cell, run_cells
 SMALL = """
 name = "small"
 experiments = ["millipede-random", "millipede-mutation"]
-set = ["evolution.generations=6"]
+set = { "evolution.generations" = 6 }
 repeats = 4
 record_every = 4
 target = 2.0
@@ -40,6 +40,13 @@ def test_cells_are_the_product_of_the_axes() -> None:
     assert len({cell.experiment.seed for cell in found}) == 12
 
 
+def test_a_long_text_of_an_axis_reaches_the_experiment_whole() -> None:
+    text = "a description of more than sixty characters, which no message would show " * 2
+    study = f'name = "s"\nexperiments = ["millipede"]\n[axes]\ndescription = ["{text}", "short"]\n'
+    first, second = cells(parse_study(study, "s"))
+    assert (first.experiment.description, second.experiment.description) == (text, "short")
+
+
 def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
     text = 'name = "s"\nexperiments = ["millipede"]\n[axes]\nseed = [5, 3]\n'
     assert [cell.experiment.seed for cell in cells(parse_study(text, "s"))] == [5, 3]
@@ -55,7 +62,7 @@ def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
         ("= [2, 3]|= [2, 2]", "an axis has a value twice"),
         ("organism.pairs|organism.pears", "unknown key"),
         ("from = 5, to = 9, step = 2|from = 5, to = 9", "6 is odd|5 of 6"),
-        ("evolution.generations=6|evolution.population=7", "is an axis and in 'set', too"),
+        ('"evolution.generations"|"evolution.population"', "is an axis and in 'set', too"),
         ("record_every|record_evry", "did you mean 'record_every'"),
         ('"millipede-mutation"|"millipede-mutatoin"', "did you mean 'millipede-mutation'"),
         ('"millipede-mutation"|"millipede-random"', "stands twice"),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import create_model
 
 from gaitsim.contracts import option
-from gaitsim.experiment import load_experiment
+from gaitsim.experiment import load_experiment, parse_assignments
 from gaitsim.registry import options
 from gaitsim.tui.catalogue import read_catalogue
 from gaitsim.tui.draft import Draft, choose, load_ready, read
@@ -41,7 +41,7 @@ class TestCommand:
         words = shlex.split(draft.command(Path("runs/odd name")))
         overrides = words[words.index("--set") :][1::2]
         found = read(draft, catalogue)
-        assert found.experiment == load_experiment(words[2], overrides)
+        assert found.experiment == load_experiment(words[2], parse_assignments(overrides))
         assert found.toml == load_experiment("spider", draft.overrides).to_toml()
         assert (found.experiment.seed, found.name) == (12, "odd name")
 
@@ -132,5 +132,5 @@ def test_any_text_is_written_so_that_it_is_read_back(value):
     if value is not None and value.lower() == "none":
         return  # no text is 'none', which is the word for none
     written = options.written(field, value)
-    _, typed = options.parse_assignment(f"key={written}")
+    typed = parse_assignments([f"key={written}"])["key"]
     assert options.fitting(field, options.parse_value(typed), typed) == value

@@ -246,7 +246,7 @@ class TestBeginning:
 
     def test_a_file_can_be_begun_with(self, fill):
         async def test(driver, screen):
-            Path("mine.toml").write_text(load_experiment("millipede", ["seed=77"]).to_toml())
+            Path("mine.toml").write_text(load_experiment("millipede", {"seed": 77}).to_toml())
             await driver.press("ctrl+l")
             ask = await driver.at("Ask")
             ask.query_one(Input).value = "mine.toml"

@@ -10,7 +10,7 @@ from textual.app import App
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
-from gaitsim.experiment import parse_experiment
+from gaitsim.experiment import parse_assignments, parse_experiment
 from gaitsim.render.terminal.body import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, QUIET, strip
 from gaitsim.render.terminal.text import visible
@@ -108,7 +108,7 @@ def walk(install, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def make(name="walk", *overrides):
-        experiment = parse_experiment(EXPERIMENT, "walk.toml", overrides)
+        experiment = parse_experiment(EXPERIMENT, "walk.toml", parse_assignments(overrides))
         path = create_run(experiment, Path("runs") / name)
         with RunWriter(path) as writer:
             for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):

@@ -86,7 +86,7 @@ def test_weights_of_nothing_leave_the_distance():
 def test_presets_evolve(preset):
     experiment = load_experiment(
         preset,
-        ["evolution.generations=4", "evolution.population=20", "organism.duration=3"],
+        {"evolution.generations": 4, "evolution.population": 20, "organism.duration": 3},
     )
     with Evaluator(experiment, 1) as evaluator:
         scores = [generation.scores.max() for generation in evolve(experiment, evaluator.evaluate)]
@@ -94,7 +94,9 @@ def test_presets_evolve(preset):
 
 
 def test_two_legs_walk_within_twelve_generations():
-    experiment = load_experiment("walker", ["evolution.generations=12", "evolution.population=100"])
+    experiment = load_experiment(
+        "walker", {"evolution.generations": 12, "evolution.population": 100}
+    )
     with Evaluator(experiment, 1) as evaluator:
         for generation in evolve(experiment, evaluator.evaluate):
             last = generation

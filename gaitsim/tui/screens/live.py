@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import ClassVar
@@ -13,6 +13,7 @@ from textual.binding import Binding, BindingType
 from textual.widgets import Footer, Header
 
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Overrides
 from gaitsim.live.course import Course
 from gaitsim.live.process import Engine
 from gaitsim.live.protocol import Snapshot
@@ -129,7 +130,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
     def _start(
         self,
         generations: int | None = None,
-        overrides: Sequence[str] = (),
+        overrides: Overrides | None = None,
         *,
         step: bool = False,
     ) -> None:
@@ -220,13 +221,13 @@ the app in any way, and the run can be gone on with exactly where it stood.
         self._stopping = True
         self._changed()
 
-    def go_on(self, assignments: Sequence[str]) -> None:
+    def go_on(self, overrides: Overrides) -> None:
         """Go on under a changed experiment: at once, or from rest."""
         self.board.problem(None)
         if self._engine is not None:
-            self._engine.change(assignments)
+            self._engine.change(overrides)
         elif self.state in ("stopped", "finished", "failed"):
-            self._start(overrides=assignments)
+            self._start(overrides=overrides)
 
     def action_replay(self) -> None:
         """Replay the run."""

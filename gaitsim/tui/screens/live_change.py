@@ -17,6 +17,7 @@ from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Overrides, parse_assignments
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.render.terminal.text import visible, visible_lines
@@ -32,11 +33,11 @@ class Wanted:
     """What was asked for.
 
     Attributes:
-        assignments: 'KEY=VALUE' each.
+        overrides: values of options by key.
         out: of a copy, the folder to make; None numbers the run's own name.
     """
 
-    assignments: tuple[str, ...]
+    overrides: Overrides
     out: Path | None = None
 
 
@@ -219,7 +220,8 @@ class Change(ModalScreen[Wanted | None]):
         run = Run(self._run)
         try:
             found = run.checkpoint()
-            opening = plan(run, found, assignments, generations=None, any_version=True)
+            overrides = parse_assignments(assignments)
+            opening = plan(run, found, overrides, generations=None, any_version=True)
         except GaitsimError as error:
             self.app.call_from_thread(self._found, text, error, "")
             return
@@ -280,8 +282,8 @@ class Change(ModalScreen[Wanted | None]):
             self._check_now()
 
     def _done(self) -> None:
-        assignments = words_of(self._text)
-        if assignments or self._fork:
-            self.dismiss(Wanted(assignments, self._out()))
+        overrides = parse_assignments(words_of(self._text))
+        if overrides or self._fork:
+            self.dismiss(Wanted(overrides, self._out()))
         else:
             self.dismiss(None)

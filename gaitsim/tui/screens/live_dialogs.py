@@ -1,12 +1,12 @@
 """What the live screen asks before it does it: changes, how many generations, a copy."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
 from pathlib import Path
 
 from textual import work
 
 from gaitsim.errors import GaitsimError, RunError
+from gaitsim.experiment import Overrides
 from gaitsim.live.protocol import Snapshot
 from gaitsim.tui.screens.base import GaitScreen
 
@@ -31,8 +31,8 @@ class Asking(GaitScreen):
         """The run's state."""
 
     @abstractmethod
-    def go_on(self, assignments: Sequence[str]) -> None:
-        """Go on under a changed experiment; 'KEY=VALUE' each."""
+    def go_on(self, overrides: Overrides) -> None:
+        """Continue with options changed by key."""
 
     @abstractmethod
     def action_pause(self) -> None:
@@ -52,7 +52,7 @@ class Asking(GaitScreen):
             typed = f"evolution.generations={self._further()} "
         wanted = await self.app.push_screen_wait(Change(self.run, typed=typed))
         if wanted is not None:
-            self.go_on(wanted.assignments)
+            self.go_on(wanted.overrides)
 
     @work(group="ask", exclusive=True)
     async def action_goal(self) -> None:
@@ -64,7 +64,7 @@ class Asking(GaitScreen):
         question = Ask("How many generations is the run to have?", further, self._check_goal, about)
         answer = await self.app.push_screen_wait(question)
         if answer is not None:
-            self.go_on([f"evolution.generations={int(answer)}"])
+            self.go_on({"evolution.generations": int(answer)})
 
     def _further(self) -> int:
         """Half as many generations again."""
@@ -88,14 +88,14 @@ class Asking(GaitScreen):
         self.action_pause()
         wanted = await self.app.push_screen_wait(Change(self.run, fork=True))
         if wanted is not None:
-            self._fork(wanted.out, wanted.assignments)
+            self._fork(wanted.out, wanted.overrides)
 
     @work(thread=True, group="fork")
-    def _fork(self, out: Path | None, assignments: Sequence[str]) -> None:
+    def _fork(self, out: Path | None, overrides: Overrides) -> None:
         from gaitsim.runs.fork import fork_run
 
         try:
-            copy = fork_run(self.run, out, assignments, any_version=False)
+            copy = fork_run(self.run, out, overrides, any_version=False)
         except GaitsimError as error:
             self.app.call_from_thread(self.problem, error)
         else:
