@@ -12,8 +12,8 @@ from timing import medians, milliseconds, print_figure, print_machine, stopwatch
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
-from gaitsim.render.scene import Scene, Take
-from gaitsim.render.video import Look, Video
+from gaitsim.render.scene import Clip, Scene
+from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import replay
@@ -56,7 +56,7 @@ def peak(run: Path, seconds: float, folder: Path) -> float:
     code = (
         "import sys; from pathlib import Path; from gaitsim.render.video import *;"
         "from gaitsim.runs.reader import Run; speed = 10 / float(sys.argv[2]);"
-        "Video(Run(Path(sys.argv[1])), (), Look(speed=speed, intro=False))"
+        "Video(Run(Path(sys.argv[1])), (), RenderSettings(speed=speed, intro=False))"
         ".write(Path(sys.argv[3]));"
         "import resource; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )
@@ -71,8 +71,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         run = spider(folder / "run")
-        look = Look(intro=False)
-        video = Video(run, (), look)
+        settings = RenderSettings(intro=False)
+        video = Video(run, (), settings)
         before = resource.getrusage(resource.RUSAGE_SELF)
         whole = stopwatch(lambda: video.write(folder / "a.mp4"))
         after = resource.getrusage(resource.RUSAGE_SELF)
@@ -84,11 +84,11 @@ def main() -> None:
         )
         size = (folder / "a.mp4").stat().st_size / 1e6
         print_figure("- its file", f"{size:.1f} MB", f"{size / 10:.2f} MB a second")
-        gif = Video(run, (), replace(look, format="gif"))
+        gif = Video(run, (), replace(settings, format="gif"))
         taken = stopwatch(lambda: gif.write(folder / "a.gif"))
         size = (folder / "a.gif").stat().st_size / 1e6
         print_figure(f"a GIF of {len(gif)}, 640 × 360", f"{taken:.1f} s", f"{size:.1f} MB")
-        scene = Scene([Take(replay(run).skeleton)], look.pixels, look.view, look.theme)
+        scene = Scene([Clip(replay(run).skeleton)], settings.pixels, settings.view, settings.theme)
         (ours,) = medians(lambda: scene.draw(3.0), repeats=STILLS)
         print_figure("drawing one picture", milliseconds(ours))
         theirs = matplotlib_3d(run)

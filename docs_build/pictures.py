@@ -17,7 +17,7 @@ from PIL import Image
 import gaitsim as gs
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots import LIGHT, picture
-from gaitsim.render.video import Look, Video
+from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.reader import Run
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.live import Live
@@ -76,23 +76,25 @@ def bodies() -> None:
     for name, seconds in (("spider", 4.2), ("millipede", 0.75)):
         still = gs.load(name).champion.picture(seconds, size=(640, 360))
         _smaller(still, HERE / f"{name}.png")
-    _film("spider", Look("gif", (400, 240), 15, intro=False), 40)
-    _film("fly", Look("gif", (400, 240), 15, 0.25, intro=False), 45)
-    _film("walker", Look("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
+    _film("spider", RenderSettings("gif", (400, 240), 15, intro=False), 40)
+    _film("fly", RenderSettings("gif", (400, 240), 15, 0.25, intro=False), 45)
+    _film("walker", RenderSettings("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
     champion = gs.load("spider").champion.generation
-    several = Video(Run(Path("runs/spider")), (1, 20, champion), Look(size=(960, 320), intro=False))
+    several = Video(
+        Run(Path("runs/spider")), (1, 20, champion), RenderSettings(size=(960, 320), intro=False)
+    )
     _smaller(Image.fromarray(list(several.pictures())[-1]), HERE / "spider-generations.png")
 
 
-def _film(run: str, look: Look, pictures: int) -> None:
+def _film(run: str, settings: RenderSettings, pictures: int) -> None:
     """The first pictures of a champion's video."""
-    made = list(islice(Video(Run(Path("runs") / run), (), look).pictures(), pictures))
+    made = list(islice(Video(Run(Path("runs") / run), (), settings).pictures(), pictures))
     encode(
         made,
         HERE / f"{run}.gif",
         format="gif",
-        size=look.pixels,
-        fps=look.rate,
+        size=settings.pixels,
+        fps=settings.rate,
         samples=made[::12],
     )
 

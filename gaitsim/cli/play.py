@@ -71,11 +71,11 @@ def _still(found: "Replay", figure: "Figure", camera: "Camera", at: float) -> No
     from gaitsim.cli.console import output
     from gaitsim.errors import GaitsimError
 
-    if not at <= figure.take.seconds:
+    if not at <= figure.clip.seconds:
         raise GaitsimError(
             f"the motion has no second {at:g}",
             where="--at",
-            allowed=f"0 to {figure.take.seconds:g}",
+            allowed=f"0 to {figure.clip.seconds:g}",
         )
     console = output()
     columns, rows = (console.width, min(console.height, 40)) if console.is_terminal else SIZE
@@ -98,7 +98,7 @@ def _loop(found: "Replay", figure: "Figure", camera: "Camera", speed: float, onc
             allowed="a terminal, or --at SECONDS, which prints a still",
             remedy=f"a film for anywhere: gaitsim video {found.run.path}",
         )
-    duration = figure.take.seconds
+    duration = figure.clip.seconds
     begun = time.monotonic()
     try:
         with interruptible(), Live(console=console, screen=True, auto_refresh=False) as live:
@@ -130,6 +130,6 @@ def _picture(
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.run.path.name), "bold")
     title.append(f"  generation {found.generation}  score {number(found.score)}")
-    title.append(f"  {seconds:.2f} s of {figure.take.seconds:.2f} s", "dim")
+    title.append(f"  {seconds:.2f} s of {figure.clip.seconds:.2f} s", "dim")
     drawn = lines(*picture(figure, seconds, camera, columns, rows - 1), BODY)
     return Group(Text("\n").join([title, *drawn]))

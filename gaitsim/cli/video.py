@@ -55,28 +55,28 @@ def video(
     from gaitsim.cli.generations import asked_generations
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.gait.files.writer import check_folder
-    from gaitsim.render.video import Look, Video
+    from gaitsim.render.video import RenderSettings, Video
     from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 
     chosen = _format(format, out)
-    look = Look(chosen, _size(size), fps, speed, view, theme, intro)
+    settings = RenderSettings(chosen, _size(size), fps, speed, view, theme, intro)
     wanted = asked_generations(generation, generations)
     if out is not None:
         check_folder(out)
     opened = Run(find_run(run))
     try:
         with interruptible():
-            made = Video(opened, wanted, look)
+            made = Video(opened, wanted, settings)
             path = out or opened.exports() / made.name
             _write(made, path)
     except KeyboardInterrupt:
         notice("Stopped; nothing was written.")
         sys.exit(130)
-    width, height = look.pixels
+    width, height = settings.pixels
     print(
-        f"{path}: {len(made)} pictures of {width} × {height} at {float(look.rate):g} a second, "
-        f"{float(len(made) / look.rate):.1f} s"
+        f"{path}: {len(made)} pictures of {width} × {height} at {float(settings.rate):g} a second, "
+        f"{float(len(made) / settings.rate):.1f} s"
     )
 
 

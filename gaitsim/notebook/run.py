@@ -197,12 +197,12 @@ class Run(ReprMixin):
         Raises:
             GaitsimError: it cannot be made so, or not be written.
         """
-        from gaitsim.render.video import Look, Video
+        from gaitsim.render.video import RenderSettings, Video
 
         path = Path(path)
         theme = "dark" if dark else "light"
-        look = Look(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
-        Video(self._run, generations, look).write(path)
+        settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
+        Video(self._run, generations, settings).write(path)
         return path
 
     def _repr_fields(self) -> Mapping[str, ReprField]:

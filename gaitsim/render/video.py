@@ -13,7 +13,7 @@ from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots.channels import count_trials
-from gaitsim.render.scene import THEMES, VIEWS, Picture, Scene, Take
+from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
 from gaitsim.runs.reader import Run
 from gaitsim.runs.replay import Replay, replay
 
@@ -33,8 +33,8 @@ _WIDTHS = 3.4, 5.6  # inches of the fitness curve: all its words fit, and are no
 
 
 @dataclass(frozen=True)
-class Look:
-    """How a video looks; one that cannot be made is refused.
+class RenderSettings:
+    """The size, speed, view and colours of a video.
 
     Attributes:
         format: one of `FORMATS`.
@@ -117,24 +117,26 @@ class Video:
     Args:
         run: whose champions are shown.
         generations: whose best; () for the best of all.
-        look: how it looks.
+        settings: size, speed, view and colours; the defaults of `RenderSettings` for None.
 
     Raises:
         RunError: there is no such generation, or no champion.
         GaitsimError: so many bodies do not fit.
     """
 
-    def __init__(self, run: Run, generations: Sequence[int] = (), look: Look | None = None) -> None:
-        self.run, self.look = run, look or Look()
+    def __init__(
+        self, run: Run, generations: Sequence[int] = (), settings: RenderSettings | None = None
+    ) -> None:
+        self.run, self.settings = run, settings or RenderSettings()
         shown = [replay(run, generation) for generation in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
         self._check_room(len(shown))
-        takes = [_take(one, self.look.speed, alone=len(shown) == 1) for one in shown]
-        self._scene = Scene(takes, self.look.pixels, self.look.view, self.look.theme)
-        ratio = float(self.look.rate) / self.look.speed
+        clips = [_clip(one, self.settings.speed, alone=len(shown) == 1) for one in shown]
+        self._scene = Scene(clips, self.settings.pixels, self.settings.view, self.settings.theme)
+        ratio = float(self.settings.rate) / self.settings.speed
         # What is a frame but for rounding is one.
         self._moving = int(self._scene.seconds * ratio + 1e-6) + 1
-        self._intro = round(INTRO * self.look.rate) if self.look.intro else 0
+        self._intro = round(INTRO * self.settings.rate) if self.settings.intro else 0
 
     def __len__(self) -> int:
         """Of how many pictures."""
@@ -145,9 +147,9 @@ class Video:
         """Of the file that it becomes unless told otherwise."""
         numbers = "-".join(map(str, self.generations))
         if len(self.generations) == 1:
-            return f"video-generation-{numbers}.{self.look.format}"
+            return f"video-generation-{numbers}.{self.settings.format}"
         many = f"{self.generations[0]}-to-{self.generations[-1]}" if len(numbers) > 60 else numbers
-        return f"video-generations-{many}.{self.look.format}"
+        return f"video-generations-{many}.{self.settings.format}"
 
     def write(self, path: Path, advance: Callable[[], object] = lambda: None) -> None:
         """Write it, picture by picture.
@@ -160,7 +162,7 @@ class Video:
             RunError: the file cannot be written.
         """
         check_folder(path)
-        samples = self._samples() if self.look.format == "gif" else ()
+        samples = self._samples() if self.settings.format == "gif" else ()
 
         def pictures() -> Iterator[Picture]:
             for picture in self.pictures():
@@ -170,9 +172,9 @@ class Video:
         encode(
             pictures(),
             path,
-            format=self.look.format,
-            size=self.look.pixels,
-            fps=self.look.rate,
+            format=self.settings.format,
+            size=self.settings.pixels,
+            fps=self.settings.rate,
             samples=samples,
         )
 
@@ -180,7 +182,7 @@ class Video:
         """Its pictures, made one at a time."""
         if self._intro:
             curve, first = self._curve(), self._draw(0)
-            fading = min(round(CROSSFADE * self.look.rate), self._intro)
+            fading = min(round(CROSSFADE * self.settings.rate), self._intro)
             for number in range(self._intro):
                 share = max(number + 1 - (self._intro - fading), 0) / (fading + 1)
                 yield _mixed(curve, first, share)
@@ -189,10 +191,10 @@ class Video:
 
     def _draw(self, number: int) -> Picture:
         """The picture of a number, counted from the end of the intro."""
-        shown = number / float(self.look.rate)
-        turn = 360 / max(self._moving / float(self.look.rate), ORBIT)
+        shown = number / float(self.settings.rate)
+        turn = 360 / max(self._moving / float(self.settings.rate), ORBIT)
         return self._scene.draw(
-            shown * self.look.speed, turn * shown if self.look.view == "orbit" else 0.0
+            shown * self.settings.speed, turn * shown if self.settings.view == "orbit" else 0.0
         )
 
     def _samples(self) -> list[Picture]:
@@ -211,10 +213,12 @@ class Video:
         from gaitsim.render.plots import THEMES as PLOT_THEMES
         from gaitsim.render.plots import fitness_figure, picture
 
-        width, height = self.look.pixels
+        width, height = self.settings.pixels
         edge = round(MARGIN * min(width, height))
         dots = (width - 2 * edge) / float(np.clip((width - 2 * edge) / _LETTERS, *_WIDTHS))
-        theme = replace(PLOT_THEMES[self.look.theme], background=THEMES[self.look.theme].ground)
+        theme = replace(
+            PLOT_THEMES[self.settings.theme], background=THEMES[self.settings.theme].ground
+        )
         # A hundredth more, as what is a whole number but for rounding is cut down to one.
         size = ((width - 2 * edge + 0.01) / dots, (height - 2 * edge + 0.01) / dots)
         drawn = picture(fitness_figure(self.run, theme, size), "png", theme, dots)
@@ -227,18 +231,18 @@ class Video:
     def _check_room(self, bodies: int) -> None:
         from gaitsim.render.scene.layout import tiles
 
-        _, _, wide, tall = tiles(bodies, *self.look.pixels)[0]
+        _, _, wide, tall = tiles(bodies, *self.settings.pixels)[0]
         if bodies > 1 and min(wide, tall) < PANEL:
             raise GaitsimError(
                 f"{bodies} bodies do not fit side by side into "
-                f"{self.look.pixels[0]}x{self.look.pixels[1]} pixels",
+                f"{self.settings.pixels[0]}x{self.settings.pixels[1]} pixels",
                 where="--generations",
                 allowed=f"{PANEL} pixels or more for each",
                 remedy="show fewer of them, or make the picture larger with --size",
             )
 
 
-def _take(shown: Replay, speed: float, alone: bool) -> Take:
+def _clip(shown: Replay, speed: float, alone: bool) -> Clip:
     """A champion, as a scene wants it; what cannot be drawn is the body's fault.
 
     Args:
@@ -270,7 +274,7 @@ def _take(shown: Replay, speed: float, alone: bool) -> Take:
         details.append(f"first of {trials} trials")
     if speed != 1:
         details.append(f"{speed:g} × speed")
-    return Take(skeleton, title, "   ".join(details))
+    return Clip(skeleton, title, "   ".join(details))
 
 
 def _mixed(one: Picture, other: Picture, share: float) -> Picture:

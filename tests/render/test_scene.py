@@ -7,11 +7,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.scene import THEMES, VIEWS, Scene, Take, draw
+from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, draw
 from gaitsim.render.scene.anatomy import anatomy
 from gaitsim.render.scene.camera import Camera, axes, steadied
 from gaitsim.render.scene.ground import grid
-from gaitsim.render.scene.labels import DPI, Lettering
+from gaitsim.render.scene.labels import DPI, Labels
 from gaitsim.render.scene.layout import inner_edges, tiles
 from gaitsim.render.scene.shapes import hull
 from gaitsim.render.scene.themes import rgb
@@ -93,11 +93,11 @@ def test_the_camera_follows_a_steady_walk_exactly_and_a_trembling_one_calmly():
 
 def test_a_pose_between_two_frames_is_between_them():
     skeleton = walker()
-    take = Take(skeleton)
-    assert np.allclose(take.at(0.05).segments, skeleton.segments[:2].mean(axis=0))
-    assert np.array_equal(take.at(0.3).segments, skeleton.segments[3])
-    assert np.array_equal(take.at(9.0).segments, skeleton.segments[-1])
-    assert np.allclose(take.at(0.25).trail[[0, -1], 0], (0.0, 0.125))
+    clip = Clip(skeleton)
+    assert np.allclose(clip.at(0.05).segments, skeleton.segments[:2].mean(axis=0))
+    assert np.array_equal(clip.at(0.3).segments, skeleton.segments[3])
+    assert np.array_equal(clip.at(9.0).segments, skeleton.segments[-1])
+    assert np.allclose(clip.at(0.25).trail[[0, -1], 0], (0.0, 0.125))
 
 
 def test_lines_of_the_ground_stay_where_they_are():
@@ -168,19 +168,19 @@ HILLS = np.array([[-10.0, 0.0], [0.03, 0.0], [0.33, 0.2], [0.61, 0.1], [20.0, 0.
 
 
 def test_on_uneven_ground_lines_bend_at_its_corners():
-    take = Take(replace(walker(), ground=HILLS))
+    clip = Clip(replace(walker(), ground=HILLS))
     seen = Camera(np.array([0.3, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
-    ends, _ = grid(seen, 1.0, 900.0, 1.0, take.corners)
-    on = take.grounded(ends)
+    ends, _ = grid(seen, 1.0, 900.0, 1.0, clip.corners)
+    on = clip.grounded(ends)
     assert np.array_equal(on[..., :2], ends[..., :2])
     assert on[..., 2].max() == pytest.approx(0.2)
-    middle = take.grounded(ends.mean(axis=1))  # no piece leads over a corner
+    middle = clip.grounded(ends.mean(axis=1))  # no piece leads over a corner
     assert np.allclose(middle, on.mean(axis=1))
 
 
 def test_feet_shadow_and_path_are_on_uneven_ground():
     level, high = (
-        Scene([Take(replace(walker(), ground=ground))], (640, 480), "side", "light").panels[0]
+        Scene([Clip(replace(walker(), ground=ground))], (640, 480), "side", "light").panels[0]
         for ground in (None, np.array([[0.0, 0.1]]))
     )
     for panel in (level, high):
@@ -211,7 +211,7 @@ def test_the_path_is_behind_the_body():
 
 
 def test_the_body_stays_in_the_middle_and_the_ground_moves():
-    scene = Scene([Take(walker())], (640, 480), "side", "light")
+    scene = Scene([Clip(walker())], (640, 480), "side", "light")
     one, other = scene.draw(0.4), scene.draw(1.13)
     body = THEMES["light"].body
     assert coloured(one, body, 40).sum() > 2000
@@ -222,16 +222,16 @@ def test_the_body_stays_in_the_middle_and_the_ground_moves():
 
 def test_of_what_flies_the_altitude_is_beside_it_and_the_ground_below():
     rising = cuboid(at=(0.0, 0.0, 0.5))
-    assert Take(rising).floor == 0.0
-    scene = Scene([Take(rising)], (640, 480), "side", "light")
+    assert Clip(rising).floor == 0.0
+    scene = Scene([Clip(rising)], (640, 480), "side", "light")
     pointer = coloured(scene.draw(1.0), THEMES["light"].path)[:, 600:]
     assert pointer.sum() > 30
-    falling = Take(cuboid(at=(0.0, 0.0, -0.5)))
+    falling = Clip(cuboid(at=(0.0, 0.0, -0.5)))
     assert falling.floor == -10.0
     assert falling.at(2.0).segments[..., 2].min() == 0.0
     texts = [Scene([falling], (640, 480), "iso", "dark")]
     texts[0].draw(2.0)
-    assert texts[0].panels[0].lettering.clock.get_text() == (
+    assert texts[0].panels[0].labels.clock.get_text() == (
         "2.00 s   distance 0.00 m   altitude −9.50 m"
     )
 
@@ -241,7 +241,7 @@ def test_of_what_flies_the_altitude_is_beside_it_and_the_ground_below():
 def test_every_view_can_be_drawn_in_every_size(theme, size):
     for view in VIEWS:
         for skeleton in (walker(), cuboid(at=(1.0, 0.0, 2.0))):
-            picture = Scene([Take(skeleton, "name", "details")] * 2, size, view, theme).draw(1.0)
+            picture = Scene([Clip(skeleton, "name", "details")] * 2, size, view, theme).draw(1.0)
             assert picture.shape == (size[1], size[0], 4)
             assert picture.dtype == np.uint8
 
@@ -285,8 +285,8 @@ def test_panels_share_the_picture():
 def test_texts_stay_in_their_panel(name, size):
     figure = Figure((size[0] / DPI, size[1] / DPI), dpi=DPI)
     canvas = FigureCanvasAgg(figure)
-    take = Take(walker(), name, f"generation 1000000   score −0.0001   {name}")
-    made = Lettering(figure, (0, 0, *size), take, THEMES["light"], 0.05)
+    clip = Clip(walker(), name, f"generation 1000000   score −0.0001   {name}")
+    made = Labels(figure, (0, 0, *size), clip, THEMES["light"], 0.05)
     boxes = [text.get_window_extent(canvas.get_renderer()) for text in (*made.still, made.clock)]
     for box in boxes:
         assert box.x0 >= 0

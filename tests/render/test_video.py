@@ -13,7 +13,7 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.render.encoder import encode
 from gaitsim.render.scene import Scene
-from gaitsim.render.video import Look, Video
+from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 
@@ -141,8 +141,8 @@ def test_what_stops_it_leaves_no_file(tmp_path, stop):
 
 
 def test_a_spider_of_300_frames_is_as_many_pictures(spider_run, tmp_path):
-    assert len(Video(spider_run, (), Look(**SMALL))) == 300
-    video = Video(spider_run, (), Look(fps=6, **SMALL))
+    assert len(Video(spider_run, (), RenderSettings(**SMALL))) == 300
+    video = Video(spider_run, (), RenderSettings(fps=6, **SMALL))
     calls = []
     video.write(tmp_path / "a.mp4", lambda: calls.append(1))
     facts, _, pictures = decoded(tmp_path / "a.mp4")
@@ -155,13 +155,17 @@ def test_a_spider_of_300_frames_is_as_many_pictures(spider_run, tmp_path):
 
 
 def test_it_begins_with_the_fitness_curve(spider_run):
-    video = Video(spider_run, (), Look(size=(320, 240), theme="dark"))
+    video = Video(spider_run, (), RenderSettings(size=(320, 240), theme="dark"))
     assert len(video) == 45 + 300
     pictures = [picture for picture, _ in zip(video.pictures(), range(46), strict=False)]
     assert all(np.array_equal(pictures[0], picture) for picture in pictures[:33])
     assert not np.array_equal(pictures[33], pictures[32])
     bare = next(
-        iter(Video(spider_run, (), Look(size=(320, 240), theme="dark", intro=False)).pictures())
+        iter(
+            Video(
+                spider_run, (), RenderSettings(size=(320, 240), theme="dark", intro=False)
+            ).pictures()
+        )
     )
     assert np.array_equal(pictures[45], bare)
     background = pictures[0][0, 0]
@@ -172,7 +176,7 @@ def test_it_begins_with_the_fitness_curve(spider_run):
 
 @pytest.mark.parametrize("size", [(64, 64), (320, 240), (1001, 333), (640, 1136)])
 def test_every_picture_has_the_size_asked_for(spider_run, size):
-    video = Video(spider_run, (), Look("gif", size, fps=1))
+    video = Video(spider_run, (), RenderSettings("gif", size, fps=1))
     assert {picture.shape for picture in video.pictures()} == {(size[1], size[0], 4)}
 
 
@@ -180,7 +184,7 @@ def test_every_picture_has_the_size_asked_for(spider_run, size):
     ("speed", "fps", "pictures"), [(1, 30, 300), (0.5, 30, 599), (2, 30, 150), (1, 10, 100)]
 )
 def test_speed_and_rate_resample_the_motion(spider_run, speed, fps, pictures):
-    video = Video(spider_run, (), Look(speed=speed, fps=fps, **SMALL))
+    video = Video(spider_run, (), RenderSettings(speed=speed, fps=fps, **SMALL))
     assert len(video) == pictures
 
 
@@ -193,8 +197,8 @@ def test_slow_motion_shows_what_is_between_two_frames(spider_run, monkeypatch):
         return draw(self, seconds, turned)
 
     monkeypatch.setattr(Scene, "draw", noting)
-    look = Look(speed=0.25, fps=60, view="orbit", **SMALL)
-    for _, _ in zip(Video(spider_run, (), look).pictures(), range(5), strict=False):
+    settings = RenderSettings(speed=0.25, fps=60, view="orbit", **SMALL)
+    for _, _ in zip(Video(spider_run, (), settings).pictures(), range(5), strict=False):
         pass
     times = np.array(seen)
     assert np.allclose(times[:5, 0], np.arange(5) / 240)
@@ -202,43 +206,43 @@ def test_slow_motion_shows_what_is_between_two_frames(spider_run, monkeypatch):
 
 
 def test_champions_of_several_generations_are_side_by_side(spider_run):
-    video = Video(spider_run, (1, 3, 2), Look(size=(480, 160), intro=False))
+    video = Video(spider_run, (1, 3, 2), RenderSettings(size=(480, 160), intro=False))
     assert video.name == "video-generations-1-3-2.mp4"
     picture = next(iter(video.pictures()))
     first, second = picture[:, :160], picture[:, 160:320]
     assert not np.array_equal(first, second)
-    titles = [panel.take.title for panel in video._scene.panels]
+    titles = [panel.clip.title for panel in video._scene.panels]
     assert titles == ["generation 1", "generation 3", "generation 2"]
     assert len({panel.scale for panel in video._scene.panels}) == 1
 
 
 def test_one_generation_is_named(spider_run):
-    video = Video(spider_run, (2,), Look("gif", **SMALL))
+    video = Video(spider_run, (2,), RenderSettings("gif", **SMALL))
     assert video.name == "video-generation-2.gif"
     (panel,) = video._scene.panels
-    assert panel.take.title == "spider"
-    assert panel.take.details.startswith("generation 2   score ")
+    assert panel.clip.title == "spider"
+    assert panel.clip.details.startswith("generation 2   score ")
 
 
 def test_a_video_says_which_flight_it_shows(bundled):
-    (panel,) = Video(bundled("fly"), (), Look(intro=False, speed=0.5))._scene.panels
-    assert panel.take.details.endswith("   first of 3 trials   0.5 × speed")
-    several = Video(bundled("fly"), (1, 1), Look(intro=False))._scene.panels
-    assert all(panel.take.details.endswith("   first of 3 trials") for panel in several)
-    (panel,) = Video(bundled("walker"), (), Look(intro=False))._scene.panels
-    assert "trial" not in panel.take.details
+    (panel,) = Video(bundled("fly"), (), RenderSettings(intro=False, speed=0.5))._scene.panels
+    assert panel.clip.details.endswith("   first of 3 trials   0.5 × speed")
+    several = Video(bundled("fly"), (1, 1), RenderSettings(intro=False))._scene.panels
+    assert all(panel.clip.details.endswith("   first of 3 trials") for panel in several)
+    (panel,) = Video(bundled("walker"), (), RenderSettings(intro=False))._scene.panels
+    assert "trial" not in panel.clip.details
 
 
 def test_the_same_video_is_the_same_file(spider_run, tmp_path):
     for format in ("mp4", "gif"):
         paths = [tmp_path / f"{name}.{format}" for name in "ab"]
         for path in paths:
-            Video(spider_run, (), Look(format, (160, 120), fps=2)).write(path)
+            Video(spider_run, (), RenderSettings(format, (160, 120), fps=2)).write(path)
         assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 @pytest.mark.parametrize(
-    ("look", "says"),
+    ("settings", "says"),
     [
         ({"format": "avi"}, "there is no format 'avi'"),
         ({"view": "sides"}, "there is no view 'sides'"),
@@ -260,34 +264,36 @@ def test_the_same_video_is_the_same_file(spider_run, tmp_path):
         ({"speed": 1e9}, r"a speed of 1e\+09"),
     ],
 )
-def test_what_cannot_be_shown_is_refused(look, says):
+def test_what_cannot_be_shown_is_refused(settings, says):
     with pytest.raises(GaitsimError, match=says) as error:
-        Look(**look)
+        RenderSettings(**settings)
     assert error.value.where.startswith("--")
     assert error.value.allowed
 
 
 def test_a_gif_may_be_odd(spider_run, tmp_path):
-    Video(spider_run, (), Look("gif", (101, 67), fps=1, intro=False)).write(tmp_path / "a.gif")
+    Video(spider_run, (), RenderSettings("gif", (101, 67), fps=1, intro=False)).write(
+        tmp_path / "a.gif"
+    )
     with Image.open(tmp_path / "a.gif") as gif:
         assert gif.size == (101, 67)
 
 
 def test_generations_that_are_not_there_are_refused(spider_run):
     with pytest.raises(RunError, match="has no generation 4"):
-        Video(spider_run, (1, 4), Look(**SMALL))
+        Video(spider_run, (1, 4), RenderSettings(**SMALL))
 
 
 def test_too_many_bodies_are_refused(spider_run):
     with pytest.raises(GaitsimError, match="2 bodies do not fit") as error:
-        Video(spider_run, (1, 2), Look(**SMALL))
+        Video(spider_run, (1, 2), RenderSettings(**SMALL))
     assert "--size" in error.value.remedy
 
 
 def test_a_run_without_a_generation_has_no_video(puppet, tmp_path):
     run = Run(create_run(puppet(), tmp_path / "run"))
     with pytest.raises(RunError, match="no finished generation"):
-        Video(run, (), Look(**SMALL))
+        Video(run, (), RenderSettings(**SMALL))
 
 
 def test_a_run_in_which_all_failed_has_no_video(puppet_run, puppets, monkeypatch):
@@ -295,11 +301,11 @@ def test_a_run_in_which_all_failed_has_no_video(puppet_run, puppets, monkeypatch
         puppets.Reach, "terms", lambda self, motion: {"reach": motion["reach"] * np.nan}
     )
     with pytest.raises(RunError, match="has no champion"):
-        Video(puppet_run("evolution.elites=0"), (), Look(**SMALL))
+        Video(puppet_run("evolution.elites=0"), (), RenderSettings(**SMALL))
 
 
 def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):
-    Video(puppet_run(), (), Look(**SMALL)).write(tmp_path / "a.mp4")
+    Video(puppet_run(), (), RenderSettings(**SMALL)).write(tmp_path / "a.mp4")
     assert len(decoded(tmp_path / "a.mp4")[2]) == 31  # 5 frames at 4 a second
 
 
@@ -320,11 +326,11 @@ def test_a_body_that_cannot_be_drawn_is_named(puppet_run, puppets, monkeypatch, 
     run = puppet_run()
     monkeypatch.setattr(puppets.Puppet, "skeleton", skeleton)
     with pytest.raises(PluginError, match=f"package gaitsim-puppets.*{says}"):
-        Video(run, (), Look(**SMALL))
+        Video(run, (), RenderSettings(**SMALL))
 
 
 def test_a_target_that_cannot_be_is_refused(spider_run, tmp_path):
-    video = Video(spider_run, (), Look(**SMALL))
+    video = Video(spider_run, (), RenderSettings(**SMALL))
     with pytest.raises(RunError, match="there is no folder"):
         video.write(tmp_path / "missing" / "a.mp4")
     with pytest.raises(RunError, match="it is a folder"):

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.scene.camera import VIEWS, fitting
-from gaitsim.render.scene.clip import Take
+from gaitsim.render.scene.clip import Clip
 from gaitsim.render.scene.layout import inner_edges, tiles
 from gaitsim.render.scene.themes import THEMES, Theme
 
-__all__ = ["THEMES", "VIEWS", "Picture", "Scene", "Take", "draw"]
+__all__ = ["THEMES", "VIEWS", "Clip", "Picture", "Scene", "draw"]
 
 Picture = NDArray[np.uint8]
 """(height, width, 4): red, green, blue, opacity, the top row first."""
@@ -27,21 +27,21 @@ class Scene:
     """Bodies side by side, seen from one side and at one scale.
 
     Args:
-        takes: what to show, a panel each.
+        clips: what to show, a panel each.
         size: width and height, pixels.
         view: one of `VIEWS`.
         theme: one of `THEMES`.
     """
 
-    def __init__(self, takes: Sequence[Take], size: tuple[int, int], view: str, theme: str) -> None:
+    def __init__(self, clips: Sequence[Clip], size: tuple[int, int], view: str, theme: str) -> None:
         from matplotlib import style
 
         # Whatever a user's settings of matplotlib are.
         with style.context({}, after_reset=True):
-            self._build(takes, size, view, THEMES[theme])
-        self.seconds = max(take.seconds for take in takes)
+            self._build(clips, size, view, THEMES[theme])
+        self.seconds = max(clip.seconds for clip in clips)
 
-    def _build(self, takes: Sequence[Take], size: tuple[int, int], view: str, theme: Theme) -> None:
+    def _build(self, clips: Sequence[Clip], size: tuple[int, int], view: str, theme: Theme) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.collections import LineCollection
         from matplotlib.figure import Figure
@@ -53,13 +53,13 @@ class Scene:
         width, height = size
         figure = Figure((width / DPI, height / DPI), dpi=DPI, facecolor=theme.ground)
         self._canvas: Any = FigureCanvasAgg(figure)
-        places = tiles(len(takes), width, height)
-        box = np.concatenate([take.box for take in takes])
+        places = tiles(len(clips), width, height)
+        box = np.concatenate([clip.box for clip in clips])
         _, _, wide, tall = places[0]
         scale, middle = fitting(box, view, FILLED[0] * wide, FILLED[1] * tall)
         self.panels = [
-            Panel(figure, place, take, theme, view, scale, middle)
-            for place, take in zip(places, takes, strict=True)
+            Panel(figure, place, clip, theme, view, scale, middle)
+            for place, clip in zip(places, clips, strict=True)
         ]
         edges = inner_edges(places, height)
         figure.add_artist(
@@ -72,25 +72,25 @@ class Scene:
         figure, height = self._canvas.figure, self._canvas.get_width_height()[1]
         figure.patch.set_alpha(0)
         for panel in self.panels:
-            panel.lettering.clock.set_visible(False)
+            panel.labels.clock.set_visible(False)
         self._canvas.draw()
         drawn = np.array(self._canvas.buffer_rgba())
         for panel in self.panels:
-            for artist in panel.lettering.still:
+            for artist in panel.labels.still:
                 box = artist.get_window_extent(self._canvas.get_renderer())
                 top, bottom = (max(height - int(y), 0) for y in (box.y1 + 3, box.y0 - 2))
                 place = (slice(top, bottom), slice(max(int(box.x0) - 2, 0), int(box.x1) + 3))
                 artist.remove()
                 opacity = drawn[place][..., 3:].astype(np.uint16)
                 yield place, drawn[place][..., :3] * opacity, 255 - opacity
-            panel.lettering.clock.set_visible(True)
+            panel.labels.clock.set_visible(True)
         figure.patch.set_alpha(1)
 
     def draw(self, seconds: float, turned: float = 0.0) -> Picture:
         """The picture at a moment.
 
         Args:
-            seconds: since the takes began; one that has ended keeps its last pose.
+            seconds: since the clips began; one that has ended keeps its last pose.
             turned: how far the camera has gone around the bodies, degrees.
         """
         for panel in self.panels:
@@ -124,4 +124,4 @@ def draw(
         title: a first line in it.
         details: a second one.
     """
-    return Scene([Take(skeleton, title, details)], size, view, theme).draw(seconds)
+    return Scene([Clip(skeleton, title, details)], size, view, theme).draw(seconds)

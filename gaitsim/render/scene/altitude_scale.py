@@ -17,7 +17,7 @@ APART = 70.0  # pixels between numbers, at least
 PARTS = 5  # between two numbers
 
 
-class Tape:
+class AltitudeScale:
     """A ruler at the right edge of a panel, in the scale of the picture at the body.
 
     Args:

@@ -28,50 +28,50 @@ class Part(NamedTuple):
 
 
 def body(
-    camera: Camera, segments: Points, look: Anatomy, colours: Mapping[str, Colour], line: float
+    camera: Camera, segments: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> list[Part]:
     """Limbs, plates and solids, in the order in which a painter would take them.
 
     Args:
         camera: that looks.
         segments: (segments, 2, 3) m.
-        look: how they are to be drawn.
+        anatomy: how they are to be drawn.
         colours: of the theme, by their names there.
         line: pixels of a line of width 1.
     """
     drawn = [
-        *_limbs(camera, segments[look.limbs], look, colours, line),
-        *_plates(camera, segments.reshape(-1, 3), look, colours, line),
-        *_solids(camera, segments.reshape(-1, 3), look, colours, line),
+        *_limbs(camera, segments[anatomy.limbs], anatomy, colours, line),
+        *_plates(camera, segments.reshape(-1, 3), anatomy, colours, line),
+        *_solids(camera, segments.reshape(-1, 3), anatomy, colours, line),
     ]
     drawn.sort(key=lambda one: -one[0])
     return [part for _, parts in drawn for part in parts]
 
 
-def shadow(camera: Camera, flat: Points, look: Anatomy) -> list[Points]:
+def shadow(camera: Camera, flat: Points, anatomy: Anatomy) -> list[Points]:
     """The outlines of a body's shadow, as the light from above casts it.
 
     Args:
         camera: that sees it.
         flat: the body's segments on the ground, (segments, 2, 3) m.
-        look: how the body is drawn.
+        anatomy: how the body is drawn.
     """
     ends = flat.reshape(-1, 3)
-    outlines = list(_capsules(camera, flat[look.limbs], look.radii)[0])
-    outlines += [camera.project(ends[list(plate)])[0] for plate in look.plates]
-    for faces in look.solids:
+    outlines = list(_capsules(camera, flat[anatomy.limbs], anatomy.radii)[0])
+    outlines += [camera.project(ends[list(plate)])[0] for plate in anatomy.plates]
+    for faces in anatomy.solids:
         corners = sorted({corner for face in faces for corner in face})
         outlines.append(hull(camera.project(ends[corners])[0]))
     return outlines
 
 
 def _limbs(
-    camera: Camera, segments: Points, look: Anatomy, colours: Mapping[str, Colour], line: float
+    camera: Camera, segments: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> Iterator[tuple[float, list[Part]]]:
     """Round bars with a light upper side."""
-    sides, depth = _capsules(camera, segments, look.radii)
-    lights, _ = _capsules(camera, segments, look.radii, 0.42, 0.36)
-    fog, trunk = _fog(camera, depth, look), look.trunks[:, None]
+    sides, depth = _capsules(camera, segments, anatomy.radii)
+    lights, _ = _capsules(camera, segments, anatomy.radii, 0.42, 0.36)
+    fog, trunk = _fog(camera, depth, anatomy), anatomy.trunks[:, None]
     side, light, edge = (
         mixed(np.where(trunk, colours[thick], colours[thin]), colours["ground"], fog)
         for thick, thin in (
@@ -81,7 +81,7 @@ def _limbs(
         )
     )
     # Limbs begin inside a trunk, on its middle line: it is drawn over them.
-    depth = depth - look.span * look.trunks
+    depth = depth - anatomy.span * anatomy.trunks
     for i in range(len(segments)):
         yield (
             float(depth[i]),
@@ -93,16 +93,16 @@ def _limbs(
 
 
 def _plates(
-    camera: Camera, ends: Points, look: Anatomy, colours: Mapping[str, Colour], line: float
+    camera: Camera, ends: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> Iterator[tuple[float, list[Part]]]:
     """Slabs with rounded corners."""
-    for plate, radius in zip(look.plates, look.plate_radii, strict=True):
+    for plate, radius in zip(anatomy.plates, anatomy.plate_radii, strict=True):
         corners = ends[list(plate)]
         normal = _normal(corners)
         normal *= -np.sign(normal @ camera.ahead)
         front, depth = camera.project(corners + radius * normal)
         back, _ = camera.project(corners - radius * normal)
-        fog = _fog(camera, depth.mean(), look)
+        fog = _fog(camera, depth.mean(), anatomy)
         side, light, edge = (
             mixed(colours[name], colours["ground"], fog)
             for name in ("body", "body_light", "limb_edge")
@@ -120,10 +120,10 @@ def _plates(
 
 
 def _solids(
-    camera: Camera, ends: Points, look: Anatomy, colours: Mapping[str, Colour], line: float
+    camera: Camera, ends: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> Iterator[tuple[float, list[Part]]]:
     """The faces that are turned to the camera, the lighter the more they are to the light."""
-    for faces in look.solids:
+    for faces in anatomy.solids:
         parts = []
         depths = []
         for face in faces:
@@ -133,7 +133,7 @@ def _solids(
             if _turns_left(outline) <= 0:
                 continue
             shine = 0.5 + 0.5 * float(_normal(corners) @ LIGHT)
-            fog = _fog(camera, depth.mean(), look)
+            fog = _fog(camera, depth.mean(), anatomy)
             colour = mixed(colours["limb"], colours["limb_light"], shine)
             parts.append(
                 Part(
@@ -160,9 +160,9 @@ def _capsules(
     return capsules(ends, share * pixels), depth.mean(axis=1)
 
 
-def _fog(camera: Camera, depth: float | Points, look: Anatomy) -> NDArray[np.float64]:
+def _fog(camera: Camera, depth: float | Points, anatomy: Anatomy) -> NDArray[np.float64]:
     """How far into the background something at a depth is."""
-    return np.asarray(FOG * np.clip((depth - camera.distance) / look.span + 0.5, 0.0, 1.0))
+    return np.asarray(FOG * np.clip((depth - camera.distance) / anatomy.span + 0.5, 0.0, 1.0))
 
 
 def _normal(corners: Points) -> Points:

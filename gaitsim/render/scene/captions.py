@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gaitsim.render.scene.clip import Pose, Take
+from gaitsim.render.scene.clip import Clip, Pose
 
 SMALL = 0.25  # metres: a body that walks centimetres
 
@@ -15,23 +15,23 @@ def step(metres: float) -> str:
     return f"{metres * 1000:g} mm"
 
 
-def moment(take: Take, pose: Pose, seconds: float) -> str:
+def moment(clip: Clip, pose: Pose, seconds: float) -> str:
     """Time, distance and, of what flies, altitude, in words of constant width."""
-    away = float(np.hypot(*(pose.middle - take.path[0])[:2]))
-    return _moment(take, min(seconds, take.seconds), away, float(pose.middle[2]) + take.floor)
+    away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
+    return _moment(clip, min(seconds, clip.seconds), away, float(pose.middle[2]) + clip.floor)
 
 
-def longest_moment(take: Take) -> str:
+def longest_moment(clip: Clip) -> str:
     """A text about as wide as the widest of `moment`."""
-    away = float(np.hypot(*(take.path - take.path[0])[:, :2].T).max())
-    altitude = take.path[:, 2] + take.floor
-    return _moment(take, take.seconds, away, float(altitude[np.abs(altitude).argmax()]))
+    away = float(np.hypot(*(clip.path - clip.path[0])[:, :2].T).max())
+    altitude = clip.path[:, 2] + clip.floor
+    return _moment(clip, clip.seconds, away, float(altitude[np.abs(altitude).argmax()]))
 
 
-def _moment(take: Take, seconds: float, away: float, altitude: float) -> str:
+def _moment(clip: Clip, seconds: float, away: float, altitude: float) -> str:
     # Digits are of one width, so nothing jumps as long as the unit stays.
-    small = take.anatomy.span < SMALL
-    lengths = [away, altitude] if take.flies else [away]
+    small = clip.anatomy.span < SMALL
+    lengths = [away, altitude] if clip.flies else [away]
     said = [f"{100 * x:.1f} cm" if small else f"{x:.2f} m" for x in lengths]
     said = [x.replace("-", "−") for x in said]
     words = (f"{name} {x}" for name, x in zip(("distance", "altitude"), said, strict=False))

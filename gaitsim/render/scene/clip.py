@@ -36,7 +36,7 @@ class Pose:
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
+class Clip:
     """A skeleton to be shown, and what is written beside it.
 
     Attributes:

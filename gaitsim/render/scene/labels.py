@@ -4,7 +4,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from gaitsim.render.scene import captions
-from gaitsim.render.scene.clip import Pose, Take
+from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.layout import Place
 from gaitsim.render.scene.themes import Theme
 
@@ -17,13 +17,13 @@ SMALLEST = 9.0  # pixels: smaller letters cannot be read
 FONT = "DejaVu Sans"  # comes with matplotlib; its digits are all of one width
 
 
-class Lettering:
+class Labels:
     """A panel's title and details, its clock, and what its markers mean.
 
     Args:
         figure: to write in, at `DPI`.
         place: the panel's left, bottom, width and height, pixels.
-        take: what the panel shows.
+        clip: what the panel shows.
         theme: its colours.
         grid: distance between the lines on the ground, m.
 
@@ -33,21 +33,21 @@ class Lettering:
     """
 
     def __init__(
-        self, figure: "Figure", place: Place, take: Take, theme: Theme, grid: float
+        self, figure: "Figure", place: Place, clip: Clip, theme: Theme, grid: float
     ) -> None:
-        self._figure, self._take, self._theme = figure, take, theme
+        self._figure, self._clip, self._theme = figure, clip, theme
         self.still: list[Any] = []
         left, bottom, width, height = place
         self._unit = unit_of(width, height)
         pad = 22 * self._unit
         big, small = (max(size * self._unit, SMALLEST) for size in (21, 15))
         room, top = width - 2 * pad, bottom + height - pad
-        title = self._text(left + pad, top, take.title, big, weight="bold", va="top")
+        title = self._text(left + pad, top, clip.title, big, weight="bold", va="top")
         self._fit(title, room)
         under = top - 1.35 * _size(title)
-        details = self._text(left + pad, under, take.details, small, colour="faint", va="top")
+        details = self._text(left + pad, under, clip.details, small, colour="faint", va="top")
         self._fit(details, room)
-        self.clock = self._text(left + pad, bottom + pad, captions.longest_moment(take), big)
+        self.clock = self._text(left + pad, bottom + pad, captions.longest_moment(clip), big)
         self._fit(self.clock, room)
         self.still.remove(self.clock)
         used = self._box(self.clock).width + 2 * pad
@@ -55,14 +55,14 @@ class Lettering:
 
     def tell(self, pose: Pose, seconds: float) -> None:
         """Set the clock."""
-        self.clock.set_text(captions.moment(self._take, pose, seconds))
+        self.clock.set_text(captions.moment(self._clip, pose, seconds))
 
     def _legend(self, right: float, bottom: float, room: float, size: float, grid: float) -> None:
         """What the markers mean and how wide the grid is, as far as there is room.
 
         Below a body that flies the grid is as wide as suits its altitude, which has a scale.
         """
-        if self._take.flies:
+        if self._clip.flies:
             return
         scale = [(f"grid {captions.step(grid)}", "")]
         feet = [("on the ground", "stance"), ("in the air", "swing")]

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.scene.altitude_scale import Tape
+from gaitsim.render.scene.altitude_scale import AltitudeScale
 from gaitsim.render.scene.bodies import body, shadow
 from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, axes
-from gaitsim.render.scene.clip import Pose, Take
+from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES, fine_step, grid, shaded
-from gaitsim.render.scene.labels import POINT, Lettering, unit_of
+from gaitsim.render.scene.labels import POINT, Labels, unit_of
 from gaitsim.render.scene.shapes import discs, hull
 from gaitsim.render.scene.themes import Theme, mixed, rgb
 
@@ -26,12 +26,12 @@ CENTRE = 0.5  # of the body, as a share of a panel's height
 
 
 class Panel:
-    """A part of a figure that shows one take.
+    """A part of a figure that shows one clip.
 
     Args:
         figure: to draw in, at `DPI`.
         place: left, bottom, width and height, pixels.
-        take: what to show.
+        clip: what to show.
         theme: its colours.
         view: one of `VIEWS`.
         scale: pixels a metre at the body.
@@ -42,7 +42,7 @@ class Panel:
         self,
         figure: "Figure",
         place: tuple[float, float, float, float],
-        take: Take,
+        clip: Clip,
         theme: Theme,
         view: str,
         scale: float,
@@ -51,14 +51,14 @@ class Panel:
         from matplotlib.collections import LineCollection, PathCollection, PolyCollection
         from matplotlib.transforms import Bbox, IdentityTransform
 
-        self.take, self.theme, self.view = take, theme, view
+        self.clip, self.theme, self.view = clip, theme, view
         self.scale, self.middle = scale, middle
         left, bottom, width, height = place
         self.unit = unit_of(width, height)
         self.reach = 0.75 * float(np.hypot(width, height))
         self.centre = np.array([left + width / 2, bottom + height * CENTRE])
         self.colours = {name: rgb(colour) for name, colour in vars(theme).items()}
-        self._clip = Bbox.from_bounds(*place)
+        self._frame = Bbox.from_bounds(*place)
         self._figure, self._identity = figure, IdentityTransform()
         self._line = 1.3 * self.unit
         line = self._line * POINT
@@ -66,7 +66,7 @@ class Panel:
         def add(artist: Any, order: int) -> Any:
             artist.set_transform(self._identity)
             figure.add_artist(artist, clip=False)
-            artist.set_clip_box(self._clip)
+            artist.set_clip_box(self._frame)
             artist.set_zorder(order)
             return artist
 
@@ -90,36 +90,38 @@ class Panel:
         self.swing = add(LineCollection([], colors=theme.swing, linewidths=1.8 * line), 6)
         self.body = add(PolyCollection([], joinstyle="round"), 7)
         rise = scale * float(np.cos(np.radians(VIEWS[view][1])))
-        upright = self.take.flies and rise > 0.5 * scale
-        self.tape = Tape(figure, place, theme, rise, self.unit) if upright else None
-        self.lettering = Lettering(figure, place, take, theme, fine_step(scale, self.unit))
+        upright = self.clip.flies and rise > 0.5 * scale
+        self.altitude_scale = (
+            AltitudeScale(figure, place, theme, rise, self.unit) if upright else None
+        )
+        self.labels = Labels(figure, place, clip, theme, fine_step(scale, self.unit))
 
     def show(self, seconds: float, turned: float = 0.0) -> None:
         """Move everything to a moment.
 
         Args:
-            seconds: of the take.
+            seconds: of the clip.
             turned: how far the camera has gone around the body, degrees.
         """
-        pose = self.take.at(seconds)
+        pose = self.clip.at(seconds)
         azimuth, elevation = VIEWS[self.view]
         camera = Camera(
             pose.aim + self.middle,
             *axes(azimuth + turned, elevation),
-            distance=DISTANCE * self.take.anatomy.span,
+            distance=DISTANCE * self.clip.anatomy.span,
             scale=self.scale,
             centre=self.centre,
         )
         self._show_ground(camera, pose)
         self._show_feet(camera, pose)
         self._show_body(camera, pose)
-        self.lettering.tell(pose, seconds)
+        self.labels.tell(pose, seconds)
 
     def _show_ground(self, camera: Camera, pose: Pose) -> None:
-        take = self.take
-        ends, strength = grid(camera, take.anatomy.span, self.reach, self.unit, take.corners)
-        self.grid.set_paths(_layers(camera, take.grounded(ends), strength))
-        trail = pose.trail if take.flies else take.grounded(pose.trail)
+        clip = self.clip
+        ends, strength = grid(camera, clip.anatomy.span, self.reach, self.unit, clip.corners)
+        self.grid.set_paths(_layers(camera, clip.grounded(ends), strength))
+        trail = pose.trail if clip.flies else clip.grounded(pose.trail)
         seen = np.linalg.norm(trail - pose.aim, axis=1) * self.scale < self.reach
         since = int(np.flatnonzero(~seen)[-1]) + 1 if not seen.all() else 0
         every = np.unique(np.linspace(since, len(trail) - 1, TRAIL + 1).astype(int))
@@ -127,15 +129,15 @@ class Panel:
         pieces = np.stack([trail[:-1], trail[1:]], axis=1)
         away = np.linalg.norm(pieces.mean(axis=1) - pose.aim, axis=1) * self.scale / self.reach
         self.trail.set_paths(_layers(camera, pieces, 1 - away))
-        self.shadow.set_verts(shadow(camera, take.grounded(pose.segments), take.anatomy))
+        self.shadow.set_verts(shadow(camera, clip.grounded(pose.segments), clip.anatomy))
 
     def _show_feet(self, camera: Camera, pose: Pose) -> None:
-        take = self.take
-        standing = take.grounded(pose.contacts[pose.touching])
-        support = take.grounded(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
+        clip = self.clip
+        standing = clip.grounded(pose.contacts[pose.touching])
+        support = clip.grounded(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
         self.support.set_verts([camera.project(support)[0]])
-        size = FOOT * take.anatomy.thickness
-        self.stance.set_verts(list(camera.project(take.grounded(discs(standing, size)))[0]))
+        size = FOOT * clip.anatomy.thickness
+        self.stance.set_verts(list(camera.project(clip.grounded(discs(standing, size)))[0]))
         swinging, depth = camera.project(pose.contacts[~pose.touching])
         radius = 0.75 * size * camera.scale_at(depth)
         turn = np.linspace(0, 2 * np.pi, 25)
@@ -143,14 +145,14 @@ class Panel:
         self.swing.set_segments(list(swinging[:, None] + radius[:, None, None] * circle))
 
     def _show_body(self, camera: Camera, pose: Pose) -> None:
-        parts = body(camera, pose.segments, self.take.anatomy, self.colours, self._line)
+        parts = body(camera, pose.segments, self.clip.anatomy, self.colours, self._line)
         self.body.set_verts([part.outline for part in parts])
         self.body.set_facecolors(np.array([part.face for part in parts]))
         self.body.set_edgecolors(np.array([part.edge for part in parts]))
         self.body.set_linewidths([part.width * POINT for part in parts])
-        if self.tape:
+        if self.altitude_scale:
             at = float(camera.project(pose.middle)[0][1])
-            self.tape.show(float(pose.middle[2]) + self.take.floor, at)
+            self.altitude_scale.show(float(pose.middle[2]) + self.clip.floor, at)
 
 
 def _layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.camera import Camera, Points
-from gaitsim.render.scene.clip import Pose, Take
+from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
 from gaitsim.render.terminal.ticks import round_step
 from gaitsim.render.terminal.view import View, camera
@@ -60,9 +60,9 @@ class Figure:
             )
 
     @cached_property
-    def take(self) -> Take:
+    def clip(self) -> Clip:
         """The skeleton between its frames."""
-        return Take(self.skeleton)
+        return Clip(self.skeleton)
 
     @cached_property
     def sides(self) -> NDArray[np.intp]:
@@ -95,12 +95,12 @@ def picture(
     height, width = dots.shape
     if not dots.size:
         return cells(dots)
-    take = figure.take
-    pose = take.at(seconds)
-    eye = camera(view, take, pose, width, height)
-    _ground(dots, eye, take)
+    clip = figure.clip
+    pose = clip.at(seconds)
+    eye = camera(view, clip, pose, width, height)
+    _ground(dots, eye, clip)
     limbs, shades = _limbs(eye, pose.segments, figure.sides, height)
-    track = _track(eye, take, pose, height)
+    track = _track(eye, clip, pose, height)
     draw_lines(dots, np.concatenate([track, limbs]), np.append(np.full(len(track), TRACK), shades))
     codes, inks = cells(dots, behind=TRACK)
     if len(pose.contacts):
@@ -120,7 +120,7 @@ def _flat(eye: Camera, points: Points, height: int) -> tuple[Points, Points]:
     return flat, depth
 
 
-def _ground(dots: Dots, eye: Camera, take: Take) -> None:
+def _ground(dots: Dots, eye: Camera, clip: Clip) -> None:
     """Lines of dots that stay where they are in the world, so that a body is seen to move."""
     height, width = dots.shape
     foot = np.array([eye.target[0], eye.target[1], 0.0])
@@ -134,18 +134,18 @@ def _ground(dots: Dots, eye: Camera, take: Take) -> None:
     points = np.zeros((2 * len(grid), 3))
     points[:, :2] = np.concatenate([grid, grid[:, ::-1]]) + np.rint(foot[:2] / step) * step
     points = points[np.linalg.norm(points[:, :2] - foot[:2], axis=1) <= reach]
-    flat, depth = _flat(eye, take.grounded(points), height)
+    flat, depth = _flat(eye, clip.grounded(points), height)
     # Seen so flat, lines one behind the other become a solid floor.
     apart = eye.scale_at(depth) * step * max(-float(eye.ahead[2]), 0.1)
     draw_points(dots, flat[eye.in_front(depth) & (apart >= DENSEST)], GROUND)
 
 
-def _track(eye: Camera, take: Take, pose: Pose, height: int) -> Points:
+def _track(eye: Camera, clip: Clip, pose: Pose, height: int) -> Points:
     """Where the body has been, (lines, 2, 2): on the ground, but in the air where it flies."""
     every = max(1, len(pose.trail) // TRAIL)
     trail = pose.trail[::-every][::-1]
-    if not take.flies:
-        trail = take.grounded(trail)
+    if not clip.flies:
+        trail = clip.grounded(trail)
     flat, depth = _flat(eye, trail, height)
     seen = eye.in_front(depth)
     return np.stack([flat[:-1], flat[1:]], axis=1)[seen[:-1] & seen[1:]]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, axes
-from gaitsim.render.scene.clip import Pose, Take
+from gaitsim.render.scene.clip import Clip, Pose
 
 FILLED = 0.88, 0.80  # shares of a picture's width and height that a body fills
 CLOSEST, FARTHEST = 16.0, 1 / 16
@@ -65,19 +65,19 @@ class View:
         return self.named(names[(names.index(self.name) + 1) % len(names) if self.name else 0])
 
 
-def camera(view: View, take: Take, pose: Pose, width: int, height: int) -> Camera:
+def camera(view: View, clip: Clip, pose: Pose, width: int, height: int) -> Camera:
     """The camera of a picture of so many dots, y upwards from its lower edge."""
     right, up, ahead = axes(view.azimuth, view.elevation)
     if view.follow:
         # As wide from every side, so that a body does not grow and shrink as it is turned.
-        box = take.box
+        box = clip.box
         wide = 2 * float(np.hypot(box[:, 0], box[:, 1]).max())
         tall = float(np.ptp(box @ up))
         middle = (box[:, 2].min() + box[:, 2].max()) / 2
         target = pose.aim + np.array([0.0, 0.0, middle])
         reach = wide / 2
     else:
-        box = _way(take)
+        box = _way(clip)
         across, above = box @ right, box @ up
         wide, tall = float(np.ptp(across)), float(np.ptp(above))
         target = (box.min(axis=0) + box.max(axis=0)) / 2
@@ -94,8 +94,8 @@ def camera(view: View, take: Take, pose: Pose, width: int, height: int) -> Camer
     )
 
 
-def _way(take: Take) -> Points:
+def _way(clip: Clip) -> Points:
     """Corners of a box around all the places where a body comes to, (8, 3) m."""
-    low = take.path.min(axis=0) + take.box.min(axis=0)
-    high = take.path.max(axis=0) + take.box.max(axis=0)
+    low = clip.path.min(axis=0) + clip.box.min(axis=0)
+    high = clip.path.max(axis=0) + clip.box.max(axis=0)
     return np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)

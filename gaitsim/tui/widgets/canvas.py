@@ -152,7 +152,7 @@ class BodyCanvas(Cells, can_focus=True):
     @property
     def duration(self) -> float:
         """Seconds from the first frame to the last."""
-        return self._figure.take.seconds if self._figure else 0.0
+        return self._figure.clip.seconds if self._figure else 0.0
 
     @property
     def frames(self) -> int:
