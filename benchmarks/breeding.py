@@ -2,7 +2,7 @@
 
 Both keep the best, let the 16 best and 4 lucky others breed, cut each pair of genomes at
 one random point, keep one child of it, mutate every gene with a probability of 0.05, and
-confine children to the bounds.
+repair children to the bounds.
 """
 
 import importlib.util
@@ -13,7 +13,7 @@ import numpy as np
 from timing import medians, milliseconds, print_figure, print_machine, times
 
 from gaitsim.contracts import RealSpace
-from gaitsim.evolution import breed, first_population
+from gaitsim.evolution import breed, initial_population
 from gaitsim.experiment import load_experiment
 
 REPEATS = 40  # in each of five rounds
@@ -25,7 +25,7 @@ def gaitsim_step() -> tuple[Callable[[], object], RealSpace]:
     experiment = load_experiment("spider-recurrence", OVERRIDES)
     space = experiment.space()
     assert isinstance(space, RealSpace)
-    genomes = first_population(experiment, space)
+    genomes = initial_population(experiment, space)
     scores = np.random.default_rng(0).standard_normal(len(genomes))
     return lambda: breed(experiment, space, genomes, scores, 2), space
 

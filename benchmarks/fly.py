@@ -6,7 +6,7 @@ Beside it: one worker, one fly at a time, and real time.
 from timing import medians, milliseconds, print_figure, print_machine
 
 from gaitsim.evaluation import Evaluator, evaluate
-from gaitsim.evolution import breed, first_population
+from gaitsim.evolution import breed, initial_population
 from gaitsim.experiment import load_experiment
 
 BUDGET = 0.040  # seconds
@@ -16,7 +16,7 @@ def main() -> None:
     """Print the figures."""
     print_machine()
     experiment = load_experiment("fly", {"organism.trials": 1})
-    genomes = first_population(experiment, experiment.space())
+    genomes = initial_population(experiment, experiment.space())
     flown = 100 * 3.0
     with Evaluator(experiment) as every, Evaluator(experiment, 1) as one:
         every.prepare()

@@ -20,7 +20,7 @@ from one_by_one import OneByOne
 from timing import medians, milliseconds, print_figure, print_machine, stopwatch, times
 
 from gaitsim.evaluation import Evaluator, evaluate
-from gaitsim.evolution import breed, evolve, first_population
+from gaitsim.evolution import breed, evolve, initial_population
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
@@ -41,9 +41,10 @@ def compile_seconds() -> float:
     """What the first run pays for compiling, with an empty cache, in a process of its own."""
     code = (
         "import time; from gaitsim.experiment import load_experiment; "
-        "from gaitsim.evaluation import Evaluator; from gaitsim.evolution import first_population; "
+        "from gaitsim.evaluation import Evaluator; "
+        "from gaitsim.evolution import initial_population; "
         "e = load_experiment('spider-recurrence'); v = Evaluator(e, 1); s = time.perf_counter(); "
-        "v.prepare(); v.evaluate(first_population(e, e.space())); print(time.perf_counter() - s)"
+        "v.prepare(); v.evaluate(initial_population(e, e.space())); print(time.perf_counter() - s)"
     )
     with tempfile.TemporaryDirectory() as cache:
         done = subprocess.run(
@@ -119,7 +120,7 @@ def main() -> None:
     generations = GENERATIONS if full else SAMPLE
     experiment = load_experiment("spider-recurrence", {"evolution.generations": generations})
     space = experiment.space()
-    genomes = first_population(experiment, space)
+    genomes = initial_population(experiment, space)
     print_figure("compiling, first run only", f"{compile_seconds():.1f} s")
 
     with Evaluator(experiment) as evaluator:

@@ -16,7 +16,7 @@ from gaitsim.cli.console import errors, notice
 from gaitsim.cli.progress import Display, display
 from gaitsim.cli.summary import summarise
 from gaitsim.evaluation import Evaluator, Executor
-from gaitsim.evolution import spreading
+from gaitsim.evolution import island_map
 from gaitsim.experiment import Overrides
 from gaitsim.registry.plugin_context import stopped
 from gaitsim.runs.files.folder import command, resumable
@@ -123,7 +123,7 @@ def _evolve(
             _begin_stage(writer, evaluator, shown)
             with shown:
                 interrupted.patient, interrupted.say = True, shown.stopping
-                for generation in writer.evolve(evaluator.evaluate, spreading(evaluator)):
+                for generation in writer.evolve(evaluator.evaluate, island_map(evaluator)):
                     shown.update(generation)
                     if generation.stop or interrupted.wanted:
                         return generation.stop
@@ -145,7 +145,7 @@ def _prepare(evaluator: Evaluator) -> None:
 
 def _begin_stage(writer: RunWriter, evaluator: Evaluator, shown: Display) -> None:
     """Judge the population anew where a change asks for it, and say that a stage begins."""
-    if writer.rescores and writer.last is not None:
+    if writer.reevaluates and writer.last is not None:
         with _status(f"Scoring the population of generation {writer.last.number} anew …"):
             writer.begin(evaluator.evaluate)
     if writer.changes:

@@ -176,7 +176,7 @@ class LiveView:
     def begin_stage(self, writer: RunWriter) -> None:
         """Print a line that stays; scores of another scale begin their courses anew."""
         self._console.print(_stage_line(writer), style="bold", markup=False)
-        if writer.last is not None and any(change.rescores for change in writer.changes):
+        if writer.last is not None and any(change.reevaluates for change in writer.changes):
             self._generation, self._row = writer.last, row(writer.last)
             for name in SCORES:
                 self._courses[name] = [self._row[name]]

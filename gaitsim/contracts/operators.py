@@ -73,7 +73,7 @@ class Crossover(Plugin):
         Returns:
             (pairs × children, genes) in the dtype of the space: all first children,
             then all second ones. Genes may leave the bounds; the breeding step
-            confines them after mutation.
+            repairs them after mutation.
         """
 
 
@@ -90,5 +90,5 @@ class Mutation(Plugin):
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
         """Mutate every genome, (population, genes) -> new array of that shape and dtype.
 
-        Genes may leave the bounds; the breeding step confines them.
+        Genes may leave the bounds; the breeding step repairs them.
         """

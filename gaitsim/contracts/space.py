@@ -29,7 +29,7 @@ class GenomeSpace(ABC):
         """Draw `count` fresh genomes, (count, genes)."""
 
     @abstractmethod
-    def confine(self, genomes: Genomes) -> Genomes:
+    def repair(self, genomes: Genomes) -> Genomes:
         """Bring genomes that breeding moved outside back into the space."""
 
     @abstractmethod
@@ -52,7 +52,7 @@ class RealSpace(GenomeSpace):
         lower: smallest value of each gene, (genes,) float64.
         upper: largest value of each gene, (genes,) float64; finite, above `lower`.
         labels: name of each gene.
-        spread: standard deviation of the first population around the middle of
+        initial_sigma: standard deviation of the initial population around the middle of
             the bounds, in the unit of the gene, (genes,); None draws uniformly
             between the bounds.
         periodic: genes that are angles of a cycle, (genes,) bool: a value past one
@@ -65,7 +65,7 @@ class RealSpace(GenomeSpace):
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
     labels: tuple[str, ...]
-    spread: NDArray[np.float64] | None = None
+    initial_sigma: NDArray[np.float64] | None = None
     periodic: NDArray[np.bool_] | None = None
 
     name: ClassVar[str] = "real"
@@ -73,7 +73,7 @@ class RealSpace(GenomeSpace):
 
     def __post_init__(self) -> None:
         expected = (len(self.labels),)
-        for field in ("lower", "upper", "spread", "periodic"):
+        for field in ("lower", "upper", "initial_sigma", "periodic"):
             value = getattr(self, field)
             if value is not None and np.shape(value) != expected:
                 raise ValueError(
@@ -91,13 +91,13 @@ class RealSpace(GenomeSpace):
         return self.upper - self.lower
 
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
-        """Draw `count` fresh genomes, uniform or Gaussian by `spread`, (count, genes)."""
-        if self.spread is None:
+        """Draw `count` fresh genomes, uniform or Gaussian by `initial_sigma`, (count, genes)."""
+        if self.initial_sigma is None:
             return rng.uniform(self.lower, self.upper, (count, self.genes))
         middle = (self.lower + self.upper) / 2
-        return self.confine(rng.normal(middle, self.spread, (count, self.genes)))
+        return self.repair(rng.normal(middle, self.initial_sigma, (count, self.genes)))
 
-    def confine(self, genomes: Genomes) -> Genomes:
+    def repair(self, genomes: Genomes) -> Genomes:
         """Clip to the bounds; wrap periodic genes."""
         confined = np.clip(genomes, self.lower, self.upper)
         if self.periodic is None:
@@ -124,30 +124,30 @@ class BitSpace(GenomeSpace):
 
     Args:
         labels: name of each bit.
-        repair: brings bit patterns that mean nothing back to ones that do,
+        repair_bits: brings bit patterns that mean nothing back to ones that do,
             (population, genes) -> (population, genes); None where all patterns count.
     """
 
     labels: tuple[str, ...]
-    repair: Callable[[Genomes], Genomes] | None = None
+    repair_bits: Callable[[Genomes], Genomes] | None = None
 
     name: ClassVar[str] = "bit"
     dtype: ClassVar[np.dtype[Any]] = np.dtype(np.uint8)
 
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
         """Draw `count` fresh genomes of fair bits, repaired, (count, genes)."""
-        return self.confine(rng.integers(0, 2, (count, self.genes), dtype=np.uint8))
+        return self.repair(rng.integers(0, 2, (count, self.genes), dtype=np.uint8))
 
-    def confine(self, genomes: Genomes) -> Genomes:
+    def repair(self, genomes: Genomes) -> Genomes:
         """Repair patterns that mean nothing."""
-        return genomes if self.repair is None else self.repair(genomes)
+        return genomes if self.repair_bits is None else self.repair_bits(genomes)
 
     def contains(self, genomes: Genomes) -> bool:
         """Whether shape and dtype fit, all genes are bits, and repair would change none."""
         return (
             self._has_form(genomes)
             and bool((genomes <= 1).all())
-            and bool((self.confine(genomes) == genomes).all())
+            and bool((self.repair(genomes) == genomes).all())
         )
 
     def diversity(self, genomes: Genomes) -> float:

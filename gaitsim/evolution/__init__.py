@@ -1,20 +1,20 @@
 """The search: one pure breeding step, and the loop as an iterator of frozen events."""
 
-from gaitsim.evolution.breeding import breed, first_population
+from gaitsim.evolution.breeding import breed, initial_population
 from gaitsim.evolution.generation import Generation, Progress
-from gaitsim.evolution.islands import Spread, spreading
+from gaitsim.evolution.islands import ParallelMap, island_map
 from gaitsim.evolution.loop import evolve, stop_reason
-from gaitsim.evolution.stage import rescored, stage_progress
+from gaitsim.evolution.stage import reevaluate, stage_progress
 
 __all__ = [
     "Generation",
+    "ParallelMap",
     "Progress",
-    "Spread",
     "breed",
     "evolve",
-    "first_population",
-    "rescored",
-    "spreading",
+    "initial_population",
+    "island_map",
+    "reevaluate",
     "stage_progress",
     "stop_reason",
 ]

@@ -15,7 +15,7 @@ from gaitsim.registry import plugin_errors
 class Purpose(IntEnum):
     """What a random stream is for. The numbers are part of what makes a run repeatable."""
 
-    FIRST = 0
+    INITIAL = 0
     SELECTION = 1
     CROSSOVER = 2
     MUTATION = 3
@@ -29,18 +29,18 @@ def stream(seed: int, generation: int, purpose: Purpose, island: int = 0) -> np.
     return np.random.default_rng([seed, generation, purpose, *([island] if island else [])])
 
 
-def first_population(experiment: Experiment, space: GenomeSpace, island: int = 0) -> Genomes:
+def initial_population(experiment: Experiment, space: GenomeSpace, island: int = 0) -> Genomes:
     """Generation 1: fresh genomes, (population, genes)."""
-    only: Genomes = first_populations(experiment, space, 1, island)[0]
+    only: Genomes = initial_populations(experiment, space, 1, island)[0]
     return only
 
 
-def first_populations(
+def initial_populations(
     experiment: Experiment, space: GenomeSpace, populations: int, island: int = 0
 ) -> Genomes:
     """Generation 1 of several populations, (populations, population, genes)."""
     size = experiment.evolution.population
-    rng = stream(experiment.seed, 1, Purpose.FIRST, island)
+    rng = stream(experiment.seed, 1, Purpose.INITIAL, island)
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):
         genomes = space.random(populations * size, rng)
         belongs = space.contains(genomes) and len(genomes) == populations * size
@@ -49,7 +49,7 @@ def first_populations(
     return genomes.reshape(populations, size, space.genes)
 
 
-def population_from(
+def warm_start_population(
     experiment: Experiment, space: GenomeSpace, start: Array, island: int = 0
 ) -> Genomes:
     """Generation 1 out of one genome: itself, then its mutations.
@@ -86,7 +86,7 @@ def breed(
     """The population of `generation` from the one before.
 
     Elites are copied; parents are selected, crossed, and their children mutated, then
-    confined to the space. Children beyond the population's size are dropped.
+    repaired. Children beyond the population's size are dropped.
 
     Args:
         experiment: its scheme and seed.
@@ -169,18 +169,18 @@ def breed_each(
 def _mutated(
     experiment: Experiment, space: GenomeSpace, genomes: Genomes, generation: int, island: int
 ) -> Genomes:
-    """The genomes mutated and confined to the space, (individuals, genes)."""
+    """The genomes mutated and repaired, (individuals, genes)."""
     mutation = _at(experiment, "mutation", experiment.mutation, generation)
     with plugin_errors(experiment.entries["mutation"], "mutating children"):
         mutants = mutation.mutate(
             genomes, space, stream(experiment.seed, generation, Purpose.MUTATION, island)
         )
     _hold_children(experiment, "mutation", mutants, len(genomes), space)
-    with plugin_errors(experiment.entries["organism"], "confining genomes"):
-        mutants = space.confine(mutants)
+    with plugin_errors(experiment.entries["organism"], "repairing genomes"):
+        mutants = space.repair(mutants)
         belong = space.contains(mutants) and len(mutants) == len(genomes)
     if not belong:
-        raise broken(experiment, "organism", "confines genomes to ones that are not of its space")
+        raise broken(experiment, "organism", "repairs genomes to ones that are not of its space")
     return mutants
 
 
@@ -222,7 +222,7 @@ def _parents(
 def _hold_children(
     experiment: Experiment, kind: str, children: Genomes, count: int, space: GenomeSpace
 ) -> None:
-    """Hold crossover and mutation to genomes that confining can bring into the space."""
+    """Hold crossover and mutation to genomes that repairing can bring into the space."""
     _hold(experiment, kind, children, (count, space.genes), space.dtype)
     if children.dtype.kind == "f" and not np.isfinite(children).all():
         raise broken(experiment, kind, "returned genes that are not finite", "finite genes")

@@ -21,19 +21,19 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Array, Genomes, GenomeSpace
 from gaitsim.evaluation import Evaluation, Evaluator, evaluate
 from gaitsim.evaluation.scoring import joined
-from gaitsim.evolution.breeding import breed, first_population, population_from
+from gaitsim.evolution.breeding import breed, initial_population, warm_start_population
 from gaitsim.experiment import Experiment, Islands
 
 Scores = NDArray[np.float64]
 
 
-class Spread(Protocol):
+class ParallelMap(Protocol):
     """Does a function of an experiment and a task for all tasks, as `Evaluator.map` does."""
 
     def __call__(
         self,
-        function: "Callable[[Experiment, Stretch], list[Made]]",
-        tasks: "Sequence[Stretch]",
+        function: "Callable[[Experiment, Epoch], list[Made]]",
+        tasks: "Sequence[Epoch]",
     ) -> "list[list[Made]]":
         """The results in the tasks' order."""
 
@@ -42,7 +42,7 @@ Made = tuple[Genomes, Evaluation]
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class Epoch:
     """Generations of one island between two migrations: a task.
 
     Attributes:
@@ -95,21 +95,25 @@ def migrated(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genome
     return genomes, scores
 
 
-def first_islands(experiment: Experiment, space: GenomeSpace, start: Array | None) -> Genomes:
+def initial_islands(
+    experiment: Experiment, space: GenomeSpace, warm_start: Array | None
+) -> Genomes:
     """Generation 1 of all islands, (individuals, genes).
 
     Args:
         experiment: its scheme and seed.
         space: the genome space.
-        start: a genome, (genes,), that each is made of; None draws them.
+        warm_start: a genome, (genes,), that each is made of; None draws them.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     islands = range(experiment.islands.number)
-    if start is None:
-        return np.concatenate([first_population(experiment, space, one) for one in islands])
-    return np.concatenate([population_from(experiment, space, start, one) for one in islands])
+    if warm_start is None:
+        return np.concatenate([initial_population(experiment, space, one) for one in islands])
+    return np.concatenate(
+        [warm_start_population(experiment, space, warm_start, one) for one in islands]
+    )
 
 
 def breed_islands(
@@ -130,33 +134,33 @@ def breed_islands(
     return np.concatenate(
         [
             breed(experiment, space, one.genomes, one.scores, number, one.island)
-            for one in _stretches(experiment, genomes, scores, number, number)
+            for one in _epochs(experiment, genomes, scores, number, number)
         ]
     )
 
 
-def _stretches(
+def _epochs(
     experiment: Experiment, genomes: Genomes, scores: Scores, first: int, last: int
-) -> list[Stretch]:
-    """Each island's stretch of generations, after the migration if one is due before it."""
+) -> list[Epoch]:
+    """Each island's epoch of generations, after the migration if one is due before it."""
     islands = experiment.islands
     populations, values = by_island(islands, genomes), by_island(islands, scores)
     if (first - 1) % islands.every == 0:
         populations, values = migrated(islands, populations, values)
     return [
-        Stretch(island, first, last, populations[island], values[island])
+        Epoch(island, first, last, populations[island], values[island])
         for island in range(islands.number)
     ]
 
 
-def until_migration(experiment: Experiment, first: int) -> int:
+def epoch_end(experiment: Experiment, first: int) -> int:
     """The last generation that islands can make without one another, from `first` on."""
     every = experiment.islands.every
     return min(-(-first // every) * every, max(experiment.evolution.generations, first))
 
 
-def stretch(experiment: Experiment, task: Stretch) -> list[Made]:
-    """Evolve one island for the generations of its stretch; for a worker.
+def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
+    """Evolve one island for the generations of its epoch; for a worker.
 
     Returns:
         Each generation's population and its evaluation.
@@ -175,7 +179,7 @@ def stretch(experiment: Experiment, task: Stretch) -> list[Made]:
     return made
 
 
-def spreading(evaluator: Evaluator) -> Spread | None:
+def island_map(evaluator: Evaluator) -> ParallelMap | None:
     """What spreads the evaluator's islands over its workers, at least one for each; else None.
 
     Where there are fewer islands than workers, or these are threads, all islands are better
@@ -186,14 +190,14 @@ def spreading(evaluator: Evaluator) -> Spread | None:
     return evaluator.map if worth else None
 
 
-def spread_stretch(
-    experiment: Experiment, spread: Spread, genomes: Genomes, scores: Scores, first: int
+def parallel_epoch(
+    experiment: Experiment, parallel_map: ParallelMap, genomes: Genomes, scores: Scores, first: int
 ) -> Iterator[Made]:
     """Generations of all islands from `first` to the next migration, an island a task.
 
     Args:
         experiment: its scheme and seed.
-        spread: does the tasks.
+        parallel_map: does the tasks.
         genomes: the generation before, (individuals, genes).
         scores: of these, (individuals,).
         first: the first generation that is made, from 2.
@@ -204,8 +208,8 @@ def spread_stretch(
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
-    last = until_migration(experiment, first)
-    tasks = _stretches(experiment, genomes, scores, first, last)
-    for islands in zip(*spread(stretch, tasks), strict=True):
+    last = epoch_end(experiment, first)
+    tasks = _epochs(experiment, genomes, scores, first, last)
+    for islands in zip(*parallel_map(evolve_epoch, tasks), strict=True):
         populations = np.concatenate([population for population, _ in islands])
         yield populations, joined(experiment, [evaluation for _, evaluation in islands])

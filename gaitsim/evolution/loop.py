@@ -1,6 +1,6 @@
 """The evolution loop, as an iterator.
 
-    first population ─▶ evaluate ─▶ Generation 1 ─▶ breed ─▶ evaluate ─▶ Generation 2 …
+    initial population ─▶ evaluate ─▶ Generation 1 ─▶ breed ─▶ evaluate ─▶ Generation 2 …
                                         │
                                         └─▶ whoever iterates: writes, shows, stops
 
@@ -18,10 +18,10 @@ from gaitsim.evaluation.scoring import hold_terms
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import (
     Made,
-    Spread,
+    ParallelMap,
     breed_islands,
-    first_islands,
-    spread_stretch,
+    initial_islands,
+    parallel_epoch,
 )
 from gaitsim.experiment import Evolution, Experiment
 from gaitsim.registry import plugin_errors
@@ -31,8 +31,8 @@ def evolve(
     experiment: Experiment,
     evaluate: Callable[[Genomes], Evaluation],
     after: Generation | None = None,
-    start: Array | None = None,
-    spread: Spread | None = None,
+    warm_start: Array | None = None,
+    parallel_map: ParallelMap | None = None,
 ) -> Iterator[Generation]:
     """Evolve generation after generation until a stop condition holds.
 
@@ -40,8 +40,8 @@ def evolve(
         experiment: what to evolve, and how.
         evaluate: scores a population.
         after: the generation to go on from; None begins with the first.
-        start: a genome, (genes,), that the first population is made of; None draws it.
-        spread: evolves islands over workers, from one migration to the next; None evolves all
+        warm_start: a genome, (genes,), that the initial population is made of; None draws it.
+        parallel_map: evolves islands over workers, from one migration to the next; None evolves all
             of them here, generation by generation. The result is the same.
 
     Yields:
@@ -53,7 +53,7 @@ def evolve(
     space = experiment.space()
     before = Progress(0, -math.inf, -1, experiment.evolution.fitness_threshold)
     number = 1
-    made = _populations(experiment, evaluate, after, start, spread)
+    made = _populations(experiment, evaluate, after, warm_start, parallel_map)
     while after is None or not stop_reason(
         experiment.evolution, after.number, after.progress, len(after.genomes)
     ):
@@ -84,8 +84,8 @@ def _populations(
     experiment: Experiment,
     evaluate: Callable[[Genomes], Evaluation],
     after: Generation | None,
-    start: Array | None,
-    spread: Spread | None,
+    warm_start: Array | None,
+    parallel_map: ParallelMap | None,
 ) -> Iterator[tuple[Genomes, Evaluation, float]]:
     """The populations after a generation, judged, without end; and the seconds that each took."""
     space = experiment.space()
@@ -96,13 +96,13 @@ def _populations(
         begun = time.perf_counter()
         several: list[Made]
         if genomes is None or scores is None:
-            genomes = first_islands(experiment, space, start)
+            genomes = initial_islands(experiment, space, warm_start)
             several = [(genomes, evaluate(genomes))]
-        elif spread is None:
+        elif parallel_map is None:
             genomes = breed_islands(experiment, space, genomes, scores, number + 1)
             several = [(genomes, evaluate(genomes))]
         else:
-            several = [*spread_stretch(experiment, spread, genomes, scores, number + 1)]
+            several = [*parallel_epoch(experiment, parallel_map, genomes, scores, number + 1)]
         seconds = (time.perf_counter() - begun) / len(several)
         for population, evaluation in several:
             number += 1

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution.breeding import breed_each, first_populations
+from gaitsim.evolution.breeding import breed_each, initial_populations
 from gaitsim.evolution.islands import migrated
 from gaitsim.experiment import Experiment, Islands
 
@@ -57,7 +57,7 @@ def evolve_repeats(
     scores = np.empty((populations, population))
     for number in range(1, experiment.evolution.generations + 1):
         if number == 1:
-            genomes = first_populations(experiment, space, populations)
+            genomes = initial_populations(experiment, space, populations)
         else:
             if (number - 1) % islands.every == 0:
                 genomes, scores = _migrated_each(islands, genomes, scores)

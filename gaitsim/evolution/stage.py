@@ -11,7 +11,7 @@ from gaitsim.experiment import Evolution
 
 
 def stage_progress(
-    before: Progress, evolution: Evolution, *, rescored: bool, population: int
+    before: Progress, evolution: Evolution, *, reevaluated: bool, population: int
 ) -> Progress:
     """Progress with which a stage begins.
 
@@ -22,11 +22,11 @@ def stage_progress(
     Args:
         before: progress at the end of the stage before.
         evolution: of the new stage.
-        rescored: whether body or fitness was changed.
+        reevaluated: whether body or fitness was changed.
         population: individuals.
     """
     stage = before.stage + 1
-    if not rescored:
+    if not reevaluated:
         return replace(before, stage=stage)
     return Progress(
         evaluations=before.evaluations + population,
@@ -37,7 +37,7 @@ def stage_progress(
     )
 
 
-def rescored(
+def reevaluate(
     last: Generation, evaluate: Callable[[Genomes], Evaluation], progress: Progress
 ) -> Generation:
     """A generation judged anew, its genomes kept: what the next one is bred from.

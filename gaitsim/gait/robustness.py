@@ -163,11 +163,11 @@ def _genes(subject: Subject) -> dict[str, float]:
     space, rng = experiment.space(), np.random.default_rng([SEED, 2])
     copies: NDArray[Any] = np.repeat(genome[None], DRAWS, axis=0)
     if isinstance(space, RealSpace):
-        copies = space.confine(copies + rng.normal(0, GENE_NOISE, copies.shape) * space.width)
+        copies = space.repair(copies + rng.normal(0, GENE_NOISE, copies.shape) * space.width)
         name = f"genes inexact by {GENE_NOISE:.0%} of their range"
     elif isinstance(space, BitSpace):
         copies[np.arange(DRAWS), rng.integers(0, space.genes, DRAWS)] ^= 1
-        copies = space.confine(copies)
+        copies = space.repair(copies)
         name = "one gene flipped"
     else:
         raise _CannotError(f"inexact genes: a {space.name} genome has no small change")

@@ -44,5 +44,5 @@ def events_in(
 
 def _comparable(stages: Sequence[RunStage], generations: int) -> list[tuple[int, int]]:
     """First and last generations whose scores can be compared with one another."""
-    starts = [stage.first for stage in stages if stage.number == 1 or stage.rescored]
+    starts = [stage.first for stage in stages if stage.number == 1 or stage.reevaluated]
     return list(zip(starts, [*(start - 1 for start in starts[1:]), generations], strict=True))

@@ -195,8 +195,8 @@ class Reporter:
 def _scored_from(writer: RunWriter) -> int:
     if writer.last is None:
         return 1
-    rescored = any(change.rescores for change in writer.changes)
-    return writer.last.number + 1 if rescored else writer.run.comparable
+    reevaluated = any(change.reevaluates for change in writer.changes)
+    return writer.last.number + 1 if reevaluated else writer.run.comparable
 
 
 def _top(generation: Generation) -> list[dict[str, Any]]:

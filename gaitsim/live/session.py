@@ -10,7 +10,7 @@ from typing import Any
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evolution import spreading
+from gaitsim.evolution import island_map
 from gaitsim.experiment import Overrides
 from gaitsim.live.commands import Change, Stop, Wishes
 from gaitsim.live.protocol import State
@@ -95,7 +95,7 @@ def _evolve(
         evaluator.prepare()
         writer.begin(evaluator.evaluate)
         reporter.begins(writer.last, _champion(writer))
-        generations = writer.evolve(evaluator.evaluate, spreading(evaluator))
+        generations = writer.evolve(evaluator.evaluate, island_map(evaluator))
         while True:
             wish = wishes.granted(reporter.state)
             if wish is not None:
@@ -109,7 +109,7 @@ def _evolve(
 
 def _champion(writer: RunWriter) -> dict[str, Any] | None:
     """The best so far whose score can be compared with those to come; None where there is none."""
-    if writer.last is None or any(change.rescores for change in writer.changes):
+    if writer.last is None or any(change.reevaluates for change in writer.changes):
         return None
     try:
         generation, score, genome = writer.run.champion()

@@ -10,7 +10,7 @@ import numpy as np
 from gaitsim import evolution
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evolution import Generation, spreading
+from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
 from gaitsim.notebook.individual import Individual
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -106,7 +106,9 @@ def _check_workers(workers: Any) -> None:
 def _unrecorded(experiment: Experiment, workers: int | None) -> Iterator[Generation]:
     with Evaluator(experiment, workers, _warn) as evaluator:
         evaluator.prepare()
-        yield from evolution.evolve(experiment, evaluator.evaluate, spread=spreading(evaluator))
+        yield from evolution.evolve(
+            experiment, evaluator.evaluate, parallel_map=island_map(evaluator)
+        )
 
 
 def _recorded(
@@ -122,7 +124,7 @@ def _recorded(
             return
         with resumable(path), Evaluator(writer.experiment, workers, _warn) as evaluator:
             evaluator.prepare()
-            yield from writer.evolve(evaluator.evaluate, spreading(evaluator))
+            yield from writer.evolve(evaluator.evaluate, island_map(evaluator))
 
 
 def _warn(text: str) -> None:

@@ -1,4 +1,4 @@
-"""From a run folder to what its search goes on from: checked, changed where asked, rescored later.
+"""Resume plan: what a run folder needs to continue, checked, changed where asked.
 
 Nothing is written here but the changed experiment, as the last step, at one stroke. A change
 that matters begins a stage with the next generation. Until that is written, the stage is only
@@ -34,7 +34,7 @@ class Opening:
         experiment: as it goes on.
         last: the last generation, with the progress that the next one starts from; None
             before the first.
-        start: the genome that the first population is made of, (genes,); None draws it.
+        start: the genome that the initial population is made of, (genes,); None draws it.
         stages: those that have ended, that which `changes` end counted.
         changes: that begin a stage; () where none begins.
         warnings: what a user should know about how the run was found.
@@ -48,9 +48,9 @@ class Opening:
     warnings: tuple[str, ...]
 
     @property
-    def rescores(self) -> bool:
+    def reevaluates(self) -> bool:
         """Whether the last generation has to be judged anew before the next is bred."""
-        return any(change.rescores for change in self.changes)
+        return any(change.reevaluates for change in self.changes)
 
 
 def open_run(
@@ -270,9 +270,9 @@ def next_progress(
     """
     progress = restored(checkpoint).progress
     if begins:
-        rescored = any(change.rescores for change in begins)
+        reevaluated = any(change.reevaluates for change in begins)
         size = len(checkpoint.genomes)
-        progress = stage_progress(progress, evolution, rescored=rescored, population=size)
+        progress = stage_progress(progress, evolution, reevaluated=reevaluated, population=size)
     # One that the user changed holds from now on, whether a stage begins or not.
     if evolution.fitness_threshold != threshold_in(checkpoint.experiment):
         progress = replace(progress, threshold=evolution.fitness_threshold)

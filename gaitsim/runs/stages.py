@@ -42,7 +42,7 @@ class Change:
         return f"{self.key}: {_text(self.then)}, now {now}"
 
     @property
-    def rescores(self) -> bool:
+    def reevaluates(self) -> bool:
         """Whether scores from before it and after it cannot be compared."""
         return self.key.split(".")[0] in SCORING
 
@@ -68,9 +68,9 @@ class RunStage:
     changes: tuple[Change, ...]
 
     @property
-    def rescored(self) -> bool:
+    def reevaluated(self) -> bool:
         """Whether its scores cannot be compared with those of the stage before."""
-        return any(change.rescores for change in self.changes)
+        return any(change.reevaluates for change in self.changes)
 
 
 def stages_of(checkpoint: Checkpoint) -> tuple[RunStage, ...]:
@@ -117,7 +117,7 @@ def comparable(stages: Sequence[RunStage]) -> int:
     first = stages[-1]
     for stage in reversed(stages):
         first = stage
-        if stage.rescored:
+        if stage.reevaluated:
             break
     return first.first
 

@@ -83,7 +83,7 @@ def check_start(experiment: Experiment, start: Champion, where: str) -> None:
 
 
 def read_start(run: Run) -> Champion | None:
-    """The individual that a run began with; None where its first population was drawn.
+    """The individual that a run began with; None where its initial population was drawn.
 
     Raises:
         CheckpointError: its file is damaged or hostile.
@@ -93,7 +93,7 @@ def read_start(run: Run) -> Champion | None:
 
 
 def fitting_start(run: Run, experiment: Experiment) -> Array | None:
-    """The genome, (genes,), that the run's first population is to be made of; None draws it.
+    """The genome, (genes,), that the run's initial population is to be made of; None draws it.
 
     Raises:
         CheckpointError: its file is damaged or hostile.

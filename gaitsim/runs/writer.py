@@ -11,7 +11,7 @@ import numpy as np
 from gaitsim.contracts import Genomes
 from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, Spread, evolve, rescored, stop_reason
+from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluate, stop_reason
 from gaitsim.experiment import Overrides
 from gaitsim.runs.files import history
 from gaitsim.runs.files import provenance as origins
@@ -92,7 +92,7 @@ class RunWriter:
             self.stage = len(opening.stages) + 1
             self.warning = "; ".join(opening.warnings)
             self._start, self._stages = opening.start, opening.stages
-            self._unscored = opening.rescores
+            self._unscored = opening.reevaluates
             self._noted = False
             self._layout = history.record_type(self.experiment.space())
             self._cut_back(held)
@@ -143,7 +143,7 @@ class RunWriter:
         return stop_reason(evolution, last.number, last.progress, len(last.genomes))
 
     @property
-    def rescores(self) -> bool:
+    def reevaluates(self) -> bool:
         """Whether a stage begins for which the population has yet to be judged anew."""
         return self._unscored
 
@@ -159,24 +159,24 @@ class RunWriter:
             PluginError: the body or the fitness fails or breaks its contract.
         """
         if self._unscored and self.last is not None:
-            self.last = rescored(self.last, evaluate, self.last.progress)
+            self.last = reevaluate(self.last, evaluate, self.last.progress)
         self._unscored = False
 
     def evolve(
-        self, evaluate: Callable[[Genomes], Evaluation], spread: Spread | None = None
+        self, evaluate: Callable[[Genomes], Evaluation], parallel_map: ParallelMap | None = None
     ) -> Iterator[Generation]:
         """Evolve from here; a generation that is yielded is on the disk.
 
         Args:
             evaluate: scores a population under `experiment`.
-            spread: evolves islands over workers; None evolves them here.
+            parallel_map: evolves islands over workers; None evolves them here.
 
         Raises:
             PluginError: a plugin fails or breaks its contract; names its package.
             RunError: a generation cannot be written.
         """
         self.begin(evaluate)
-        for generation in evolve(self.experiment, evaluate, self.last, self._start, spread):
+        for generation in evolve(self.experiment, evaluate, self.last, self._start, parallel_map):
             self.record(generation)
             yield generation
 

@@ -41,7 +41,7 @@ class Fly(Organism):
     activation: Literal["tanh", "sigmoid", "relu", "leaky-relu"] = option(
         "tanh", "activation of the hidden layers; the outputs always go through tanh"
     )
-    weight_spread: float = option(
+    weight_sigma: float = option(
         0.5, "standard deviation of the first weights and biases", gt=0, le=10
     )
     weight_limit: float = option(5.0, "largest weight and bias", gt=0, le=100)
@@ -173,7 +173,7 @@ class Fly(Organism):
         """A gene a weight and bias: W1 row by row, b1, W2, b2 …"""
         labels = gene_labels(self.layers)
         limit = np.full(len(labels), self.weight_limit)
-        return RealSpace(-limit, limit, labels, np.full(len(labels), self.weight_spread))
+        return RealSpace(-limit, limit, labels, np.full(len(labels), self.weight_sigma))
 
     def starts(self) -> NDArray[np.float64]:
         """State at the start of each trial, (trials, STATE), see `gaitsim_fly.flight`."""

@@ -48,8 +48,8 @@ def evolve(program, gaitsim, puppet_file):
 
 
 @pytest.fixture
-def spreads(monkeypatch):
-    """The stretches of islands that are handed to workers, each by its first and last one."""
+def epochs(monkeypatch):
+    """The epochs of islands that are handed to workers, each by its first and last one."""
     from gaitsim.evaluation import Evaluator
 
     handed, real = [], Evaluator._over
@@ -63,13 +63,13 @@ def spreads(monkeypatch):
     return handed
 
 
-def test_the_same_bits_here_and_in_processes(evolve, gaitsim, puppet_file, spreads):
+def test_the_same_bits_here_and_in_processes(evolve, gaitsim, puppet_file, epochs):
     alone = evolve("alone", "--workers", 1)
     assert evolve("three", "--workers", 3) == alone
     gaitsim("run", puppet_file, *ISLANDS, "--out", "two", "--workers", 2)
     assert gaitsim("show", "two", "--fingerprint").stdout == alone
-    # An island's stretch from one migration to the next was a worker's task.
-    assert spreads == [(4, 2, 5), (4, 6, 10), (4, 11, 15), (4, 16, 20), (4, 21, 23)]
+    # An island's epoch from one migration to the next was a worker's task.
+    assert epochs == [(4, 2, 5), (4, 6, 10), (4, 11, 15), (4, 16, 20), (4, 21, 23)]
     assert "identical" in gaitsim("verify", "two", "--all", "--workers", 1).stdout
     (line,) = [
         line for line in gaitsim("show", "two").stdout.splitlines() if line.startswith("4 islands")
@@ -82,7 +82,7 @@ def test_the_same_bits_over_dask(evolve):
     assert evolve("cluster", "--dask", "local", "--workers", 2) == evolve("alone", "--workers", 1)
 
 
-def test_killed_in_a_stretch_it_becomes_the_same_run(evolve, start, gaitsim, puppet_file, tmp_path):
+def test_killed_in_an_epoch_it_becomes_the_same_run(evolve, start, gaitsim, puppet_file, tmp_path):
     alone = evolve("alone", "--workers", 1)
     process = start("run", puppet_file, *ISLANDS, "--out", "killed", "--workers", 2)
     history = tmp_path / "killed/history.csv"
@@ -92,7 +92,7 @@ def test_killed_in_a_stretch_it_becomes_the_same_run(evolve, start, gaitsim, pup
         time.sleep(0.01)
     process.kill()
     process.wait()
-    # Of the stretch that it was in, nothing is kept but what was written.
+    # Of the epoch that it was in, nothing is kept but what was written.
     found = json.loads(gaitsim("show", "killed", "--json").stdout)
     assert 5 <= found["generation"] <= 23
     gaitsim("resume", "killed", "--workers", 1)

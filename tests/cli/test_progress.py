@@ -220,22 +220,22 @@ class TestLiveView:
         view.update(generation(11))
         assert drawn(view)[0].endswith("11/20 0:00:18 left")
 
-    @pytest.mark.parametrize("rescored", [True, False])
+    @pytest.mark.parametrize("reevaluated", [True, False])
     def test_a_stage_with_new_scores_begins_their_courses_anew(
-        self, clock: Clock, rescored: bool
+        self, clock: Clock, reevaluated: bool
     ) -> None:
         begun = writer(20, generation(2), best=[5.0, 9.0], mean=[4.0, 8.0], diversity=[0.3, 0.2])
         file = io.StringIO()
         view = LiveView(begun, Console(file=file, width=80), clock)
-        key = "fitness.price" if rescored else "mutation.rate"
+        key = "fitness.price" if reevaluated else "mutation.rate"
         begun.stage, begun.changes = 2, (Change(key, 0.1, 0.2),)
-        if rescored:
+        if reevaluated:
             progress = Progress(60, -np.inf, -1, None, 2)
             begun.last = dataclasses.replace(begun.last, progress=progress)
         view.begin_stage(begun)
         assert file.getvalue() == f"stage 2 from generation 3 on: {key}: 0.1, now 0.2\n"
         before = {"best": "1.000 ▁", "mean": "0.991 ▁"}
-        if not rescored:
+        if not reevaluated:
             before = {"best": "9.000 ▁█", "mean": "8.000 ▁█"}
         lines = drawn(view)
         assert " ".join(lines[1].split()) == f"best {before['best']}"

@@ -9,7 +9,7 @@ from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evaluation import evaluator as module
 from gaitsim.evaluation.chunking import Scheduler
 from gaitsim.evaluation.executors import SerialExecutor, WorkerLostError
-from gaitsim.evolution import first_population
+from gaitsim.evolution import initial_population
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import plugin_errors
 
@@ -32,7 +32,7 @@ def assert_same(one, other):
 @pytest.mark.parametrize("population", [2, 7, 100])
 def test_threads_give_the_same_bits_as_none(workers, population):
     experiment = load_experiment("spider-recurrence", {"evolution.population": population})
-    genomes = first_population(experiment, experiment.space())
+    genomes = initial_population(experiment, experiment.space())
     genomes.setflags(write=False)
     with Evaluator(experiment, 1) as one, Evaluator(experiment, workers) as many:
         many.prepare()
@@ -66,7 +66,7 @@ def shared(monkeypatch):
 
 
 def test_processes_give_the_same_bits_as_none(puppet, installed, shared):
-    genomes = first_population(puppet("evolution.population=7"), puppet().space())
+    genomes = initial_population(puppet("evolution.population=7"), puppet().space())
     with Evaluator(puppet(), 2) as evaluator:
         assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
 
@@ -154,7 +154,7 @@ def test_workers_that_come_later_get_their_part(slow):
 
 def test_no_more_processes_are_begun_than_there_are_cores(puppet, installed, shared, monkeypatch):
     monkeypatch.setattr(module, "cores", lambda: 3)
-    genomes = first_population(puppet("evolution.population=7"), puppet().space())
+    genomes = initial_population(puppet("evolution.population=7"), puppet().space())
     told = []
     with Evaluator(puppet(), 1000, told.append) as evaluator:
         assert evaluator.workers == 3

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import PluginError
-from gaitsim.evolution import breed, first_population
+from gaitsim.evolution import breed, initial_population
 from gaitsim.evolution.breeding import Purpose, stream
 from gaitsim.experiment import load_experiment
 
@@ -16,17 +16,17 @@ SCORES = np.array([0.5, 2.0, -np.inf, 2.0, -1.0, 0.0])
 
 def bred(experiment, generation=2, scores=SCORES):
     space = experiment.space()
-    genomes = first_population(experiment, space)
+    genomes = initial_population(experiment, space)
     return genomes, breed(experiment, space, genomes, scores, generation)
 
 
-def test_the_first_population_is_drawn_by_the_seed(puppet):
+def test_the_initial_population_is_drawn_by_the_seed(puppet):
     space = puppet().space()
-    one = first_population(puppet(), space)
+    one = initial_population(puppet(), space)
     assert one.shape == (6, 3)
     assert space.contains(one)
-    assert np.array_equal(one, first_population(puppet(), space))
-    assert not np.array_equal(one, first_population(puppet("seed=2"), space))
+    assert np.array_equal(one, initial_population(puppet(), space))
+    assert not np.array_equal(one, initial_population(puppet("seed=2"), space))
 
 
 def test_streams_differ_by_seed_generation_and_purpose():
@@ -37,12 +37,12 @@ def test_streams_differ_by_seed_generation_and_purpose():
         for purpose in Purpose
     }
     assert len(draws) == 16
-    assert stream(0, 1, Purpose.FIRST).random() in draws
+    assert stream(0, 1, Purpose.INITIAL).random() in draws
 
 
 def test_a_step_is_a_function_of_its_arguments_and_changes_none_of_them(puppet):
     space, scores = puppet().space(), SCORES.copy()
-    genomes = first_population(puppet(), space)
+    genomes = initial_population(puppet(), space)
     before = genomes.copy()
     one = breed(puppet(), space, genomes, scores, 2)
     assert np.array_equal(one, breed(puppet(), space, genomes, scores, 2))
@@ -181,9 +181,9 @@ def test_genes_that_are_no_bits_are_refused(puppet, puppets, monkeypatch):
         ("random", lambda *a: np.full((6, 3), 9.0), "draws genomes"),
         ("random", lambda *a: np.zeros((5, 3)), "draws genomes"),
         ("random", fail, "drawing genomes"),
-        ("confine", lambda self, genomes: genomes + 9, "confines genomes"),
-        ("confine", lambda self, genomes: genomes[1:], "confines genomes"),
-        ("confine", fail, "confining genomes"),
+        ("repair", lambda self, genomes: genomes + 9, "repairs genomes"),
+        ("repair", lambda self, genomes: genomes[1:], "repairs genomes"),
+        ("repair", fail, "repairing genomes"),
     ],
 )
 def test_a_space_that_lies_is_the_organisms_fault(puppet, monkeypatch, method, wrong, says):
@@ -193,7 +193,7 @@ def test_a_space_that_lies_is_the_organisms_fault(puppet, monkeypatch, method, w
 
 
 def test_a_repair_that_is_none_is_the_organisms_fault(puppet, puppets, monkeypatch):
-    space = BitSpace(("a", "b", "c"), repair=lambda genomes: 1 - genomes)
+    space = BitSpace(("a", "b", "c"), repair_bits=lambda genomes: 1 - genomes)
     monkeypatch.setattr(puppets.BitPuppet, "genome_space", lambda self: space)
     with pytest.raises(PluginError, match="organism 'bit-puppet'"):
         bred(puppet("organism.plugin=bit-puppet"))
@@ -214,7 +214,7 @@ def test_bundled_operators_breed_populations_of_any_size(data):
         },
     )
     space = experiment.space()
-    genomes = first_population(experiment, space)
+    genomes = initial_population(experiment, space)
     scores = data.draw(
         st.lists(
             st.floats(-10, 10) | st.just(-np.inf), min_size=population, max_size=population

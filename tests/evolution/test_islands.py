@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from gaitsim.errors import ExperimentError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import breed, evolve, first_population
-from gaitsim.evolution.islands import migrated, stretch, until_migration
+from gaitsim.evolution import breed, evolve, initial_population
+from gaitsim.evolution.islands import epoch_end, evolve_epoch, migrated
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Islands, parse_experiment
 
@@ -24,12 +24,12 @@ def here(experiment):
 def in_turn(experiment):
     """As `Evaluator.map`, in this thread; it counts the tasks and their generations."""
 
-    def spread(function, tasks):
-        spread.calls.append((len(tasks), tasks[0].last - tasks[0].first + 1))
+    def parallel_map(function, tasks):
+        parallel_map.calls.append((len(tasks), tasks[0].last - tasks[0].first + 1))
         return [function(experiment, task) for task in tasks]
 
-    spread.calls = []
-    return spread
+    parallel_map.calls = []
+    return parallel_map
 
 
 def same(one, other):
@@ -129,7 +129,7 @@ def test_migration_makes_no_island_worse(number, migrants, topology, seed):
 def test_islands_have_random_streams_of_their_own(puppet):
     experiment = puppet(*THREE)
     first = next(evolve(experiment, here(experiment))).genomes.reshape(3, 6, 3)
-    assert np.array_equal(first[0], first_population(puppet(), experiment.space()))
+    assert np.array_equal(first[0], initial_population(puppet(), experiment.space()))
     assert len(np.unique(first.reshape(18, 3), axis=0)) == 18
 
 
@@ -165,43 +165,46 @@ def test_isolated_islands_do_not_know_of_each_other(puppet):
 
 @pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
 @pytest.mark.parametrize("topology", ["ring", "all"])
-def test_stretches_make_the_same_generations(puppet, every, topology):
+def test_epochs_make_the_same_generations(puppet, every, topology):
     experiment = puppet(*THREE, f"islands.every={every}", f"islands.topology={topology}")
-    spread = in_turn(experiment)
+    parallel_map = in_turn(experiment)
     whole = list(evolve(experiment, here(experiment)))
-    same(whole, evolve(experiment, here(experiment), spread=spread))
+    same(whole, evolve(experiment, here(experiment), parallel_map=parallel_map))
     # Each to the next migration; the first generation is bred of none, and made here.
     ends = [min(first + every - 1, 7) for first in range(1, 8, every)]
     lengths = [end - max(begin, 1) for begin, end in itertools.pairwise([0, *ends])]
-    assert spread.calls == [(3, length) for length in lengths if length]
-    # And from anywhere: the next stretch then ends where it would have ended.
+    assert parallel_map.calls == [(3, length) for length in lengths if length]
+    # And from anywhere: the next epoch then ends where it would have ended.
     for begun in whole[:-1]:
         same(
             whole[begun.number :],
-            evolve(experiment, here(experiment), begun, spread=in_turn(experiment)),
+            evolve(experiment, here(experiment), begun, parallel_map=in_turn(experiment)),
         )
 
 
-def test_stretches_begin_with_a_kept_individual(puppet):
+def test_epochs_begin_with_a_kept_individual(puppet):
     experiment = puppet(*THREE)
     start = np.array([0.5, -0.5, 1.0])
-    whole = list(evolve(experiment, here(experiment), start=start))
+    whole = list(evolve(experiment, here(experiment), warm_start=start))
     first = whole[0].genomes.reshape(3, 6, 3)
     assert (first[:, 0] == start).all()
     assert len(np.unique(first[:, 1:].reshape(15, 3), axis=0)) == 15
-    same(whole, evolve(experiment, here(experiment), start=start, spread=in_turn(experiment)))
+    same(
+        whole,
+        evolve(experiment, here(experiment), warm_start=start, parallel_map=in_turn(experiment)),
+    )
 
 
-def test_a_search_stops_within_a_stretch(puppet):
+def test_a_search_stops_within_an_epoch(puppet):
     experiment = puppet(*THREE, "islands.every=5", "evolution.max_evaluations=60")
-    found = list(evolve(experiment, here(experiment), spread=in_turn(experiment)))
+    found = list(evolve(experiment, here(experiment), parallel_map=in_turn(experiment)))
     assert [generation.number for generation in found] == [1, 2, 3]
     assert found[-1].stop == "another generation would exceed 60 evaluations"
 
 
-def test_stretches_end_at_migrations(puppet):
+def test_epochs_end_at_migrations(puppet):
     experiment = puppet("islands.every=10", "evolution.generations=25")
-    ends = [until_migration(experiment, first) for first in (1, 7, 10, 11, 20, 21, 25)]
+    ends = [epoch_end(experiment, first) for first in (1, 7, 10, 11, 20, 21, 25)]
     assert ends == [10, 10, 10, 20, 20, 25, 25]
 
 
@@ -211,18 +214,18 @@ def test_what_a_worker_is_given_and_gives_can_travel(puppet):
     experiment = puppet(*THREE)
     tasks = []
 
-    def spread(function, given):
+    def parallel_map(function, given):
         tasks.extend(given)
         return [function(experiment, task) for task in given]
 
-    generations = evolve(experiment, here(experiment), spread=spread)
+    generations = evolve(experiment, here(experiment), parallel_map=parallel_map)
     next(generations)
     assert not tasks
     next(generations)
-    assert pickle.loads(pickle.dumps(stretch)) is stretch
+    assert pickle.loads(pickle.dumps(evolve_epoch)) is evolve_epoch
     for task in tasks:
         ((genomes, evaluation), *_) = pickle.loads(
-            pickle.dumps(stretch(experiment, pickle.loads(pickle.dumps(task))))
+            pickle.dumps(evolve_epoch(experiment, pickle.loads(pickle.dumps(task))))
         )
         assert len(genomes) == len(evaluation.scores) == 6
 

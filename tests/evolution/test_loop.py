@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from gaitsim.contracts import RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import Evaluation, evaluate
-from gaitsim.evolution import Progress, breed, evolve, first_population
+from gaitsim.evolution import Progress, breed, evolve, initial_population
 from gaitsim.evolution.loop import advance
 from gaitsim.experiment import Evolution
 
@@ -34,7 +34,7 @@ def test_generations_follow_one_another_by_breeding(puppet):
     space = experiment.space()
     generations = list(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
     assert [generation.number for generation in generations] == [1, 2, 3, 4, 5]
-    genomes = first_population(experiment, space)
+    genomes = initial_population(experiment, space)
     for generation in generations:
         assert np.array_equal(generation.genomes, genomes)
         assert np.array_equal(generation.scores, evaluate(experiment, genomes).scores)

@@ -4,7 +4,7 @@ from scipy.stats import mannwhitneyu
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import breed, evolve
-from gaitsim.evolution.breeding import breed_each, first_population, first_populations
+from gaitsim.evolution.breeding import breed_each, initial_population, initial_populations
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment, load_experiment, parse_assignments
 
@@ -21,8 +21,8 @@ def small(name: str, *more: str) -> Experiment:
 def test_one_repeat_is_bred_as_a_run_is(name: str) -> None:
     experiment = small(name)
     space = experiment.space()
-    genomes = first_population(experiment, space)
-    np.testing.assert_array_equal(first_populations(experiment, space, 1)[0], genomes)
+    genomes = initial_population(experiment, space)
+    np.testing.assert_array_equal(initial_populations(experiment, space, 1)[0], genomes)
     scores = np.random.default_rng(0).normal(size=9)
     np.testing.assert_array_equal(
         breed_each(experiment, space, genomes[None], scores[None], 2)[0],
@@ -34,7 +34,7 @@ def test_one_repeat_is_bred_as_a_run_is(name: str) -> None:
 def test_each_repeat_keeps_its_own_elite(name: str) -> None:
     experiment = small(name)
     space = experiment.space()
-    genomes = first_populations(experiment, space, 7)
+    genomes = initial_populations(experiment, space, 7)
     scores = np.random.default_rng(0).normal(size=(7, 9))
     bred = breed_each(experiment, space, genomes, scores, 2)
     assert bred.shape == genomes.shape

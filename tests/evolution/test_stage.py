@@ -5,8 +5,8 @@ import pytest
 
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import Progress, evolve, rescored, stage_progress
-from gaitsim.evolution.breeding import population_from
+from gaitsim.evolution import Progress, evolve, reevaluate, stage_progress
+from gaitsim.evolution.breeding import warm_start_population
 from gaitsim.experiment import Evolution
 
 BEFORE = Progress(evaluations=60, best_score=2.5, stagnation=4, threshold=2.6, stage=2)
@@ -14,19 +14,19 @@ BEFORE = Progress(evaluations=60, best_score=2.5, stagnation=4, threshold=2.6, s
 
 def test_new_scores_begin_anew_and_their_evaluations_count():
     evolution = Evolution(fitness_threshold=-1.0)
-    after = stage_progress(BEFORE, evolution, rescored=True, population=6)
+    after = stage_progress(BEFORE, evolution, reevaluated=True, population=6)
     assert after == Progress(66, -math.inf, -1, -1.0, 3)
 
 
 def test_the_same_scores_go_on():
-    after = stage_progress(BEFORE, Evolution(), rescored=False, population=6)
+    after = stage_progress(BEFORE, Evolution(), reevaluated=False, population=6)
     assert after == Progress(60, 2.5, 4, 2.6, 3)
 
 
 def test_a_generation_judged_anew_keeps_its_genomes(puppet):
     experiment, other = puppet(), puppet("fitness.price=1")
     last = next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
-    anew = rescored(last, lambda genomes: evaluate(other, genomes), BEFORE)
+    anew = reevaluate(last, lambda genomes: evaluate(other, genomes), BEFORE)
     assert anew.genomes is last.genomes
     assert np.array_equal(anew.scores, evaluate(other, last.genomes).scores)
     assert not np.array_equal(anew.scores, last.scores)
@@ -42,15 +42,15 @@ def test_a_population_from_a_genome_needs_a_mutation_that_keeps_its_contract(
     experiment = puppet()
     monkeypatch.setattr(puppets.Jitter, "mutate", lambda self, genomes, space, rng: genomes[1:])
     with pytest.raises(PluginError, match="mutation 'puppet-jitter'"):
-        population_from(experiment, experiment.space(), np.zeros(3))
+        warm_start_population(experiment, experiment.space(), np.zeros(3))
 
 
 def test_a_population_from_a_genome_stays_within_bounds(puppet):
     experiment = puppet("evolution.population=50")
     space = experiment.space()
-    genomes = population_from(experiment, space, space.upper)
+    genomes = warm_start_population(experiment, space, space.upper)
     assert space.contains(genomes)
     assert np.array_equal(genomes[0], space.upper)
-    assert np.array_equal(genomes, population_from(experiment, space, space.upper))
+    assert np.array_equal(genomes, warm_start_population(experiment, space, space.upper))
     other = puppet("evolution.population=50", "seed=2")
-    assert not np.array_equal(genomes, population_from(other, space, space.upper))
+    assert not np.array_equal(genomes, warm_start_population(other, space, space.upper))

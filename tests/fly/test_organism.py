@@ -30,7 +30,7 @@ def test_the_wings_follow_the_network(activation: str, wings: str, hidden: tuple
         duration=0.5,
         trials=3,
         flap_limit=40,
-        weight_spread=1.0,
+        weight_sigma=1.0,
     )
     own = genomes(fly, 4)
     motion = fly.move(own)

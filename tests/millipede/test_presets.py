@@ -11,7 +11,7 @@ from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 
 ALGORITHMS = {
-    "random": ("none", "randomise"),
+    "random": ("none", "random-search"),
     "crossover": ("single-point", "none"),
     "double-crossover": ("two-point", "none"),
     "mutation": ("none", "bit-flip"),

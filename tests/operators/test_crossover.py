@@ -167,7 +167,7 @@ def test_genes_of_a_cycle_are_mixed_the_shorter_way_round(crossover):
     space = _reals(2, lower=-np.pi, upper=np.pi, periodic=np.array([True, False]))
     mothers, fathers = np.full((5000, 2), 3.0), np.full((5000, 2), -3.0)
     children = crossover.cross(mothers, fathers, space, np.random.default_rng(7))
-    turn = np.abs(space.confine(children))
+    turn = np.abs(space.repair(children))
     # 3 and −3 rad are 0.28 apart through π, and 6 apart through 0.
     assert np.mean(turn[:, 0] > 2.7) > 0.99
     assert turn[:, 1].min() < 1

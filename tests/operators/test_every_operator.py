@@ -43,7 +43,7 @@ def _real_space(genes: int, seed: int, *, cyclic: bool, gaussian: bool) -> RealS
         lower,
         lower + width,
         _labels(genes),
-        spread=width / 3 if gaussian else None,
+        initial_sigma=width / 3 if gaussian else None,
         periodic=rng.random(genes) < 0.5 if cyclic else None,
     )
 
@@ -137,7 +137,7 @@ def test_crossover_returns_children(operator, children, data, pairs, seed):
     assert offspring.shape == (pairs * children, space.genes)
     assert offspring.dtype == space.dtype
     assert np.isfinite(offspring).all()
-    assert space.contains(space.confine(offspring))
+    assert space.contains(space.repair(offspring))
     np.testing.assert_array_equal(offspring, again)
     # The result is new: writing to it reaches neither parent.
     offspring[...] = 0
@@ -174,7 +174,7 @@ def test_mutation_returns_mutants(operator, data, population, generation, seed):
     assert mutants.shape == genomes.shape
     assert mutants.dtype == space.dtype
     assert np.isfinite(mutants).all()
-    assert space.contains(space.confine(mutants))
+    assert space.contains(space.repair(mutants))
     np.testing.assert_array_equal(mutants, again)
     mutants[...] = 0
     np.testing.assert_array_equal(genomes, before)

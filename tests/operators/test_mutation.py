@@ -14,7 +14,7 @@ from gaitsim_operators.mutation.bit_flip import BitFlip
 from gaitsim_operators.mutation.gaussian import Gaussian
 from gaitsim_operators.mutation.none import NoMutation
 from gaitsim_operators.mutation.polynomial import Polynomial
-from gaitsim_operators.mutation.randomise import Randomise
+from gaitsim_operators.mutation.random_search import RandomSearch
 from gaitsim_operators.mutation.reset import Reset
 
 LOWER, UPPER = np.array([-1.0, 0.0, 10.0, -5.0]), np.array([1.0, 0.5, 30.0, 5.0])
@@ -179,9 +179,9 @@ def test_bit_flip_flips_any_bits(count):
 
 
 @pytest.mark.parametrize("space", [SPACE, _bits(4)], ids=["real", "bit"])
-def test_randomise_begins_anew(space):
+def test_random_search_draws_fresh_genomes(space):
     genomes = space.random(30, np.random.default_rng(8))
-    mutants = Randomise().mutate(genomes, space, np.random.default_rng(9))
+    mutants = RandomSearch().mutate(genomes, space, np.random.default_rng(9))
     np.testing.assert_array_equal(mutants, space.random(30, np.random.default_rng(9)))
 
 

@@ -27,7 +27,7 @@ ISLANDS = (
 )
 
 
-def evolve(path, *overrides, generations=None, until=None, spread=False):
+def evolve(path, *overrides, generations=None, until=None, parallel=False):
     with RunWriter(path, overrides=parse_assignments(overrides), generations=generations) as writer:
         experiment = writer.experiment
 
@@ -35,7 +35,7 @@ def evolve(path, *overrides, generations=None, until=None, spread=False):
             return [function(experiment, task) for task in tasks]
 
         for generation in writer.evolve(
-            lambda genomes: evaluate(experiment, genomes), over if spread else None
+            lambda genomes: evaluate(experiment, genomes), over if parallel else None
         ):
             if generation.number == until:
                 break
@@ -77,11 +77,11 @@ def test_a_run_without_islands_keeps_no_such_file(puppet, tmp_path):
 
 
 @pytest.mark.parametrize("until", range(1, 8))
-@pytest.mark.parametrize("spread", [False, True])
-def test_stopped_anywhere_it_becomes_the_same_run(run, new, until, spread):
-    stopped = evolve(new(), until=until, spread=spread)
+@pytest.mark.parametrize("parallel", [False, True])
+def test_stopped_anywhere_it_becomes_the_same_run(run, new, until, parallel):
+    stopped = evolve(new(), until=until, parallel=parallel)
     assert stopped.generation == until
-    again = evolve(stopped.path, spread=not spread)
+    again = evolve(stopped.path, parallel=not parallel)
     assert again.fingerprint() == run.fingerprint()
     assert (again.path / "islands.csv").read_text() == (run.path / "islands.csv").read_text()
 

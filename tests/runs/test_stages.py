@@ -399,7 +399,7 @@ def test_a_fingerprint_tells_stages_apart(puppet):
 
 def test_whoever_forgets_to_begin_a_stage_is_told(plain):
     with RunWriter(plain, overrides=CLIMB, generations=5) as writer:
-        assert writer.rescores
+        assert writer.reevaluates
         event = next(
             evolve(writer.experiment, lambda g: evaluate(puppet_of(writer), g), writer.last)
         )

@@ -84,7 +84,7 @@ def test_what_is_no_individual_is_refused(staged, reference, says):
         kept_individual(reference)
 
 
-def test_the_first_population_is_the_individual_and_its_mutations(puppet, staged):
+def test_the_initial_population_is_the_individual_and_its_mutations(puppet, staged):
     start = kept_individual("staged@2")
     experiment = puppet("seed=5")
     run = go_on(create_run(experiment, Path("from"), start), 1)
@@ -93,7 +93,7 @@ def test_the_first_population_is_the_individual_and_its_mutations(puppet, staged
     copies = np.tile(start.genome, (5, 1))
     noise = stream(5, 1, Purpose.MUTATION)
     mutants = experiment.mutation.mutate(copies, experiment.space(), noise)
-    assert np.array_equal(genomes[1:], experiment.space().confine(mutants))
+    assert np.array_equal(genomes[1:], experiment.space().repair(mutants))
     assert len(np.unique(genomes, axis=0)) == 6
     assert run.champion(1)[1] >= evaluate(experiment, start.genome[None]).scores[0]
 

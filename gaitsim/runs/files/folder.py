@@ -123,7 +123,7 @@ def create_run(
     Args:
         experiment: written to it, resolved.
         out: the folder to make; None is `runs/<name of the experiment>`.
-        start: an individual that fits the experiment's body, which the first population
+        start: an individual that fits the experiment's body, which the initial population
             is made of; None draws it.
 
     Raises:

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitsim.errors import CheckpointError
 from gaitsim.evaluation import Evaluation, Evaluator
-from gaitsim.evolution import Generation, evolve, rescored, spreading, stage_progress
+from gaitsim.evolution import Generation, evolve, island_map, reevaluate, stage_progress
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.checksums import of_genomes, of_scores
@@ -83,15 +83,15 @@ def _goes_on(
             progress = stage_progress(
                 last.progress,
                 experiment.evolution,
-                rescored=stage.rescored,
+                reevaluated=stage.reevaluated,
                 population=len(last.genomes),
             )
             last = (
-                rescored(last, evaluator.evaluate, progress)
-                if stage.rescored
+                reevaluate(last, evaluator.evaluate, progress)
+                if stage.reevaluated
                 else replace(last, progress=progress)
             )
-        yield from evolve(experiment, evaluator.evaluate, last, start, spreading(evaluator))
+        yield from evolve(experiment, evaluator.evaluate, last, start, island_map(evaluator))
 
 
 def endless(experiment: Experiment, generations: int) -> Experiment:

@@ -48,7 +48,7 @@ def some_genomes(space: GenomeSpace, count: int = COUNT) -> Genomes:
     """Genomes of a space, (count, genes): random ones, the last two at the bounds."""
     genomes = space.random(count, np.random.default_rng(1))
     if isinstance(space, RealSpace) and count > 2:
-        genomes[-2:] = space.confine(np.stack([space.lower, space.upper]))
+        genomes[-2:] = space.repair(np.stack([space.lower, space.upper]))
     return genomes
 
 
@@ -74,15 +74,15 @@ def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
             "genome space",
             "random genomes that belong to the space",
             f"shape {np.shape(genomes)}, dtype {genomes.dtype}, or genes outside of it",
-            "let random() end with confine()",
+            "let random() end with repair()",
         )
         return
-    if not same(space.confine(genomes), genomes):
+    if not same(space.repair(genomes), genomes):
         yield error(
             "genome space",
-            "confine() leaves genomes of the space as they are",
+            "repair() leaves genomes of the space as they are",
             "it changes them",
-            "let 'repair' return a genome unchanged that it has repaired before",
+            "let 'repair_bits' return a genome unchanged that it has repaired before",
         )
     if not same(space.random(5, np.random.default_rng(3)), space.random(5, _rng())) or not same(
         body.genome_space().random(5, _rng()), space.random(5, _rng())

@@ -29,7 +29,11 @@ def spaces() -> dict[str, GenomeSpace]:
     return {
         "real genes": RealSpace(lower, lower + width, labels),
         "real genes, one periodic": RealSpace(
-            lower, lower + width, labels, spread=width / 4, periodic=np.array([0, 0, 0, 1, 0], bool)
+            lower,
+            lower + width,
+            labels,
+            initial_sigma=width / 4,
+            periodic=np.array([0, 0, 0, 1, 0], bool),
         ),
         "a single real gene": RealSpace(lower[:1], lower[:1] + 1, labels[:1]),
         "bits": BitSpace(tuple("abcdefg")),

@@ -105,9 +105,9 @@ def _bred(
             f"genes that are not ({what})",
             "guard what overflows or divides by 0",
         )
-    elif not space.contains(space.confine(children)):
+    elif not space.contains(space.repair(children)):
         yield error(
-            "bounds", "genes that confining can bring back", f"others ({what})", "bits are 0 and 1"
+            "bounds", "genes that repair() can bring back", f"others ({what})", "bits are 0 and 1"
         )
     if not same(children, breed(*[genomes.copy() for genomes in parents])):
         yield error(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution.breeding import breed, first_population
+from gaitsim.evolution.breeding import breed, initial_population
 from gaitsim.experiment import Experiment, load_experiment, parse_experiment
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, error
@@ -59,7 +59,7 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     space = experiment.space()
-    first = first_population(experiment, space)
+    first = initial_population(experiment, space)
     evaluation = evaluate(experiment, first[:FEW])
     # Made up for the breeding: all of them would take long to judge.
     scores = np.sin(np.arange(len(first), dtype=np.float64))

@@ -229,7 +229,7 @@ class Change(ModalScreen[Wanted | None]):
         said = "".join(f"▶ {change}\n" for change in opening.changes)
         if said:
             said += f"from generation {first} on"
-            if opening.rescores:
+            if opening.reevaluates:
                 said += "; its scores begin anew"
         elif assignments:
             said = "No new stage: evolution goes on in the same way."

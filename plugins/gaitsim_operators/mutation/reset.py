@@ -9,7 +9,7 @@ from gaitsim_operators.mutation.sites import draw_sites
 class Reset(Mutation):
     """Replaces each gene with a probability by that of a fresh genome.
 
-    Fresh genes are spread as in the first population. Called random resetting
+    Fresh genes are drawn as in the initial population. Called random resetting
     in Eiben and Smith 2015, section 4.3.
     """
 

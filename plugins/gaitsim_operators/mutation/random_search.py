@@ -1,12 +1,12 @@
-"""Randomise: every genome begins anew."""
+"""Random search: fresh genomes in each generation, as a baseline to compare with."""
 
 import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, Mutation
 
 
-class Randomise(Mutation):
-    """Replaces every genome by a fresh one: random search, to compare others with."""
+class RandomSearch(Mutation):
+    """Random search: replaces every genome by a fresh one."""
 
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
         """(population, genes) -> fresh genomes of that shape and dtype."""
