@@ -1,7 +1,8 @@
 """Errors that a user or a plugin author can cause: what, where, what is allowed, what to do."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+from typing import Any
 
 
 class GaitsimError(Exception):
@@ -43,6 +44,11 @@ class GaitsimError(Exception):
     def then(self, remedy: str) -> None:
         """Add what to do after that which it says already, if it does."""
         self.remedy = f"{self.remedy}; then {remedy}" if self.remedy else remedy
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the parts as JSON takes them; `error_from_dict` reads them."""
+        names = ("what", "where", "key", "allowed", "remedy")
+        return {name: getattr(self, name) for name in names}
 
     def __reduce__(self) -> tuple[object, ...]:
         # Keyword-only arguments do not survive the default pickling, and errors
@@ -90,8 +96,28 @@ class ExperimentError(GaitsimError):
     def __str__(self) -> str:
         return "\n".join([f"{self.what}:", *(f"- {problem}" for problem in self.problems)])
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the parts, the noun, and each problem's parts."""
+        problems = [problem.to_dict() for problem in self.problems]
+        return super().to_dict() | {"noun": self.noun, "problems": problems}
+
     def __reduce__(self) -> tuple[object, ...]:
         return (ExperimentError, (self.problems, self.noun))
+
+
+def error_from_dict(data: Mapping[str, Any]) -> GaitsimError:
+    """Return the error of such parts.
+
+    Raises:
+        KeyError: a part is missing.
+    """
+    parts = {name: data[name] for name in ("where", "allowed", "remedy", "key")}
+    if "problems" not in data:
+        return GaitsimError(data["what"], **parts)
+    found = ExperimentError([error_from_dict(one) for one in data["problems"]], data["noun"])
+    for name, text in parts.items():
+        setattr(found, name, text)
+    return found
 
 
 def nearest(word: str, known: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ def main() -> None:
     except SystemExit:
         reason = streams.finish()
         if reason:
-            _fail(f"cannot write the output: {reason}")
+            _fail(GaitsimError(f"cannot write the output: {reason}"))
         raise
     finally:
         # Python looks for cycles among all that was imported once more before it ends: 30 of
@@ -28,24 +28,31 @@ def main() -> None:
 
 
 def _run() -> None:
+    from gaitsim.cli.streams import check_environment
+
     try:
+        check_environment()
         # Within, as half of the start-up is spent on it, and Ctrl-C may come then.
         from gaitsim.cli.app import app
 
         app()
     except GaitsimError as error:
-        _fail(str(error))
+        _fail(error)
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
-        _fail(f"cannot write: {error.strerror}")
+        _fail(GaitsimError(f"cannot write: {error.strerror}"))
 
 
-def _fail(message: str) -> None:
-    from gaitsim.cli.console import errors
+def _fail(error: GaitsimError) -> None:
+    from gaitsim.cli.console import errors, record
+    from gaitsim.cli.streams import machine_readable
     from gaitsim.render.terminal.text import visible_lines
 
-    errors().print(f"Error: {visible_lines(message)}", style="red", markup=False)
+    if machine_readable():
+        record("error", **error.to_dict())
+    else:
+        errors().print(f"Error: {visible_lines(str(error))}", style="red", markup=False)
     sys.exit(MISTAKE)

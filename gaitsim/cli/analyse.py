@@ -46,6 +46,8 @@ def analyse(
 
     gaitsim analyse spider --gait my-gait.csv --json
     """
+    from gaitsim.cli.console import wrote
+    from gaitsim.cli.progress_bar import Progress
     from gaitsim.gait import analyse_gait
     from gaitsim.gait.robustness import perturb as perturbed
     from gaitsim.runs.files.folder import find_run
@@ -65,7 +67,13 @@ def analyse(
         from gaitsim.render.plots.gait import plot_gait
 
         plot_gait(found, subject.title, figure)
-    robustness = perturbed(subject, _first_best(history, subject)) if perturb else None
+        wrote(figure)
+    robustness = None
+    if perturb:
+        with Progress("perturbing the gait", "kinds") as progress:
+            robustness = perturbed(
+                subject, _first_best(history, subject), progress.expect, progress.advance
+            )
     if json:
         from gaitsim.cli.console import print_json
 

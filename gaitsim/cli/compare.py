@@ -1,6 +1,5 @@
 """`gaitsim compare`."""
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -49,7 +48,7 @@ def compare(
     from shutil import rmtree
 
     from gaitsim.cli.cluster import cluster
-    from gaitsim.cli.console import notice, print_json
+    from gaitsim.cli.console import notice, print_json, wrote
     from gaitsim.cli.interrupts import interruptible
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import parse_assignments
@@ -86,6 +85,7 @@ def compare(
     command = shlex.join(again)
     write_bytes(folder / "results.csv", results(findings).encode())
     write_bytes(folder / "report.md", report(findings, command, figure.name).encode())
+    wrote(*(folder / name for name in ("report.md", "results.csv", figure.name)))
     if json:
         print_json({"folder": str(folder), **plain(findings), "command": command})
         return
@@ -99,30 +99,17 @@ def _samples(
     cluster: "Executor | None",
     quiet: bool,
 ) -> "dict[str, Sample]":
-    """Repeat each experiment, with a progress bar or a line each."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
+    """Repeat each experiment, with a progress bar or a line now and then."""
     from gaitsim.cli.cluster import warn
-    from gaitsim.cli.console import errors, notice
+    from gaitsim.cli.progress_bar import Progress
     from gaitsim.study.comparison import sample
 
-    console = errors()
-    bar = Progress(
-        TextColumn("{task.fields[label]}", style="bold", markup=False),
-        BarColumn(),
-        TextColumn("generation {task.completed}/{task.total}, left"),
-        TimeRemainingColumn(),
-        console=console,
-        disable=quiet or not console.is_terminal,
-    )
     found = {}
-    with bar:
-        for label, experiment in loaded.items():
-            task = bar.add_task("", total=experiment.evolution.generations, label=label)
-            advance = partial(bar.advance, task)
-            found[label] = sample(experiment, repeats, workers, advance, warn, cluster)
-            if not console.is_terminal and not quiet:
-                notice(f"{label}: {repeats} repeats are done")
+    for label, experiment in loaded.items():
+        total = experiment.evolution.generations
+        log = "" if quiet else f"{label}: {repeats} repeats of {total} generations"
+        with Progress(label, "generations", total, log=log) as progress:
+            found[label] = sample(experiment, repeats, workers, progress.advance, warn, cluster)
     return found
 
 

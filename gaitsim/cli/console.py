@@ -1,13 +1,19 @@
-"""Where text goes: results to standard output, notices and errors to standard error."""
+"""Where text goes: results to standard output, notices and errors to standard error.
+
+With `GAITSIM_PROGRESS=json`, standard error is JSON lines for programs: one object a line, whose
+`kind` is `progress`, `notice`, `result` or `error`.
+"""
 
 import json
 import sys
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
+from gaitsim.cli.streams import machine_readable
 from gaitsim.render.terminal.text import visible_lines
 
 PIPED_WIDTH = 1000  # columns: rows are not broken for a program
@@ -20,12 +26,29 @@ def output() -> Console:
 
 
 def errors() -> Console:
-    """Standard error."""
-    return Console(stderr=True, highlight=False, emoji=False, soft_wrap=True)
+    """Standard error; never a terminal where programs read it."""
+    terminal = False if machine_readable() else None
+    return Console(
+        stderr=True, highlight=False, emoji=False, soft_wrap=True, force_terminal=terminal
+    )
+
+
+def record(kind: str, **values: Any) -> None:
+    """Print a record for programs to standard error, as one line of JSON."""
+    print(json.dumps({"kind": kind, **finite(values)}), file=sys.stderr, flush=True)
+
+
+def wrote(*paths: Path) -> None:
+    """Report the files that a command has written; people read of them in its output."""
+    if machine_readable():
+        record("result", files=[str(path) for path in paths])
 
 
 def notice(text: str) -> None:
     """Say something that is not a result."""
+    if machine_readable():
+        record("notice", text=text)
+        return
     errors().print(visible_lines(text), style="yellow", markup=False)
 
 

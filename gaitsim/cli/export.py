@@ -76,6 +76,7 @@ def export(
 
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
     """
+    from gaitsim.cli.console import wrote
     from gaitsim.errors import GaitsimError
     from gaitsim.gait.files.writer import check_folder, gait_of, write_gait
     from gaitsim.runs.files.folder import find_run
@@ -109,6 +110,7 @@ def export(
         _export_servo(gait, servos, keyframe_ms, clip, path)
         return
     write_gait(gait, path, chosen)
+    wrote(path)
     frames, joints = gait.angles.shape
     print(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
 
@@ -148,11 +150,12 @@ def _servos(centre: float, low: float | None, high: float | None) -> "ServoRange
 def _export_servo(
     gait: "Gait", servos: "ServoRange", keyframe_ms: int | None, clip: bool, path: Path
 ) -> None:
-    from gaitsim.cli.console import notice
+    from gaitsim.cli.console import notice, wrote
     from gaitsim.gait.files.servo import servo_table, write_servo
 
     table = servo_table(gait, servos, keyframe_ms, clip=clip)
     write_servo(table, path)
+    wrote(path)
     keyframes, joints = table.degrees.shape
     if table.clipped:
         notice(

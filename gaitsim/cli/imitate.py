@@ -71,7 +71,7 @@ def imitate(
     """
     import sys
 
-    from gaitsim.cli.console import print_json
+    from gaitsim.cli.console import print_json, wrote
     from gaitsim.cli.imitation_view import files_of, plain, print_results, write_results
     from gaitsim.gait.files.writer import check_folder
     from gaitsim.imitation.imitating import teacher_of
@@ -103,6 +103,7 @@ def imitate(
         sys.exit(130)
     files = files_of(out or opened.exports(), format, compare_activations)
     write_results(teacher, results, files)
+    wrote(*files.values())
     if json:
         print_json(plain(teacher, results, files))
     else:
@@ -112,39 +113,26 @@ def imitate(
 def _train(teacher: "Teacher", every: "list[Settings]", quiet: bool) -> "list[Result] | None":
     """Train with each of the settings, with a progress bar; None when the user stopped it."""
     import time
-    from functools import partial
-
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     from gaitsim.cli.console import errors, notice
     from gaitsim.cli.interrupts import interruptible
+    from gaitsim.cli.progress_bar import Progress
     from gaitsim.imitation.imitating import imitate as imitated
     from gaitsim.imitation.learning import prepare
 
-    console = errors()
-    bar = Progress(
-        TextColumn("{task.fields[label]}", style="bold", markup=False),
-        BarColumn(),
-        TextColumn("epoch {task.completed}/{task.total}, left"),
-        TimeRemainingColumn(),
-        console=console,
-        disable=quiet or not console.is_terminal,
-    )
     found: list[Result] = []
     try:
         with interruptible():
             start = time.monotonic()
-            with console.status("Preparing: the first training compiles its kernel …"):
+            with errors().status("Preparing: the first training compiles its kernel …"):
                 prepare()
             if time.monotonic() - start > 1 and not quiet:
                 notice("Prepared; the compiled kernel is kept for the next training.")
-            with bar:
-                for settings in every:
-                    label = f"learning, {settings.activation}"
-                    if bar.disable and not quiet:
-                        notice(f"{label}: {settings.epochs} epochs")
-                    task = bar.add_task("", total=settings.epochs, label=label)
-                    found.append(imitated(teacher, settings, partial(bar.advance, task)))
+            for settings in every:
+                label = f"learning, {settings.activation}"
+                log = "" if quiet else f"{label}: {settings.epochs} epochs"
+                with Progress(label, "epochs", settings.epochs, log=log) as progress:
+                    found.append(imitated(teacher, settings, progress.advance))
     except KeyboardInterrupt:
         notice("Stopped; nothing was written.")
         return None

@@ -111,6 +111,7 @@ def _plot(
     out: Path | None,
     format: PlotFormat | None,
 ) -> None:
+    from gaitsim.cli.console import wrote
     from gaitsim.render.plots import check_target, save
     from gaitsim.render.plots.kinds import KINDS, draw, file_stem
 
@@ -122,6 +123,7 @@ def _plot(
     figure = draw(kind, request)
     path = out or request.run.exports() / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
+    wrote(path)
     print(path)
 
 
@@ -129,7 +131,8 @@ def _plot_all(
     request: "Request", numbers: Sequence[int], out: Path | None, format: PlotFormat
 ) -> None:
     """Every kind that the body has; what is left out, and why, is said."""
-    from gaitsim.cli.console import notice
+    from gaitsim.cli.console import notice, wrote
+    from gaitsim.cli.progress_bar import Progress
     from gaitsim.errors import GaitsimError
     from gaitsim.render.plots import save
     from gaitsim.render.plots.kinds import KINDS, draw, file_stem
@@ -143,15 +146,18 @@ def _plot_all(
         )
     request = _with_replays(request, numbers)
     folder = out or request.run.exports()
-    for kind in KINDS:
-        try:
-            figure = draw(kind, request)
-        except LackingError as error:
-            notice(f"No plot of the kind {kind}: {error.what}")
-            continue
-        path = folder / f"{file_stem(kind, request)}.{format}"
-        save(figure, path, request.theme)
-        print(path, flush=True)
+    with Progress("plots", "kinds", len(KINDS)) as progress:
+        for kind in KINDS:
+            try:
+                figure = draw(kind, request)
+            except LackingError as error:
+                notice(f"No plot of the kind {kind}: {error.what}")
+            else:
+                path = folder / f"{file_stem(kind, request)}.{format}"
+                save(figure, path, request.theme)
+                wrote(path)
+                print(path, flush=True)
+            progress.advance()
 
 
 def _with_replays(request: "Request", numbers: Sequence[int]) -> "Request":

@@ -4,6 +4,26 @@ import io
 import os
 import sys
 
+from gaitsim.errors import GaitsimError
+
+PROGRESS = "GAITSIM_PROGRESS"
+
+
+def machine_readable() -> bool:
+    """Return whether standard error is JSON lines for programs, see `console`."""
+    return os.environ.get(PROGRESS) == "json"
+
+
+def check_environment() -> None:
+    """Refuse a value of `GAITSIM_PROGRESS` that means nothing.
+
+    Raises:
+        GaitsimError: it has one.
+    """
+    value = os.environ.get(PROGRESS, "")
+    if value not in ("", "json"):
+        raise GaitsimError(f"unknown value {value!r}", where=PROGRESS, allowed="json, or unset")
+
 
 def prepare() -> None:
     """See that everything can be printed, whatever the terminal's encoding.

@@ -44,7 +44,7 @@ def study(
     import sys
 
     from gaitsim.cli.cluster import cluster
-    from gaitsim.cli.console import notice, output
+    from gaitsim.cli.console import notice, output, wrote
     from gaitsim.runs.files.folder import command, create_folder
     from gaitsim.runs.files.lock import RunLock
     from gaitsim.study.file import cells, read_study, resolved
@@ -67,6 +67,7 @@ def study(
         finally:
             lock.release()
     _summarise(folder, read, results)
+    wrote(folder / TABLE)
     output().print(f"\nTable: {folder / TABLE}", markup=False)
 
 
@@ -81,20 +82,9 @@ def _run(
     cluster: "Executor | None",
 ) -> bool:
     """Run what is not finished, with a progress bar; False when the user stopped it."""
-    import time
-
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
     from gaitsim.cli.cluster import warn
-    from gaitsim.cli.console import errors, notice
     from gaitsim.cli.interrupts import interruptible
+    from gaitsim.cli.progress_bar import Progress
     from gaitsim.errors import GaitsimError
     from gaitsim.runs.files.folder import command
     from gaitsim.study.running import finished, run_cells
@@ -102,33 +92,17 @@ def _run(
     missing = [
         cell for cell in every if finished(folder, cell, study.repeats, study.record_every) is None
     ]
-    console = errors()
-    if not console.is_terminal:
-        notice(f"study {folder}: {len(missing)} of {len(every)} cells to run")
-    bar = Progress(
-        TextColumn("{task.description}", style="bold", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("cells"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-        console=console,
-        disable=not console.is_terminal,
-    )
-    task = bar.add_task(str(folder), total=len(every), completed=len(every) - len(missing))
-    said = time.monotonic()
+    total, done = len(every), len(every) - len(missing)
+    log = f"study {folder}: {len(missing)} of {total} cells to run"
     try:
-        with interruptible(), bar:
-            done = len(every) - len(missing)
+        with (
+            interruptible(),
+            Progress(f"study {folder}", "cells", total, done, log=log) as progress,
+        ):
             for _ in run_cells(
                 folder, missing, study.repeats, study.record_every, workers, warn, cluster
             ):
-                done += 1
-                bar.advance(task)
-                if not console.is_terminal and time.monotonic() - said > 2:
-                    said = time.monotonic()
-                    notice(f"{done}/{len(every)} cells")
+                progress.advance()
     except KeyboardInterrupt:
         return False
     except GaitsimError as error:

@@ -72,32 +72,18 @@ def _verify(
     run: "Run", generations: tuple[int, ...], everything: bool, workers: int | None
 ) -> "Verdict":
     """Verify with a progress bar."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    from gaitsim.cli.console import errors
     from gaitsim.cli.interrupts import interruptible
+    from gaitsim.cli.progress_bar import Progress
     from gaitsim.runs.verify.verify import verify as verified
 
-    console = errors()
-    bar = Progress(
-        TextColumn("{task.description}", style="bold", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("generations"),
-        TimeElapsedColumn(),
-        console=console,
-        disable=not console.is_terminal,
-        transient=True,
-    )
-    task = bar.add_task(run.path.name, total=None)
-    with interruptible(), bar:
+    with interruptible(), Progress(run.path.name, "generations") as progress:
         return verified(
             run,
             generations or None,
             everything=everything,
             workers=workers,
-            begin=lambda total: bar.update(task, total=total),
-            advance=lambda: bar.advance(task),
+            begin=progress.expect,
+            advance=progress.advance,
         )
 
 

@@ -1,14 +1,11 @@
 """`gaitsim video`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from gaitsim.choices import Theme, VideoFormat, VideoView
-
-if TYPE_CHECKING:
-    from gaitsim.render.video import Video
 
 
 def video(
@@ -51,9 +48,10 @@ def video(
     """
     import sys
 
-    from gaitsim.cli.console import notice
+    from gaitsim.cli.console import notice, wrote
     from gaitsim.cli.generations import asked_generations
     from gaitsim.cli.interrupts import interruptible
+    from gaitsim.cli.progress_bar import Progress
     from gaitsim.gait.files.writer import check_folder
     from gaitsim.render.video import RenderSettings, Video
     from gaitsim.runs.files.folder import find_run
@@ -69,42 +67,17 @@ def video(
         with interruptible():
             made = Video(opened, wanted, settings)
             path = out or opened.exports() / made.name
-            _write(made, path)
+            with Progress(path.name, "pictures", len(made)) as progress:
+                made.write(path, progress.advance)
     except KeyboardInterrupt:
         notice("Stopped; nothing was written.")
         sys.exit(130)
+    wrote(path)
     width, height = settings.pixels
     print(
         f"{path}: {len(made)} pictures of {width} × {height} at {float(settings.rate):g} a second, "
         f"{float(len(made) / settings.rate):.1f} s"
     )
-
-
-def _write(video: "Video", path: Path) -> None:
-    """Write it with a progress bar."""
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    from gaitsim.cli.console import errors
-
-    console = errors()
-    bar = Progress(
-        TextColumn("{task.description}", style="bold", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("pictures, left"),
-        TimeRemainingColumn(),
-        console=console,
-        disable=not console.is_terminal,
-    )
-    with bar:
-        task = bar.add_task(path.name, total=len(video))
-        video.write(path, lambda: bar.advance(task))
 
 
 def _format(format: VideoFormat | None, out: Path | None) -> str:

@@ -6,7 +6,7 @@ that flip between two frames, loses most of its score. Errors of single joints a
 matter: they tell how exactly a gait must be kept.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,12 +69,19 @@ class Robustness:
     missing: tuple[str, ...]
 
 
-def perturb(subject: Subject, first_best: float | None) -> Robustness:
+def perturb(
+    subject: Subject,
+    first_best: float | None,
+    begin: Callable[[int], object] = lambda _: None,
+    advance: Callable[[], object] = lambda: None,
+) -> Robustness:
     """Play a gait again under all perturbations that its body allows.
 
     Args:
         subject: what is played.
         first_best: best score of the run's first generation, for what the score is worth.
+        begin: called with the number of kinds of perturbations.
+        advance: called after each kind.
 
     Raises:
         PluginError: the body or the fitness fails.
@@ -84,6 +91,7 @@ def perturb(subject: Subject, first_best: float | None) -> Robustness:
     worth = max(gained, abs(score))
     trials: list[Trial] = []
     missing: list[str] = []
+    begin(len(_ATTEMPTS))
     for attempt, sign in _ATTEMPTS:
         try:
             scores = attempt(subject)
@@ -91,6 +99,7 @@ def perturb(subject: Subject, first_best: float | None) -> Robustness:
             missing.append(str(error))
         else:
             trials += [_trial(name, score, value, worth, sign) for name, value in scores.items()]
+        advance()
     return Robustness(score, worth, tuple(trials), tuple(missing))
 
 

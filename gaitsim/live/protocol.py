@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.errors import GaitsimError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
 
 State = Literal["preparing", "running", "paused", "finished", "stopped", "failed", "elsewhere"]
@@ -190,35 +190,11 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
                     else before.champion
                 ),
                 "events": tuple(Event(**event) for event in data.get("events", ())),
-                "error": _error(data["error"]) if "error" in data else None,
+                "error": error_from_dict(data["error"]) if "error" in data else None,
             },
         )
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"no snapshot: {error}") from error
-
-
-def plain_error(error: GaitsimError) -> dict[str, Any]:
-    """An error as plain values."""
-    found: dict[str, Any] = {
-        "what": error.what,
-        "where": error.where,
-        "allowed": error.allowed,
-        "remedy": error.remedy,
-    }
-    if isinstance(error, ExperimentError):
-        found["problems"] = [plain_error(problem) for problem in error.problems]
-    return found
-
-
-def _error(data: Mapping[str, Any]) -> GaitsimError:
-    problems: Sequence[Mapping[str, Any]] = data.get("problems", ())
-    parts = {name: data[name] for name in ("where", "allowed", "remedy")}
-    if not problems:
-        return GaitsimError(data["what"], **parts)
-    found = ExperimentError([_error(problem) for problem in problems])
-    for name, text in parts.items():
-        setattr(found, name, text)
-    return found
 
 
 def _terms(individual: Mapping[str, Any]) -> dict[str, float]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evolution import Generation
-from gaitsim.live.protocol import ENDED, State, plain_error, write_snapshot
+from gaitsim.live.protocol import ENDED, State, write_snapshot
 from gaitsim.runs.files.folder import champion_file
 from gaitsim.runs.files.history import island_bests, row
 from gaitsim.runs.writer import RunWriter
@@ -133,7 +133,7 @@ class Reporter:
         with self._lock:
             self._values["state"], self._values["reason"] = state, reason
             if error is not None:
-                self._news["error"] = plain_error(error)
+                self._news["error"] = error.to_dict()
             if state != "running":
                 self._pace.clear()
         if state in ENDED:
@@ -145,7 +145,7 @@ class Reporter:
     def refused(self, error: GaitsimError) -> None:
         """Tell why a change was not made; the run goes on."""
         with self._lock:
-            self._news["error"] = plain_error(error)
+            self._news["error"] = error.to_dict()
         self._wake.set()
 
     def _write(self) -> None:

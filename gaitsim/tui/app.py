@@ -273,7 +273,7 @@ class GaitsimApp(App[None]):
             if show is not None:
                 show(task)
         if task.state == "done":
-            said = task.result if task.file else task.command
+            said = "\n".join(map(str, task.files)) or task.command
             self.notify(said, title="Done", markup=False)
         elif task.state == "failed":
             self.notify(

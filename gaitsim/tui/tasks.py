@@ -1,12 +1,13 @@
-"""What is made in the background: gaitsim commands as processes of their own, and how far they are.
+"""Gaitsim commands that run in the background, as processes of their own.
 
 The very command that a user could type runs, so the UI can do nothing that the command line
-cannot. Its errors go to a pseudo-terminal where there is one, since progress is only drawn there.
+cannot. Its progress, files and errors arrive as records, one JSON object a line on its standard
+error.
 """
 
 import asyncio
+import json
 import os
-import re
 import shlex
 import signal
 import sys
@@ -17,14 +18,14 @@ from pathlib import Path
 from time import monotonic
 from typing import Literal
 
-WIDTH = 100  # columns of a progress line
+from gaitsim.errors import GaitsimError, error_from_dict
+from gaitsim.render.terminal.text import visible, visible_lines
+
 KEPT = 2000  # lines of output
-GRACE = 5.0  # seconds between asking a process to stop and making it
+LONGEST = 1 << 20  # bytes of a line; a longer one is dropped
+GRACE = 5.0  # seconds between asking a process to stop and killing it
 
 State = Literal["running", "done", "failed", "stopped"]
-_ESCAPES = re.compile(r"\x1b\[[0-?]*[ -/]*[@-~]|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)|\x1b[@-_]")
-_COUNT = re.compile(r"(\d[\d,]*)\s?/\s?(\d[\d,]*)")
-_PERCENT = re.compile(r"(\d{1,3}) ?%")
 
 
 @dataclass
@@ -34,11 +35,13 @@ class Task:
     Attributes:
         arguments: of `gaitsim`.
         began: when, by the monotonic clock.
-        state: how it stands.
-        progress: the last line that says how far it is.
-        part: the part of it that is done, 0 to 1; None where it does not say.
-        output: what it printed, line by line.
-        errors: what it said beside that: notices, and why it failed.
+        state: whether it runs, and how it ended.
+        progress: what it works on.
+        part: the part of that which is done, 0 to 1; None while that is unknown.
+        output: the lines that it printed.
+        notices: the lines that it printed beside its output.
+        files: those that it wrote.
+        error: why it failed, where it was the user's mistake.
         ended: when it ended, by the monotonic clock.
     """
 
@@ -48,75 +51,69 @@ class Task:
     progress: str = ""
     part: float | None = None
     output: list[str] = field(default_factory=list)
-    errors: list[str] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
+    error: GaitsimError | None = None
     ended: float | None = None
 
     @property
     def command(self) -> str:
-        """As a shell takes it."""
+        """The command line, as a shell takes it."""
         return shlex.join(["gaitsim", *self.arguments])
 
     @property
     def running(self) -> bool:
-        """Whether it still does."""
+        """Whether it still runs."""
         return self.state == "running"
-
-    @property
-    def result(self) -> str:
-        """Its last line."""
-        return self.output[-1] if self.output else ""
-
-    @property
-    def file(self) -> Path | None:
-        """What it made, if its last line begins with the path of a file: 'a.mat: 300 frames'."""
-        words = self.result.split(": ")
-        paths = (": ".join(words[:end]) for end in range(len(words), 0, -1))
-        # os.path, unlike pathlib, answers for names that no file can have, too.
-        return next((Path(path) for path in paths if os.path.isfile(path)), None)  # noqa: PTH113
 
     @property
     def message(self) -> str:
         """Why it failed."""
-        return "\n".join(self.errors[-8:]) or "it said nothing"
+        if self.error is not None:
+            return visible_lines(str(self.error))
+        return "\n".join(self.notices[-8:]) or "it ended without a message"
 
     @property
     def seconds(self) -> float:
         """How long it has taken."""
         return (self.ended or monotonic()) - self.began
 
-    def take_progress(self, text: str) -> None:
-        """Take what a program draws where it says how far it is; escapes are dropped."""
-        lines = [line.strip() for line in re.split(r"[\r\n]+", clean(text)) if line.strip()]
-        for line in lines:
-            self.progress = line
-            part = part_of(line)
-            if part is not None:
-                self.part = part
-            elif not self.errors or self.errors[-1] != line:
-                self.errors.append(line)
-        del self.errors[:-KEPT]
+    def take_output(self, line: str) -> None:
+        """Take a line of its output."""
+        self.output.append(visible(line))
+        del self.output[:-KEPT]
 
-
-def clean(text: str) -> str:
-    """A text without what steers a terminal."""
-    return "".join(char for char in _ESCAPES.sub("", text) if char in "\r\n" or char.isprintable())
-
-
-def part_of(line: str) -> float | None:
-    """How much of the work a line says is done, 0 to 1: by '3/10' or '30%'."""
-    count = _COUNT.search(line)
-    if count:
-        done, total = (int(number.replace(",", "")) for number in count.groups())
-        return min(1.0, done / total) if total else None
-    percent = _PERCENT.search(line)
-    return min(1.0, int(percent[1]) / 100) if percent else None
+    def take_record(self, line: str) -> None:
+        """Take a line of its standard error: a record, or a text that a library printed."""
+        try:
+            record = json.loads(line)
+            match record:
+                case {
+                    "kind": "progress",
+                    "what": str(what),
+                    "done": int(done),
+                    "total": int() | None as total,
+                }:
+                    self.progress = visible(what)
+                    self.part = min(1.0, done / total) if total else None
+                case {"kind": "result", "files": list(files)}:
+                    self.files += map(Path, files)
+                case {"kind": "error"}:
+                    self.error = error_from_dict(record)
+                case {"kind": "notice", "text": str(text)}:
+                    self.notices += visible_lines(text).split("\n")
+                case _:
+                    self.notices.append(visible(line))
+        except (ValueError, KeyError, TypeError):
+            self.notices.append(visible(line))
+        del self.notices[:-KEPT]
 
 
 class Tasks:
     """The tasks of the app, the newest last.
 
     Args:
-        changed: is told of a task when it has begun, come further, or ended.
+        changed: called with a task that began, made progress, or ended.
     """
 
     def __init__(self, changed: Callable[[Task], None]) -> None:
@@ -135,7 +132,7 @@ class Tasks:
         return task
 
     def stop(self, task: Task) -> None:
-        """Ask a task to stop, as Ctrl-C does; it removes what is half made."""
+        """Ask a task to stop, as Ctrl-C does; the command removes what it has half written."""
         process = self._processes.get(id(task))
         if process is not None and process.returncode is None:
             task.state = "stopped"
@@ -143,16 +140,18 @@ class Tasks:
                 process.send_signal(signal.SIGINT)
 
     async def stop_all(self) -> None:
-        """Stop every task, and wait for them; who does not stop is ended."""
+        """Stop every task and wait for them; kill those that do not stop."""
         for task in self.all:
             self.stop(task)
-        if self._running:
-            _, late = await asyncio.wait(set(self._running), timeout=GRACE)
-            if late:
-                for process in self._processes.values():
-                    with suppress(ProcessLookupError):
-                        process.kill()
-                await asyncio.wait(late, timeout=GRACE)
+        if not await self.wait(GRACE):
+            for process in self._processes.values():
+                with suppress(ProcessLookupError):
+                    process.kill()
+            await self.wait(GRACE)
+
+    async def wait(self, timeout: float | None = None) -> bool:
+        """Wait until all tasks have ended; return whether they have."""
+        return not self._running or not (await asyncio.wait({*self._running}, timeout=timeout))[1]
 
     def clear(self) -> None:
         """Forget the tasks that have ended."""
@@ -163,7 +162,7 @@ class Tasks:
         try:
             code = await self._process(task)
         except OSError as error:
-            task.errors.append(f"cannot start it: {error.strerror}")
+            task.notices.append(f"cannot start it: {error.strerror}")
             code = 1
         finally:
             self._processes.pop(id(task), None)
@@ -173,69 +172,48 @@ class Tasks:
         self._changed(task)
 
     async def _process(self, task: Task) -> int:
-        screen, terminal = _terminal()
-        try:
-            process = await asyncio.create_subprocess_exec(
-                sys.executable,
-                "-m",
-                "gaitsim",
-                *task.arguments,
-                stdin=asyncio.subprocess.DEVNULL,
-                stdout=asyncio.subprocess.PIPE,
-                stderr=terminal,
-                env=_environment(),
-                start_new_session=True,  # Ctrl-C in the app's terminal is the app's
-            )
-        finally:
-            os.close(terminal)
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            "gaitsim",
+            *task.arguments,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+            limit=LONGEST,
+            env=_environment(),
+            start_new_session=True,  # Ctrl-C in the app's terminal is the app's
+        )
         self._processes[id(task)] = process
-        assert process.stdout is not None
-        loop = asyncio.get_running_loop()
-        heard = asyncio.Event()
+        readers = [
+            asyncio.create_task(self._read(task, stream, take))
+            for stream, take in (
+                (process.stdout, task.take_output),
+                (process.stderr, task.take_record),
+            )
+            if stream is not None
+        ]
+        code = await process.wait()
+        # Its last lines may still be on their way; a child that it left may hold the pipes.
+        for reader in (await asyncio.wait(readers, timeout=1))[1]:
+            reader.cancel()
+        return code
 
-        def hear() -> None:
+    async def _read(
+        self, task: Task, stream: asyncio.StreamReader, take: Callable[[str], None]
+    ) -> None:
+        while True:
             try:
-                data = os.read(screen, 65536)
-            except OSError:  # a pseudo-terminal's way to say that nobody writes any more
-                data = b""
-            if not data:
-                loop.remove_reader(screen)
-                heard.set()
+                line = await stream.readline()
+            except ValueError:  # too long
+                continue
+            if not line:
                 return
-            task.take_progress(data.decode(errors="replace"))
+            take(line.decode(errors="replace").rstrip())
             self._changed(task)
-
-        loop.add_reader(screen, hear)
-        try:
-            async for line in process.stdout:
-                task.output.append(clean(line.decode(errors="replace")).rstrip())
-                del task.output[:-KEPT]
-                self._changed(task)
-            code = await process.wait()
-            # What it said last may still be on its way; a child that it left may hold the line.
-            with suppress(TimeoutError):
-                await asyncio.wait_for(heard.wait(), timeout=1)
-            return code
-        finally:
-            loop.remove_reader(screen)
-            os.close(screen)
-
-
-def _terminal() -> tuple[int, int]:
-    """Two ends: one to read from, and one that programs take for a terminal, or a pipe."""
-    try:
-        import fcntl
-        import pty
-        import struct
-        import termios
-    except ImportError:
-        return os.pipe()
-    screen, terminal = pty.openpty()
-    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, WIDTH, 0, 0))
-    return screen, terminal
 
 
 def _environment() -> dict[str, str]:
-    more = {"TERM": "xterm", "NO_COLOR": "1", "COLUMNS": str(WIDTH), "PYTHONUNBUFFERED": "1"}
+    more = {"GAITSIM_PROGRESS": "json", "NO_COLOR": "1", "PYTHONUNBUFFERED": "1"}
     # What textual-serve sets is meant for this process alone.
     return {k: v for k, v in os.environ.items() if not k.startswith("TEXTUAL")} | more

@@ -16,7 +16,6 @@ from gaitsim.live.protocol import (
     Individual,
     Snapshot,
     merged,
-    plain_error,
     read_command,
     read_snapshot,
     write_command,
@@ -99,7 +98,7 @@ def test_what_is_no_snapshot_is_told(line):
     ],
 )
 def test_errors_come_back_as_they_read(error):
-    line = write_snapshot({"state": "failed", "error": plain_error(error)})
+    line = write_snapshot({"state": "failed", "error": error.to_dict()})
     found = read_snapshot(line, BEFORE).error
     assert str(found) == str(error)
     assert isinstance(found, type(error))

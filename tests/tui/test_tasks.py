@@ -1,62 +1,64 @@
 """What is made in the background: as the command line makes it, with progress, stopped, failed."""
 
 import asyncio
+import json
 import os
 import sys
 from pathlib import Path
 
 import pytest
 
+from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.tui.screens.export_dialog import PRODUCTS
 from gaitsim.tui.screens.tasks import TaskList
-from gaitsim.tui.tasks import Task, Tasks, clean, part_of
+from gaitsim.tui.tasks import Task, Tasks
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs a pseudo-terminal")
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="SIGINT stops a task")
 
 
-class TestProgress:
+class TestRecords:
+    def task(self, *lines):
+        task = Task(("video", "x"))
+        for line in lines:
+            task.take_record(line)
+        return task
+
     @pytest.mark.parametrize(
-        ("line", "part"),
+        ("done", "total", "part"), [(150, 300, 0.5), (0, 7, 0.0), (9, 3, 1.0), (0, 0, None)]
+    )
+    def test_progress(self, done, total, part):
+        line = json.dumps({"kind": "progress", "what": "a.mp4", "done": done, "total": total})
+        task = self.task(line)
+        assert (task.progress, task.part, task.notices) == ("a.mp4", part, [])
+
+    def test_progress_towards_an_unknown_total(self):
+        line = '{"kind": "progress", "what": "walker", "done": 0, "total": null}'
+        assert self.task(line).part is None
+
+    def test_files_are_collected_whatever_their_names(self):
+        lines = [json.dumps({"kind": "result", "files": [name]}) for name in ("a: b.csv", "c d")]
+        assert self.task(*lines).files == [Path("a: b.csv"), Path("c d")]
+
+    def test_an_error_arrives_in_its_parts(self):
+        problem = GaitsimError("unknown key", where="x.toml", key="mutation.rat", allowed="rate")
+        task = self.task(json.dumps({"kind": "error", **ExperimentError([problem]).to_dict()}))
+        assert isinstance(task.error, ExperimentError)
+        assert task.error.problems[0].key == "mutation.rat"
+        assert "unknown key" in task.message
+
+    def test_notices_and_what_libraries_print_are_kept(self):
+        task = self.task('{"kind": "notice", "text": "one\\ntwo"}', "Warning: [b]odd[/b]\x1b[2K")
+        assert task.notices == ["one", "two", "Warning: [b]odd[/b]\\x1b[2K"]
+
+    @pytest.mark.parametrize(
+        "line",
         [
-            ("gait.mp4 ━━━━╸ 150/300 pictures, left 0:00:12", 0.5),
-            ("1,200/2,400 epochs", 0.5),
-            ("3 / 12 cells", 0.25),
-            ("42% done", 0.42),
-            ("400%", 1.0),
-            ("0/0", None),
-            ("Preparing spider …", None),
+            *("7", "[]", "{", '{"kind": 1}', '{"kind": "progress"}'),
+            *('{"kind": "error", "what": "half"}', '{"kind": "result", "files": [3]}'),
         ],
     )
-    def test_a_line_says_how_far(self, line, part):
-        assert part_of(line) == part
-
-    def test_what_steers_a_terminal_is_dropped(self):
-        text = "\x1b[2K\x1b[1;31mred\x1b[0m\x1b]0;title\x07 and\x1b]8;;x\x1b\\ link\x00\x9b\r\n"
-        assert clean(text) == "red and link\r\n"
-
-    def test_progress_is_not_kept_as_what_was_said(self):
-        task = Task(("video", "x"))
-        task.take_progress("Warning: [b]odd[/b]\n1/10\r\x1b[2K5/10\r")
-        assert (task.part, task.progress) == (0.5, "5/10")
-        assert task.errors == ["Warning: [b]odd[/b]"]
-
-
-@pytest.mark.parametrize(
-    ("line", "path"),
-    [
-        ("a: b.csv: 30 frames", "a: b.csv"),
-        ("a: b.csv", "a: b.csv"),
-        ("gone.csv: 30 frames", None),
-        ("folder: 3 files", None),
-        ("• constant", None),
-        ("", None),
-        ("a" * 5000, None),
-    ],
-)
-def test_the_file_that_was_made(here, line, path):
-    Path("a: b.csv").touch()
-    Path("folder").mkdir()
-    assert Task(("export", "x"), output=[line]).file == (path and Path(path))
+    def test_a_line_that_is_no_record_is_shown_as_it_is(self, line):
+        assert self.task(line).notices == [line]
 
 
 def run(*arguments, during=None):
@@ -70,8 +72,7 @@ def run(*arguments, during=None):
             async with asyncio.timeout(60):
                 await during(tasks, task)
         async with asyncio.timeout(60):
-            while task.running or tasks._running:
-                await asyncio.sleep(0.01)
+            await tasks.wait()
         return task
 
     return asyncio.run(go()), seen
@@ -81,28 +82,37 @@ class TestTask:
     def test_one_that_comes_to_its_end(self, walk):
         task, seen = run("export", str(walk()), "--format", "csv")
         assert (task.state, seen[0][0], seen[-1][0]) == ("done", "running", "done")
-        assert Path(task.result.partition(": ")[0]).is_file()
-        assert not task.errors
+        [file] = task.files
+        assert file.is_file()
+        assert not task.notices
 
     def test_one_that_fails_says_why(self, here):
         task, _ = run("export", "nowhere [b]")
         assert task.state == "failed"
-        assert "there is no run 'nowhere [b]'" in task.message
+        assert "nowhere [b]" in task.error.what
+        assert "gaitsim runs" in task.error.remedy
 
-    def test_its_errors_go_to_a_terminal_so_that_progress_is_drawn(self, here, monkeypatch):
-        # A program in gaitsim's place that draws as it does.
+    def test_it_reports_its_progress_as_records(self, here, monkeypatch):
+        # A program in gaitsim's place that reports as it does.
         Path("gaitsim.py").write_text(
-            "import sys\n"
-            "assert sys.stderr.isatty() and not sys.stdout.isatty()\n"
+            "import json, os, sys\n"
+            "assert os.environ['GAITSIM_PROGRESS'] == 'json' and not sys.stderr.isatty()\n"
             "for n in range(1, 11):\n"
-            "    print(f'\\r\\x1b[2K{n}/10 pictures', end='', file=sys.stderr, flush=True)\n"
+            "    line = {'kind': 'progress', 'what': 'pictures', 'done': n, 'total': 10}\n"
+            "    print(json.dumps(line), file=sys.stderr, flush=True)\n"
             "print('film.mp4: fine')\n"
         )
         monkeypatch.setenv("PYTHONPATH", str(here))
         task, seen = run("video", "x")
-        assert (task.state, task.part, task.result) == ("done", 1.0, "film.mp4: fine")
-        assert task.errors == []
-        assert (("running", 1.0) in seen) or (("done", 1.0) in seen)
+        assert (task.state, task.part, task.output) == ("done", 1.0, ["film.mp4: fine"])
+        assert task.notices == []
+        assert {("running", n / 10) for n in range(1, 10)} <= {*seen}
+
+    def test_a_line_without_an_end_is_dropped_and_the_rest_read(self, here, monkeypatch):
+        Path("gaitsim.py").write_text("print('x' * 3_000_000); print('end')")
+        monkeypatch.setenv("PYTHONPATH", str(here))
+        task, _ = run("video", "x")
+        assert (task.state, task.output[-1]) == ("done", "end")
 
     def test_stopped_like_by_ctrl_c(self, here, monkeypatch):
         Path("gaitsim.py").write_text(
@@ -122,7 +132,7 @@ class TestTask:
             tasks.stop(task)
 
         task, _ = run("video", "x", during=during)
-        assert (task.state, task.result) == ("stopped", "mopped up")
+        assert (task.state, task.output[-1]) == ("stopped", "mopped up")
 
     def test_one_that_does_not_stop_is_ended(self, here, monkeypatch):
         Path("gaitsim.py").write_text(

@@ -45,47 +45,25 @@ def check(
     """
     from gaitsim.cli.console import print_json
     from gaitsim.cli.interrupts import interruptible
+    from gaitsim.cli.progress_bar import Progress
     from gaitsim.testing import check_chosen
     from gaitsim.testing.rules.packages import chosen
 
     good = True
-    with interruptible(), chosen(reference) as found, _Progress(len(found.entries)) as step:
-        for number, report in enumerate(check_chosen(found, seconds=seconds), 1):
+    with (
+        interruptible(),
+        chosen(reference) as found,
+        Progress("checking", "plugins", len(found.entries)) as progress,
+    ):
+        for report in check_chosen(found, seconds=seconds):
             if json:
                 print_json(report.to_json())
             else:
                 _print(report)
             good &= report.ok and not (strict and report.findings)
-            step(number)
+            progress.advance()
     if not good:
         sys.exit(BROKEN)
-
-
-class _Progress:
-    """How far it is, on a terminal's standard error."""
-
-    def __init__(self, count: int) -> None:
-        from gaitsim.cli.console import errors
-
-        self._count, self._console = count, errors()
-        self._status = self._console.status(self._text(0)) if self._console.is_terminal else None
-
-    def __enter__(self) -> "_Progress":
-        if self._status:
-            self._status.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._status:
-            self._status.stop()
-
-    def __call__(self, done: int) -> None:
-        """Say that so many are done."""
-        if self._status:
-            self._status.update(self._text(done))
-
-    def _text(self, done: int) -> str:
-        return f"Checking {min(done + 1, self._count)} of {self._count} …"
 
 
 def _print(report: "Report") -> None:

@@ -29,8 +29,8 @@ and what it printed: the files that it wrote, or why it could not.
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; nothing half made stays"),
         Binding("c", "clear", "Clear", id="tasks.clear", tooltip="Forget those that have ended"),
-        Binding("p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy where the file is"),
-        Binding("w", "download", "Download", id="tasks.download", tooltip="Fetch the file it made"),
+        Binding("p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy its files' paths"),
+        Binding("w", "download", "Download", id="tasks.download", tooltip="Fetch its files"),
     ]
 
     def compose(self) -> ComposeResult:
@@ -97,15 +97,15 @@ and what it printed: the files that it wrote, or why it could not.
         self.refresh_bindings()
 
     def _show(self, task: Task) -> None:
-        said = [line for line in task.errors if line not in task.output]
         colours = self.app.theme_variables
-        text = Text(f"$ {visible(task.command)}\n", style=colours["secondary"])
-        text = Text.assemble(text, "\n".join(task.output))
-        if said:
-            colour = colours["error" if task.state == "failed" else "warning"]
-            text.append("\n" * bool(task.output) + "\n".join(said), style=colour)
-        if not said and not task.output:
-            text.append(task.progress or "Nothing yet.", style="dim")
+        lines = [Text(f"$ {visible(task.command)}", style=colours["secondary"])]
+        lines += map(Text, task.output)
+        lines += [Text(line, style=colours["warning"]) for line in task.notices]
+        if task.error is not None:
+            lines.append(Text(task.message, style=colours["error"]))
+        if task.running:
+            lines.append(Text(task.progress or "Nothing yet.", style="dim"))
+        text = Text("\n").join(lines)
         self.query_one("#task-text", Static).update(text)
 
     def action_stop(self) -> None:
@@ -122,21 +122,21 @@ and what it printed: the files that it wrote, or why it could not.
         self.refresh_bindings()
 
     def action_copy_result(self) -> None:
-        """Copy the path of the file that it made."""
+        """Copy the paths of the files that it wrote, one a line."""
         task = self._chosen()
-        if task is not None and task.file is not None:
-            path = str(task.file)
-            self.app.copy_to_clipboard(path)
-            self.notify(path, title="Copied", markup=False)
+        if task is not None:
+            paths = "\n".join(map(str, task.files))
+            self.app.copy_to_clipboard(paths)
+            self.notify(paths, title="Copied", markup=False)
 
     def action_download(self) -> None:
-        """Hand the file to the browser."""
+        """Hand the files to the browser."""
         task = self._chosen()
-        if task is not None and task.file is not None:
-            try:
-                self.app.deliver_binary(task.file, open_method="download")
-            except OSError as error:
-                self.notify(str(error.strerror), severity="error", markup=False)
+        try:
+            for file in task.files if task is not None else ():
+                self.app.deliver_binary(file, open_method="download")
+        except OSError as error:
+            self.notify(str(error.strerror), severity="error", markup=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Whether an action can be done with the task that is highlighted."""
@@ -148,7 +148,7 @@ and what it printed: the files that it wrote, or why it could not.
                 return task.running
             if action == "download" and not self.app.is_web:
                 return False
-            return task.state == "done" and task.file is not None
+            return task.state == "done" and bool(task.files)
         if action == "clear":
             return any(not task.running for task in self.gaitsim.tasks.all)
         return super().check_action(action, parameters)

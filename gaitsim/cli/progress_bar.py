@@ -1,0 +1,96 @@
+"""How far a command is: a bar on a terminal, JSON lines for programs, plain lines in a log."""
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from gaitsim.cli.console import errors, notice, record
+from gaitsim.cli.streams import machine_readable
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
+LINE_EVERY, RECORD_EVERY = 2.0, 0.1  # seconds between two lines of a log, and two records
+
+
+class Progress:
+    """Report on standard error how much of some work is done.
+
+    Args:
+        what: what is worked on.
+        unit: what is counted, in the plural.
+        total: how many there are; None while that is unknown.
+        done: how many were done before.
+        log: the first line for a log, which gets others now and then; '' prints none.
+    """
+
+    def __init__(
+        self, what: str, unit: str, total: int | None = None, done: int = 0, *, log: str = ""
+    ) -> None:
+        self._what, self._unit, self._total, self._done = what, unit, total, done
+        self._log = log
+        self._bar: Bar | None = None
+        self._reported = -LINE_EVERY
+
+    def __enter__(self) -> Self:
+        if not machine_readable() and errors().is_terminal:
+            self._bar = _bar(self._unit)
+            self._task = self._bar.add_task(self._what, total=self._total, completed=self._done)
+            self._bar.start()
+        elif machine_readable():
+            self._report()
+        elif self._log:
+            notice(self._log)
+            self._reported = time.monotonic()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def expect(self, total: int) -> None:
+        """Take note of how many there are."""
+        self._total = total
+        self._report()
+
+    def advance(self, steps: int = 1) -> None:
+        """Take note that more is done."""
+        self._done += steps
+        self._report()
+
+    def _report(self) -> None:
+        if self._bar is not None:
+            self._bar.update(self._task, completed=self._done, total=self._total)
+            return
+        if not (machine := machine_readable()) and not self._log:
+            return
+        now, every = time.monotonic(), RECORD_EVERY if machine else LINE_EVERY
+        if now - self._reported < every and not (machine and self._done == self._total):
+            return
+        self._reported = now
+        if machine:
+            record("progress", what=self._what, done=self._done, total=self._total, unit=self._unit)
+        else:
+            notice(f"{self._what}: {self._done}/{self._total} {self._unit}")
+
+
+def _bar(unit: str) -> "Bar":
+    from rich import progress
+
+    return progress.Progress(
+        progress.TextColumn("{task.description}", style="bold", markup=False),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        progress.TextColumn(f"{unit}, left"),
+        progress.TimeRemainingColumn(),
+        console=errors(),
+        transient=True,
+        # Results that go to a file would end up on the terminal.
+        redirect_stdout=sys.stdout.isatty(),
+    )

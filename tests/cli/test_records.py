@@ -1,0 +1,120 @@
+"""Progress, notices, files and errors as JSON lines on standard error."""
+
+import json
+import os
+import sys
+
+import pytest
+
+from gaitsim.errors import ExperimentError, error_from_dict
+
+
+@pytest.fixture
+def records(gaitsim, monkeypatch):
+    """Runs a command; its records by kind, in their order."""
+    monkeypatch.setenv("GAITSIM_PROGRESS", "json")
+
+    def run(*arguments, code=0):
+        lines = gaitsim(*arguments, code=code).stderr.splitlines()
+        found = {"progress": [], "notice": [], "result": [], "error": []}
+        for line in map(json.loads, lines):
+            found[line.pop("kind")].append(line)
+        return found
+
+    return run
+
+
+def files_of(found):
+    return [file for one in found["result"] for file in one["files"]]
+
+
+@pytest.fixture
+def walk(gaitsim, puppet_file):
+    gaitsim("run", puppet_file, "--out", "runs/walk")
+    return "walk"
+
+
+@pytest.mark.parametrize(
+    ("command", "unit", "total", "files"),
+    [
+        (["video", "--size", "160x120", "--fps", "2", "--no-intro"], "pictures", 3, 1),
+        (["plot", "--kind", "all"], "kinds", 7, None),
+        (["imitate", "--epochs", "5"], "epochs", 5, 3),
+        (["verify"], "generations", 5, 0),
+        (["analyse", "--perturb"], "kinds", None, 0),
+        (["export"], None, None, 1),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_a_command_reports_progress_and_files(walk, records, tmp_path, command, unit, total, files):
+    verb, *more = command
+    found = records(verb, walk, *more)
+    if unit is not None:
+        last = found["progress"][-1]
+        assert last["done"] == last["total"] == (total or last["total"])
+        assert {one["unit"] for one in found["progress"]} == {unit}
+    written = files_of(found)
+    assert len(written) == files if files is not None else written
+    assert all((tmp_path / file).is_file() for file in written)
+
+
+def test_plots_that_a_body_lacks_are_notices(walk, records):
+    found = records("plot", walk, "--kind", "all")
+    assert len(found["notice"]) + len(files_of(found)) == found["progress"][-1]["total"]
+
+
+def test_comparing_and_studying_report_progress_and_files(records, puppet_file, tmp_path):
+    found = records("compare", puppet_file, puppet_file, "--repeats", 2, "--out", "found")
+    assert {one["total"] for one in found["progress"]} == {5}
+    assert "found/report.md" in files_of(found)
+    study = tmp_path / "small.toml"
+    study.write_text(
+        f'name = "small"\nexperiments = ["{puppet_file}"]\nrepeats = 2\n'
+        "[axes]\n'evolution.population' = [4, 6]\n"
+    )
+    found = records("study", study, "--workers", 1)
+    assert (found["progress"][-1]["done"], found["progress"][-1]["unit"]) == (2, "cells")
+    assert files_of(found) == ["studies/small/results.csv"]
+
+
+def test_checking_plugins_reports_progress(records):
+    found = records("plugins", "check", "spider-walk", "--json")
+    assert [one["done"] for one in found["progress"]] == [0, 1]
+
+
+def test_an_error_arrives_in_its_parts(walk, records):
+    [error] = records("video", "nowhere", code=2)["error"]
+    assert "nowhere" in error["what"]
+    assert "walk" in error["allowed"]
+
+
+def test_problems_of_an_experiment_arrive_with_their_keys(records, puppet_file):
+    overrides = ["--set", "mutation.rat=1", "--set", "evolution.population=0"]
+    [error] = records("run", puppet_file, *overrides, code=2)["error"]
+    problem = error_from_dict(error)
+    assert isinstance(problem, ExperimentError)
+    assert [one.key for one in problem.problems] == ["evolution.population", "mutation.rat"]
+
+
+def test_another_value_is_refused(gaitsim, monkeypatch):
+    monkeypatch.setenv("GAITSIM_PROGRESS", "yes")
+    error = gaitsim("runs", code=2).stderr
+    assert "'yes'" in error
+    assert "GAITSIM_PROGRESS" in error
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+@pytest.mark.parametrize("environment", [{}, {"GAITSIM_PROGRESS": "json"}])
+def test_results_do_not_go_where_progress_is_drawn(start, environment):
+    terminal, end = os.openpty()
+    process = start(
+        *("plugins", "check", "spider-walk", "--json"),
+        stderr=end,
+        env={**os.environ, "TERM": "xterm", **environment},
+    )
+    os.close(end)
+    results, _ = process.communicate(timeout=120)
+    drawn = os.read(terminal, 65536).decode()
+    os.close(terminal)
+    assert json.loads(results)["ok"]
+    assert ("\x1b" in drawn) == (not environment)
