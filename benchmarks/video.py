@@ -16,7 +16,6 @@ from gaitsim.render.scene import Clip, Scene
 from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import replay
 from gaitsim.runs.writer import RunWriter
 
 BUDGET = 20.0  # seconds for 300 frames at 720 lines on two cores
@@ -38,7 +37,7 @@ def matplotlib_3d(run: Run) -> float:
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-    skeleton = replay(run).skeleton
+    skeleton = run.individual().skeleton
     figure = Figure((12.8, 7.2), dpi=100)
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_subplot(projection="3d")
@@ -88,7 +87,9 @@ def main() -> None:
         taken = stopwatch(lambda: gif.write(folder / "a.gif"))
         size = (folder / "a.gif").stat().st_size / 1e6
         print_figure(f"a GIF of {len(gif)}, 640 × 360", f"{taken:.1f} s", f"{size:.1f} MB")
-        scene = Scene([Clip(replay(run).skeleton)], settings.pixels, settings.view, settings.theme)
+        scene = Scene(
+            [Clip(run.individual().skeleton)], settings.pixels, settings.view, settings.theme
+        )
         (ours,) = medians(lambda: scene.draw(3.0), repeats=STILLS)
         print_figure("drawing one picture", milliseconds(ours))
         theirs = matplotlib_3d(run)

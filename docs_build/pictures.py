@@ -74,7 +74,7 @@ def _smaller(image: Image.Image, path: Path) -> None:
 def bodies() -> None:
     """Stills and short films of the champions."""
     for name, seconds in (("spider", 4.2), ("millipede", 0.75)):
-        still = gs.load(name).champion.picture(seconds, size=(640, 360))
+        still = gs.picture(gs.load(name).champion, seconds, size=(640, 360))
         _smaller(still, HERE / f"{name}.png")
     _film("spider", RenderSettings("gif", (400, 240), 15, intro=False), 40)
     _film("fly", RenderSettings("gif", (400, 240), 15, 0.25, intro=False), 45)

@@ -7,23 +7,25 @@ if TYPE_CHECKING:
     from gaitsim.evolution import Generation as Generation
     from gaitsim.experiment import Experiment as Experiment
     from gaitsim.experiment import load_experiment as load_experiment
-    from gaitsim.notebook import Individual as Individual
+    from gaitsim.individual import Individual as Individual
     from gaitsim.notebook import Run as Run
     from gaitsim.notebook import Search as Search
     from gaitsim.notebook import evolve as evolve
     from gaitsim.notebook import load as load
+    from gaitsim.notebook import picture as picture
 
 # Looked up when first asked for: `gaitsim --help` needs none of it, nor NumPy.
 _PLACES = {
     "Experiment": "gaitsim.experiment",
     "GaitsimError": "gaitsim.errors",
     "Generation": "gaitsim.evolution",
-    "Individual": "gaitsim.notebook",
+    "Individual": "gaitsim.individual",
     "Run": "gaitsim.notebook",
     "Search": "gaitsim.notebook",
     "evolve": "gaitsim.notebook",
     "load": "gaitsim.notebook",
     "load_experiment": "gaitsim.experiment",
+    "picture": "gaitsim.notebook",
 }
 __all__ = [
     "Experiment",
@@ -35,6 +37,7 @@ __all__ = [
     "evolve",
     "load",
     "load_experiment",
+    "picture",
 ]
 
 

@@ -239,12 +239,12 @@ def test_the_champion_is_the_best_of_all(walked: gs.Search) -> None:
 
 def test_pictures(walked: gs.Search, tmp_path: Path) -> None:
     run = walked.run
-    picture = run.champion.picture(1.0, size=(160, 90))
+    picture = gs.picture(run.champion, 1.0, size=(160, 90))
     assert isinstance(picture, Image.Image)
     assert picture.size == (160, 90)
     assert len(picture.getcolors(160 * 90) or ()) > 5
     with pytest.raises(gs.GaitsimError, match="did you mean 'side'"):
-        run.champion.picture(view="sid")
+        gs.picture(run.champion, view="sid")
     film = run.video(tmp_path / "walk.gif", size=(128, 96), speed=20, fps=5, intro=False)
     with Image.open(film) as opened:
         assert (opened.format, opened.size) == ("GIF", (128, 96))

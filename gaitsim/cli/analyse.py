@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from gaitsim.gait.subject import Subject
+    from gaitsim.individual import Individual
     from gaitsim.runs.reader import Run
 
 
@@ -58,83 +58,83 @@ def analyse(
 
         check_target(figure)
     opened = Run(find_run(run))
-    subject = _subject(opened, generation, gait)
+    individual = _individual(opened, generation, gait)
     history = opened.history
     found = analyse_gait(
-        subject.skeleton, subject.joint_angles, dynamic=subject.experiment.organism.dynamic
+        individual.skeleton, individual.joint_angles, dynamic=individual.experiment.organism.dynamic
     )
     if figure is not None:
         from gaitsim.render.plots.gait import plot_gait
 
-        plot_gait(found, subject.title, figure)
+        plot_gait(found, individual.title, figure)
         wrote(figure)
     robustness = None
     if perturb:
         with Progress("perturbing the gait", "kinds") as progress:
             robustness = perturbed(
-                subject, _first_best(history, subject), progress.expect, progress.advance
+                individual, _first_best(history, individual), progress.expect, progress.advance
             )
     if json:
         from gaitsim.cli.console import print_json
 
-        print_json(_plain(opened, subject, found, robustness, figure))
+        print_json(_plain(opened, individual, found, robustness, figure))
         return
     from gaitsim.cli.gait_view import print_gait
     from gaitsim.cli.why_view import print_robustness, print_why
 
-    print_gait(subject, found)
-    print_why(subject, history)
+    print_gait(individual, found)
+    print_why(individual, history)
     if robustness is not None:
         print_robustness(robustness)
     if figure is not None:
         print(f"\n{figure}")
 
 
-def _subject(run: "Run", generation: int | None, gait: Path | None) -> "Subject":
+def _individual(run: "Run", generation: int | None, gait: Path | None) -> "Individual":
     from gaitsim.errors import GaitsimError
-    from gaitsim.gait.files.reader import read_gait
-    from gaitsim.gait.subject import champion, from_file
-    from gaitsim.runs.replay import replay
+    from gaitsim.gait.files.reader import individual_of, read_gait
 
     if gait is None:
-        return champion(replay(run, generation))
+        return run.individual(generation)
     if generation is not None:
         raise GaitsimError(
             "--generation and --gait each say what to analyse", remedy="give one of them"
         )
-    return from_file(read_gait(gait), run.experiment)
+    return individual_of(read_gait(gait), run.experiment)
 
 
-def _first_best(history: "Mapping[str, NDArray[np.float64]]", subject: "Subject") -> float | None:
-    """The best score of the first generation that was judged as the subject is, if any."""
+def _first_best(
+    history: "Mapping[str, NDArray[np.float64]]", individual: "Individual"
+) -> float | None:
+    """The best score of the first generation that was judged as the individual is, if any."""
     from gaitsim.gait.score_breakdown import changes
 
     if not history:
         return None
-    generation = subject.generation or len(history["best"])
+    generation = individual.generation or len(history["best"])
     return float(history["best"][changes(history, generation)[0] - 1])
 
 
 def _plain(
-    run: "Run", subject: "Subject", found: Any, robustness: Any, figure: Path | None
+    run: "Run", individual: "Individual", found: Any, robustness: Any, figure: Path | None
 ) -> dict[str, Any]:
     from gaitsim.gait import to_dict as plain
     from gaitsim.gait.score_breakdown import changes, course, in_words
 
-    history, generation = run.history, subject.generation
+    history, generation = run.history, individual.generation or None
     return {
         "run": str(run.path),
-        "subject": subject.title,
+        "subject": individual.title,
         "generation": generation,
-        "score": subject.score,
-        "recorded_score": subject.recorded,
-        "terms": subject.terms,
+        "score": individual.replayed_score,
+        "recorded_score": individual.score if generation else None,
+        "terms": individual.replayed_terms,
         **plain.gait(found),
-        "terms_over_time": plain.course(course(subject)),
+        "terms_over_time": plain.course(course(individual)),
         "terms_over_generations": (
             None if generation is None else plain.changes(*changes(history, generation))
         ),
-        "why": list(in_words(subject.terms, history, generation)),
+        "why": list(in_words(individual.replayed_terms, history, generation)),
         "robustness": plain.robustness(robustness) if robustness else None,
         "figure": str(figure) if figure else None,
     }

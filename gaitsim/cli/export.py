@@ -103,7 +103,7 @@ def export(
             allowed="servo, with these options",
         )
     servos = _servos(centre or 0.0, low, high) if chosen == "servo" else None
-    gait = gait_of(opened, generation)
+    gait = gait_of(opened.individual(generation))
     ends = "servo.csv" if servos else chosen
     path = out or opened.exports() / f"gait-generation-{gait.generation}.{ends}"
     if servos:

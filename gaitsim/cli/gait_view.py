@@ -7,7 +7,7 @@ from rich.text import Text
 
 from gaitsim.cli.console import number, output, table
 from gaitsim.gait import Footfalls, Gait
-from gaitsim.gait.subject import Subject
+from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import visible
 
 WIDTH = 80
@@ -20,10 +20,10 @@ COLOURS = ("cyan", "yellow")  # left and right feet; others have no colour
 UNNAMED = ("none", "standing")
 
 
-def print_gait(subject: Subject, gait: Gait) -> None:
+def print_gait(individual: Individual, gait: Gait) -> None:
     """All of it but the score."""
     console = output()
-    console.print(subject.title, style="bold", markup=False)
+    console.print(individual.title, style="bold", markup=False)
     found = gait.name
     style = "bold" if found.name in UNNAMED else "bold green"
     console.print(Text.assemble("Gait: ", (found.name, style), f", {found.reason}"))

@@ -78,7 +78,6 @@ def imitate(
     from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
     from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
-    from gaitsim.runs.replay import replay as replayed
 
     opened = Run(find_run(run))
     if out is not None:
@@ -94,7 +93,7 @@ def imitate(
     chosen = replace(
         SETTINGS[settings], **{name: value for name, value in given.items() if value is not None}
     )
-    teacher = teacher_of(replayed(opened, generation))
+    teacher = teacher_of(opened.individual(generation))
     names = [chosen.activation]
     if compare_activations:
         names += [name for name in ACTIVATIONS if name != chosen.activation]

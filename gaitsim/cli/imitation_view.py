@@ -37,7 +37,7 @@ def write_results(teacher: Teacher, results: Sequence[Result], files: Files) -> 
     from gaitsim.imitation.file import save_imitator
     from gaitsim.render.plots import save
     from gaitsim.render.plots.imitation import errors_figure
-    from gaitsim.render.plots.labels import heading_of_run
+    from gaitsim.render.plots.labels import heading_of_experiment
 
     first = results[0]
     learnt = first.imitation
@@ -47,7 +47,7 @@ def write_results(teacher: Teacher, results: Sequence[Result], files: Files) -> 
         learnt.joint_angles, learnt.joint_names, learnt.frame_rate, learnt.generation, score
     )
     write_gait(gait, files["gait"], files["gait"].suffix[1:])
-    heading = f"imitator of {heading_of_run(teacher.replay.run)}"
+    heading = f"imitator of {heading_of_experiment(teacher.individual.experiment)}"
     errors = {result.settings.activation: result.errors for result in results}
     one = {first.settings.activation: first.errors}
     save(errors_figure(one, f"{heading}, {first.settings.activation}"), files["error"])
@@ -58,7 +58,7 @@ def write_results(teacher: Teacher, results: Sequence[Result], files: Files) -> 
 def plain(teacher: Teacher, results: Sequence[Result], files: Files) -> dict[str, Any]:
     """For JSON: the first result, and those of the other activations."""
     found = {
-        "run": str(teacher.replay.run.path),
+        "run": str(teacher.individual.source),
         "generation": teacher.gait.generation,
         "teacher": teacher.performance.plain,
         **_plain(teacher, results[0]),
@@ -86,9 +86,11 @@ def print_results(
 ) -> None:
     """Teacher and imitator side by side, both errors, and the files."""
     first, console = results[0], output()
-    run, sizes = teacher.replay.run, first.imitation.imitator.network.sizes
+    source = teacher.individual.source
+    run = source or Path(teacher.individual.name)
+    sizes = first.imitation.imitator.network.sizes
     console.print(
-        f"{run.path}: imitator of the best of generation {teacher.gait.generation}, "
+        f"{run}: imitator of the best of generation {teacher.gait.generation}, "
         f"network {'-'.join(map(str, sizes))}, {first.settings.activation}",
         style="bold",
         markup=False,
@@ -116,7 +118,7 @@ def print_results(
         if kept is not None:
             console.print(f"It keeps {kept:.1%} of its teacher's way forward.")
             if kept < ENOUGH and preset != "steady":
-                again = command("imitate", run.path, "--settings", "steady")
+                again = command("imitate", run, "--settings", "steady")
                 notice(f"A gait that lasts may need another training: {again}")
     if len(results) > 1:
         console.print()

@@ -9,9 +9,9 @@ from gaitsim.choices import TerminalView
 if TYPE_CHECKING:
     from rich.console import Group
 
+    from gaitsim.individual import Individual
     from gaitsim.render.terminal.body import Figure
     from gaitsim.render.terminal.view import View as Camera
-    from gaitsim.runs.replay import Replay
 
 FPS = 20
 SPEEDS = 0.01, 100.0
@@ -50,7 +50,6 @@ def play(
     from gaitsim.render.terminal.view import View as Camera
     from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
-    from gaitsim.runs.replay import replay
 
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
@@ -58,7 +57,7 @@ def play(
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
-    found = replay(Run(find_run(run)), generation)
+    found = Run(find_run(run)).individual(generation)
     figure = Figure(found.skeleton)
     camera = Camera(follow=not whole).named(view)
     if at is None:
@@ -67,7 +66,7 @@ def play(
         _still(found, figure, camera, at)
 
 
-def _still(found: "Replay", figure: "Figure", camera: "Camera", at: float) -> None:
+def _still(found: "Individual", figure: "Figure", camera: "Camera", at: float) -> None:
     from gaitsim.cli.console import output
     from gaitsim.errors import GaitsimError
 
@@ -82,7 +81,9 @@ def _still(found: "Replay", figure: "Figure", camera: "Camera", at: float) -> No
     console.print(_picture(found, figure, camera, at, columns, rows - 1))
 
 
-def _loop(found: "Replay", figure: "Figure", camera: "Camera", speed: float, once: bool) -> None:
+def _loop(
+    found: "Individual", figure: "Figure", camera: "Camera", speed: float, once: bool
+) -> None:
     import time
 
     from rich.live import Live
@@ -96,7 +97,7 @@ def _loop(found: "Replay", figure: "Figure", camera: "Camera", speed: float, onc
         raise GaitsimError(
             "there is no terminal to play in",
             allowed="a terminal, or --at SECONDS, which prints a still",
-            remedy=f"a film for anywhere: gaitsim video {found.run.path}",
+            remedy=f"a film for anywhere: gaitsim video {found.source}",
         )
     duration = figure.clip.seconds
     begun = time.monotonic()
@@ -116,7 +117,7 @@ def _loop(found: "Replay", figure: "Figure", camera: "Camera", speed: float, onc
 
 
 def _picture(
-    found: "Replay", figure: "Figure", camera: "Camera", seconds: float, columns: int, rows: int
+    found: "Individual", figure: "Figure", camera: "Camera", seconds: float, columns: int, rows: int
 ) -> "Group":
     """A line that says what it is, and the body."""
     from rich.console import Group
@@ -128,7 +129,7 @@ def _picture(
     from gaitsim.render.terminal.text import visible
 
     title = Text(no_wrap=True, overflow="ellipsis", end="")
-    title.append(visible(found.run.path.name), "bold")
+    title.append(visible(found.name), "bold")
     title.append(f"  generation {found.generation}  score {number(found.score)}")
     title.append(f"  {seconds:.2f} s of {figure.clip.seconds:.2f} s", "dim")
     drawn = lines(*picture(figure, seconds, camera, columns, rows - 1), BODY)

@@ -119,7 +119,7 @@ def _plot(
         _check_format(out, format)
         check_target(out)
     if KINDS[kind].moves:
-        request = _with_replays(request, numbers)
+        request = _with_individuals(request, numbers)
     figure = draw(kind, request)
     path = out or request.run.exports() / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
@@ -144,7 +144,7 @@ def _plot_all(
             where="--out",
             allowed="a folder that exists",
         )
-    request = _with_replays(request, numbers)
+    request = _with_individuals(request, numbers)
     folder = out or request.run.exports()
     with Progress("plots", "kinds", len(KINDS)) as progress:
         for kind in KINDS:
@@ -160,12 +160,10 @@ def _plot_all(
             progress.advance()
 
 
-def _with_replays(request: "Request", numbers: Sequence[int]) -> "Request":
+def _with_individuals(request: "Request", numbers: Sequence[int]) -> "Request":
     """The same with the individuals that are asked for."""
-    from gaitsim.runs.replay import replay
-
-    found = tuple(replay(request.run, number) for number in numbers or (None,))
-    return replace(request, replays=found)
+    found = tuple(request.run.individual(number) for number in numbers or (None,))
+    return replace(request, individuals=found)
 
 
 def _check_options(kind: Kind, given: Mapping[str, object]) -> None:

@@ -53,7 +53,7 @@ def show(
 
 def _print_json(run: "Run") -> None:
     from gaitsim.cli.console import print_json
-    from gaitsim.cli.summary import champion_of
+    from gaitsim.cli.summary import champion_of, to_dict
     from gaitsim.runs.start import read_start
 
     experiment, history = run.experiment, run.history
@@ -81,7 +81,7 @@ def _print_json(run: "Run") -> None:
                 for stage in run.stages
             ],
             "pending": [str(change) for change in run.pending],
-            "champion": champion.plain() if champion else None,
+            "champion": to_dict(champion) if champion else None,
             "fingerprint": run.fingerprint() if history else None,
         }
     )

@@ -1,7 +1,6 @@
 """What came of a run: the champion's measures and terms, and what to do next."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,64 +8,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.cli.console import number, output, print_json, table
-from gaitsim.experiment import Experiment
-from gaitsim.registry import plugin_errors
+from gaitsim.individual import Individual
 from gaitsim.runs.files.folder import command
-from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run
 
 
-@dataclass(frozen=True)
-class Champion:
-    """A run's best individual, as it is shown.
-
-    Attributes:
-        generation: in which it was found.
-        score: its score.
-        terms: of its score, as the history has them.
-        measures: what its body says of its motion: value, unit and meaning by name.
-    """
-
-    generation: int
-    score: float
-    terms: dict[str, float]
-    measures: dict[str, tuple[float, str, str]]
-
-    def plain(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "generation": self.generation,
-            "score": self.score,
-            "terms": self.terms,
-            "measures": {name: value for name, (value, *_) in self.measures.items()},
-        }
-
-
-def champion_of(run: Run, history: Mapping[str, NDArray[np.float64]]) -> Champion | None:
-    """The champion of a run; None before the first generation and where all have failed.
+def champion_of(run: Run, history: Mapping[str, NDArray[np.float64]]) -> Individual | None:
+    """Return a run's champion; None before the first generation and where all have failed.
 
     Args:
         run: the run.
         history: its history, which takes long to read when it is long.
 
     Raises:
-        GaitsimError: the run is damaged, or the body cannot move its champion.
+        GaitsimError: the run is damaged.
     """
     if not history or not np.isfinite(history["best"][run.comparable - 1 :].max()):
         return None
-    generation, score, genome = run.champion()
-    measures = _measures(run.experiment_at(generation), genome)
-    return Champion(generation, score, best_terms(history, generation), measures)
+    return run.individual()
 
 
-def _measures(experiment: Experiment, genome: NDArray[Any]) -> dict[str, tuple[float, str, str]]:
-    organism = experiment.organism
-    with plugin_errors(experiment.entries["organism"], "measuring the champion"):
-        measures = organism.measures(organism.move(genome[None]))
-        return {
-            str(name): (float(measure.values[0]), measure.unit, measure.help)
-            for name, measure in measures.items()
-        }
+def to_dict(champion: Individual) -> dict[str, Any]:
+    """Return what JSON says of a champion.
+
+    Raises:
+        PluginError: the body cannot move it.
+    """
+    return {
+        "generation": champion.generation,
+        "score": champion.score,
+        "terms": dict(champion.terms),
+        "measures": champion.measures,
+    }
 
 
 def summarise(path: Path, reason: str, json: bool) -> None:
@@ -74,7 +47,7 @@ def summarise(path: Path, reason: str, json: bool) -> None:
     run = Run(path)
     champion = champion_of(run, run.history)
     if json:
-        parts = champion.plain() if champion else {"generation": run.generation, "score": None}
+        parts = to_dict(champion) if champion else {"generation": run.generation, "score": None}
         print_json(
             {"run": str(path), "finished": reason, **parts, "fingerprint": run.fingerprint()}
         )
@@ -106,7 +79,7 @@ def next_goal(run: Run) -> int:
     return planned + max(1, planned // 2)
 
 
-def print_champion(run: Run, champion: Champion | None) -> None:
+def print_champion(run: Run, champion: Individual | None) -> None:
     """The champion's score and measures with their units, or why there is none."""
     console = output()
     if champion is None:
@@ -118,9 +91,9 @@ def print_champion(run: Run, champion: Champion | None) -> None:
     console.print(
         f"Champion of generation {champion.generation}, score {number(champion.score, 4)}:"
     )
-    if champion.measures:
+    if champion.measurements:
         made = table("measure", "value", "", "what it is", numbers=("value",))
-        for name, (value, unit, meaning) in champion.measures.items():
+        for name, (value, unit, meaning) in champion.measurements.items():
             made.add_row(name, number(value), unit, meaning)
         console.print(made, markup=False)
     parts = "  ".join(f"{name} {number(value)}" for name, value in champion.terms.items())

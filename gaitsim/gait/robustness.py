@@ -19,7 +19,7 @@ from gaitsim.evaluation.playing import play, require_play
 from gaitsim.evaluation.scoring import evaluate, evaluate_motion
 from gaitsim.experiment import Experiment, with_overrides
 from gaitsim.gait.perturbations import Angles, lagging, late, mirror, without_every_second
-from gaitsim.gait.subject import Subject
+from gaitsim.individual import Individual
 
 SEED = 0
 DRAWS = 10  # of each perturbation by chance; their mean counts
@@ -70,7 +70,7 @@ class Robustness:
 
 
 def perturb(
-    subject: Subject,
+    individual: Individual,
     first_best: float | None,
     begin: Callable[[int], object] = lambda _: None,
     advance: Callable[[], object] = lambda: None,
@@ -78,7 +78,7 @@ def perturb(
     """Play a gait again under all perturbations that its body allows.
 
     Args:
-        subject: what is played.
+        individual: what is played.
         first_best: best score of the run's first generation, for what the score is worth.
         begin: called with the number of kinds of perturbations.
         advance: called after each kind.
@@ -86,7 +86,7 @@ def perturb(
     Raises:
         PluginError: the body or the fitness fails.
     """
-    score = subject.score
+    score = individual.replayed_score
     gained = score - first_best if first_best is not None and np.isfinite(first_best) else 0.0
     worth = max(gained, abs(score))
     trials: list[Trial] = []
@@ -94,7 +94,7 @@ def perturb(
     begin(len(_ATTEMPTS))
     for attempt, sign in _ATTEMPTS:
         try:
-            scores = attempt(subject)
+            scores = attempt(individual)
         except _CannotError as error:
             missing.append(str(error))
         else:
@@ -112,28 +112,28 @@ def _trial(name: str, score: float, value: float, worth: float, sign: str) -> Tr
     return Trial(name, value, fall, sign if fall > COLLAPSE else "")
 
 
-def _rhythm(subject: Subject) -> dict[str, float]:
+def _rhythm(individual: Individual) -> dict[str, float]:
     """Joints that are late or slow alike, or on the other side: a walk is hardly changed."""
-    angles = _playable(subject, "late, lagging and mirrored joints")
+    angles = _playable(individual, "late, lagging and mirrored joints")
     played: dict[str, Angles] = {"played again": angles[None]}
     for frames in LATE:
         played[f"all joints {_frames(frames)} late"] = late(angles, np.array([frames]))[None]
     played[f"servos with a lag of {_frames(LAG)}"] = lagging(angles, LAG)[None]
     played["every second frame left out"] = without_every_second(angles)[None]
-    pairs = mirror(subject.experiment.organism.joint_names())
+    pairs = mirror(individual.experiment.organism.joint_names())
     if pairs is not None:
         played["mirrored"] = angles[None, :, pairs]
-    return _scores(subject.experiment, played)
+    return _scores(individual.experiment, played)
 
 
-def _inexact(subject: Subject) -> dict[str, float]:
+def _inexact(individual: Individual) -> dict[str, float]:
     """Joints that are not where they should be, each on its own, or much too slow."""
-    angles, rng = _playable(subject, "inexact joints"), np.random.default_rng([SEED, 1])
+    angles, rng = _playable(individual, "inexact joints"), np.random.default_rng([SEED, 1])
     apart = [late(angles, rng.integers(0, APART + 1, angles.shape[1:])) for _ in range(DRAWS)]
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
     noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape))
     return _scores(
-        subject.experiment,
+        individual.experiment,
         {
             f"servos with a lag of {_frames(LONG_LAG)}": lagging(angles, LONG_LAG)[None],
             f"each joint 0 or {_frames(APART)} late": np.stack(apart),
@@ -143,13 +143,13 @@ def _inexact(subject: Subject) -> dict[str, float]:
     )
 
 
-def _playable(subject: Subject, what: str) -> Angles:
+def _playable(individual: Individual, what: str) -> Angles:
     """The joint angles, (frames, joints), of a body that can play them."""
     try:
-        require_play(subject.experiment)
+        require_play(individual.experiment)
     except GaitsimError as error:
         raise _CannotError(f"{what}: {error.what}") from None
-    return np.asarray(subject.joint_angles)
+    return np.asarray(individual.joint_angles)
 
 
 def _frames(count: int) -> str:
@@ -164,9 +164,9 @@ def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, f
     }
 
 
-def _genes(subject: Subject) -> dict[str, float]:
+def _genes(individual: Individual) -> dict[str, float]:
     """Genes that are a little off, where joints cannot be."""
-    experiment, genome = subject.experiment, subject.genome
+    experiment, genome = individual.experiment, individual.genome
     if genome is None:
         raise _CannotError("inexact genes: a gait from a file has none")
     space, rng = experiment.space(), np.random.default_rng([SEED, 2])
@@ -183,9 +183,9 @@ def _genes(subject: Subject) -> dict[str, float]:
     return {name: float(evaluate(experiment, copies).scores.mean())}
 
 
-def _half_step(subject: Subject) -> dict[str, float]:
+def _half_step(individual: Individual) -> dict[str, float]:
     """Half the time step, of a body that simulates with one."""
-    experiment, genome = subject.experiment, subject.genome
+    experiment, genome = individual.experiment, individual.genome
     options: Mapping[str, Any] = type(experiment.organism).model_fields
     step = next((name for name in STEP_OPTIONS if name in options), None)
     if step is None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.subject import Subject, terms_of
+from gaitsim.individual import Individual, score_terms
 from gaitsim.runs.files.history import COLUMNS, MEAN
 
 PARTS = 10  # of the motion, at whose ends the terms are told
@@ -35,7 +35,7 @@ class Course:
     unmoved: tuple[str, ...]
 
 
-def course(subject: Subject) -> Course | GaitsimError:
+def course(individual: Individual) -> Course | GaitsimError:
     """The terms of the motion cut to its first tenth, two tenths, … and all of it.
 
     The contract of a fitness gives totals alone. But every channel that has a time has it
@@ -46,19 +46,19 @@ def course(subject: Subject) -> Course | GaitsimError:
     Returns:
         The course; or the error of a fitness that cannot judge a part.
     """
-    frames = len(subject.skeleton.segments)
+    frames = len(individual.skeleton.segments)
     keeps = np.unique(np.linspace(0, frames, PARTS + 1)[1:].round().astype(int))
     keeps = keeps[keeps >= min(2, frames)]
-    needs = subject.experiment.fitness.needs
+    needs = individual.experiment.fitness.needs
     try:
-        rows = [terms_of(subject.experiment, cut(subject.motion, needs, frames, keep))
+        rows = [score_terms(individual.experiment, cut(individual.motion, needs, frames, keep))
                 for keep in keeps.tolist()]  # fmt: skip
     except GaitsimError as error:
         return error
-    terms = {name: np.array([row[name] for row in rows]) for name in subject.terms}
-    timed = any(_has_time(subject.motion, name, frames) for name in needs)
+    terms = {name: np.array([row[name] for row in rows]) for name in individual.replayed_terms}
+    timed = any(_has_time(individual.motion, name, frames) for name in needs)
     unmoved = () if timed else tuple(terms)
-    return Course((keeps - 1) / subject.motion.frame_rate, terms, unmoved)
+    return Course((keeps - 1) / individual.motion.frame_rate, terms, unmoved)
 
 
 def cut(motion: Motion, names: tuple[str, ...], frames: int, keep: int) -> Motion:
@@ -83,7 +83,7 @@ class Change:
 
     Attributes:
         name: of the term.
-        first, last: that of the best individual, in the first generation and in the subject's.
+        first, last: that of the best individual, in the first generation and in the individual's.
         mean_first, mean_last: its mean over the population then.
     """
 
@@ -135,9 +135,9 @@ def in_words(
     """What drove the score: terms that dominate, that are constant, and that cancel.
 
     Args:
-        terms: of the subject's score.
+        terms: of the individual's score.
         history: of the run.
-        generation: in which the subject was found; None for one that no run found.
+        generation: in which the individual was found; None for one that no run found.
     """
     total = sum(abs(value) for value in terms.values())
     told = _dominant(terms, total)

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.writer import Gait, gait_of_replay
+from gaitsim.gait.files.writer import Gait, gait_of
 from gaitsim.imitation.file import Imitation
 from gaitsim.imitation.imitator import mean_square
 from gaitsim.imitation.learning import Settings, learn
 from gaitsim.imitation.verdict import Performance, performance, played
-from gaitsim.runs.replay import Replay
+from gaitsim.individual import Individual
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +20,13 @@ class Teacher:
     """Whom a network imitates.
 
     Attributes:
-        replay: the kept individual.
+        individual: the individual to imitate.
         gait: its joint angles.
         performance: how it does.
         judges: whether the body can play joint angles, so that an imitator is judged, too.
     """
 
-    replay: Replay
+    individual: Individual
     gait: Gait
     performance: Performance
     judges: bool
@@ -56,7 +56,7 @@ class Result:
     performance: Performance | None
 
 
-def teacher_of(replay: Replay) -> Teacher:
+def teacher_of(individual: Individual) -> Teacher:
     """The teacher that a kept individual makes.
 
     Raises:
@@ -65,15 +65,15 @@ def teacher_of(replay: Replay) -> Teacher:
     """
     from gaitsim.contracts import Organism
 
-    gait = gait_of_replay(replay)
+    gait = gait_of(individual)
     if len(gait.angles) < 2 or not np.isfinite(gait.angles).all():
         raise GaitsimError(
-            f"the gait of generation {replay.generation} cannot be learnt",
-            where=str(replay.run.path),
+            f"the gait of generation {individual.generation} cannot be learnt",
+            where=str(individual.source),
             allowed="two frames or more, all angles finite",
         )
-    judges = type(replay.experiment.organism).play is not Organism.play
-    return Teacher(replay, gait, performance(replay.experiment, replay.motion), judges)
+    judges = type(individual.experiment.organism).play is not Organism.play
+    return Teacher(individual, gait, performance(individual.experiment, individual.motion), judges)
 
 
 def imitate(
@@ -85,7 +85,7 @@ def imitate(
         GaitsimError: the training ran away.
         PluginError: the body or the fitness breaks its contract.
     """
-    gait, experiment = teacher.gait, teacher.replay.experiment
+    gait, experiment = teacher.gait, teacher.individual.experiment
     imitator, errors = learn(gait.angles, settings, progress)
     asked = imitator.free_run(gait.angles[0], len(gait.angles))
     angles, beyond, judged = asked, None, None

@@ -112,7 +112,13 @@ def _champion(writer: RunWriter) -> dict[str, Any] | None:
     if writer.last is None or any(change.reevaluates for change in writer.changes):
         return None
     try:
-        generation, score, genome = writer.run.champion()
+        found = writer.run.individual()
     except RunError:
         return None
-    return {"generation": generation, "score": score, "genome": genome.tolist()}
+    if found.genome is None:
+        return None
+    return {
+        "generation": found.generation,
+        "score": found.score,
+        "genome": found.genome.tolist(),
+    }

@@ -145,7 +145,7 @@ class Watch:
             genome = checkpoint.genomes[int(np.argmax(checkpoint.scores))]
         else:
             try:
-                *_, genome = run.champion(generation)
+                genome = run.bests[generation - 1]["genome"]
             except GaitsimError:
                 return Best(generation, score, ())
         return Best(generation, score, tuple(genome.tolist()))

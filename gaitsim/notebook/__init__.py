@@ -4,8 +4,9 @@
 stands on the same functions as the command line.
 """
 
-from gaitsim.notebook.individual import Individual
+from gaitsim.individual import Individual
+from gaitsim.notebook.drawing import picture
 from gaitsim.notebook.run import Run, load
 from gaitsim.notebook.search import Search, evolve
 
-__all__ = ["Individual", "Run", "Search", "evolve", "load"]
+__all__ = ["Individual", "Run", "Search", "evolve", "load", "picture"]

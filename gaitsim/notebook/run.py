@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
-from gaitsim.notebook.individual import Individual
+from gaitsim.individual import Individual
 from gaitsim.notebook.search import ARGUMENTS, Search, overrides, resumed
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs import reader
 from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.replay import Replay, replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,8 +87,7 @@ class Run(ReprMixin):
         Raises:
             RunError: there is no such generation, or all its individuals failed.
         """
-        found = replay(self._run, generation)
-        return Individual(found.experiment, found.generation, found.score, found.genome)
+        return self._run.individual(generation)
 
     def fingerprint(self) -> str:
         """SHA-256 of population, scores and history, times left out.
@@ -159,10 +157,11 @@ class Run(ReprMixin):
                 remedy=nearest(kind, list(KINDS)),
             )
         theme = DARK if dark else LIGHT
-        replays: tuple[Replay, ...] = ()
+        individuals: tuple[Individual, ...] = ()
         if KINDS[kind].moves:
-            replays = tuple(replay(self._run, number) for number in generations or (None,))
-        figure = draw(kind, Request(self._run, replays, channel, tuple(components), window, theme))
+            individuals = tuple(self._run.individual(one) for one in generations or (None,))
+        shown = tuple(components)
+        figure = draw(kind, Request(self._run, individuals, channel, shown, window, theme))
         # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
         figure._repr_png_ = lambda: picture(figure, "png", theme, SCREEN)  # type: ignore[attr-defined]
         return figure

@@ -12,7 +12,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
-from gaitsim.notebook.individual import Individual
+from gaitsim.individual import Individual
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, resumable
 from gaitsim.runs.writer import RunWriter
@@ -178,8 +178,14 @@ class Search(ReprMixin, Iterator[Generation]):
         self.last = generation = next(self._generations)
         score = float(generation.scores[generation.best])
         if np.isfinite(score) and (self.champion is None or score > self.champion.score):
+            best, terms = generation.best, generation.evaluation.terms
             self.champion = Individual(
-                self.experiment, generation.number, score, generation.genomes[generation.best]
+                self.experiment,
+                score,
+                {name: float(values[best]) for name, values in terms.items()},
+                generation.number,
+                generation.genomes[best],
+                self.path,
             )
         return generation
 

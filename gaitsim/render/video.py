@@ -11,11 +11,11 @@ import numpy as np
 from gaitsim.choices import VideoFormat
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.gait.files.writer import check_folder
+from gaitsim.individual import Individual
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import Replay, replay
 
 FORMATS = get_args(VideoFormat)
 FPS = {"mp4": 30.0, "gif": 25.0}
@@ -128,7 +128,7 @@ class Video:
         self, run: Run, generations: Sequence[int] = (), settings: RenderSettings | None = None
     ) -> None:
         self.run, self.settings = run, settings or RenderSettings()
-        shown = [replay(run, generation) for generation in generations or (None,)]
+        shown = [run.individual(generation) for generation in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
         self._check_room(len(shown))
         clips = [_clip(one, self.settings.speed, alone=len(shown) == 1) for one in shown]
@@ -242,7 +242,7 @@ class Video:
             )
 
 
-def _clip(shown: Replay, speed: float, alone: bool) -> Clip:
+def _clip(shown: Individual, speed: float, alone: bool) -> Clip:
     """A champion, as a scene wants it; what cannot be drawn is the body's fault.
 
     Args:
@@ -267,7 +267,7 @@ def _clip(shown: Replay, speed: float, alone: bool) -> Clip:
             where=entry.target,
             allowed="above 0",
         )
-    name, generation = shown.run.path.resolve().name, f"generation {shown.generation}"
+    name, generation = shown.name, f"generation {shown.generation}"
     score = f"score {shown.score:.4g}".replace("-", "−")
     title, *details = (name, generation, score) if alone else (generation, score, name)
     if (trials := count_trials(shown)) > 1:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
 from gaitsim.experiment import Experiment, Overrides, parse_experiment
 from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.individual import Individual
 from gaitsim.registry import KINDS, entries
 from gaitsim.runs.compatibility import fitting, misfit
 from gaitsim.runs.files.atomic import writing
@@ -30,6 +31,7 @@ from gaitsim.runs.files.folder import (
     command,
 )
 from gaitsim.runs.files.history import (
+    best_terms,
     header,
     read_bests,
     read_history,
@@ -322,12 +324,13 @@ class Run:
             remedy="restore all files of the run from one copy",
         )
 
-    def champion(self, generation: int | None = None) -> tuple[int, float, NDArray[Any]]:
-        """The best individual of a generation, or of all: generation, score, genome (genes,).
+    def individual(self, generation: int | None = None) -> Individual:
+        """Return the best individual of a generation, or of all.
 
-        Of all, that is, whose scores can be compared with those of the last generation.
+        Of all, only those count whose scores can be compared with the last generation's.
 
         Raises:
+            ExperimentError: its experiment has problems, such as a plugin that is not installed.
             RunError: no generation is finished yet, there is no such one, or all failed; or the
                 files of the run contradict each other.
         """
@@ -336,13 +339,13 @@ class Run:
             raise self.unfinished()
         if generation is not None and not 1 <= generation <= len(bests):
             raise self._no_generation(generation, len(bests))
-        first = self.comparable
+        first, history = self.comparable, self.history
         number = generation or first + int(np.argmax(bests["score"][first - 1 :]))
-        best, told = bests[number - 1], self.history["best"][number - 1]
-        if best["score"] != told:
+        best, recorded = bests[number - 1], history["best"][number - 1]
+        if best["score"] != recorded:
             raise RunError(
                 f"the best score of generation {number} is {best['score']:g} in {BESTS}, but "
-                f"{told:g} in {HISTORY}",
+                f"{recorded:g} in {HISTORY}",
                 where=str(self.path),
                 remedy="restore all files of the run from one copy",
             )
@@ -354,7 +357,15 @@ class Run:
                 f"the run {self.path} has no champion: every individual of {which} failed",
                 remedy=f"see why: {command('show', self.path)}",
             )
-        return number, float(best["score"]), best["genome"].astype(self.experiment.space().dtype)
+        experiment = self.experiment_at(number)
+        return Individual(
+            experiment,
+            float(best["score"]),
+            best_terms(history, number),
+            number,
+            best["genome"].astype(experiment.space().dtype),
+            self.path,
+        )
 
     def exports(self) -> Path:
         """The folder for what leaves the run, made if it is not there.

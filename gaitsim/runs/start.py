@@ -9,7 +9,6 @@ from gaitsim.experiment import Experiment
 from gaitsim.runs.compatibility import fitting, misfit
 from gaitsim.runs.files.checkpoint import Champion, read_champion
 from gaitsim.runs.files.folder import START, find_run
-from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.reader import Run
 
 ALLOWED = (
@@ -53,15 +52,17 @@ def champion_of(run: Run, generation: int | None = None) -> Champion:
     Raises:
         RunError: there is no such generation, or it has no champion.
     """
-    number, score, genome = run.champion(generation)
-    stage = run.stage_at(number)
+    individual = run.individual(generation)
+    stage, genome = run.stage_at(individual.generation), individual.genome
+    if genome is None:
+        raise ValueError("an individual of a run has a genome")
     return Champion(
         experiment=stage.experiment,
         versions=dict(stage.versions),
-        generation=number,
+        generation=individual.generation,
         genome=genome,
-        score=score,
-        terms=best_terms(run.history, number),
+        score=individual.score,
+        terms=dict(individual.terms),
     )
 
 

@@ -10,7 +10,6 @@ import pytest
 from gaitsim.gait import analyse_gait
 from gaitsim.gait.files.writer import gait_of, write_gait
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import replay
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
 SMALL = ("--population", 10, "--generations", 3)
@@ -34,7 +33,8 @@ def test_a_gait_is_told_and_why_it_scored(gaitsim, spider):
     shown = gaitsim("analyse", "spider")
     assert shown.stderr == ""
     assert "\x1b" not in shown.stdout
-    generation, score, _ = spider.champion()
+    best = spider.individual()
+    generation, score = best.generation, best.score
     for text in (
         f"runs/spider, best of generation {generation}",
         "Gait: ",
@@ -84,8 +84,9 @@ def test_the_diagram_is_what_the_feet_do(gaitsim, spider):
 
 def test_json_has_all_the_numbers(gaitsim, spider):
     found = strict(gaitsim("analyse", "spider", "--json", "--perturb").stdout)
-    generation, score, _ = spider.champion()
-    kept = replay(spider)
+    best = spider.individual()
+    generation, score = best.generation, best.score
+    kept = spider.individual()
     gait = analyse_gait(kept.skeleton, kept.motion["joint_angles"][0])
     assert (found["run"], found["generation"]) == ("runs/spider", generation)
     assert found["score"] == found["recorded_score"] == score
@@ -108,7 +109,7 @@ def test_json_has_all_the_numbers(gaitsim, spider):
 
 def test_another_generation_is_analysed(gaitsim, spider):
     found = strict(gaitsim("analyse", "spider", "--generation", 1, "--json").stdout)
-    assert (found["generation"], found["score"]) == (1, spider.champion(1)[1])
+    assert (found["generation"], found["score"]) == (1, spider.individual(1).score)
     assert found["robustness"] is None
     for arguments, says in [
         (("--generation", 4), "has no generation 4"),
@@ -121,7 +122,7 @@ def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
     champion = strict(gaitsim("analyse", "spider", "--json").stdout)
     for format in ("mat", "csv", "npz"):
         path = tmp_path / f"gait.{format}"
-        write_gait(gait_of(spider), path, format)
+        write_gait(gait_of(spider.individual()), path, format)
         found = strict(gaitsim("analyse", "spider", "--gait", path.name, "--json").stdout)
         assert found["subject"] == f"gait.{format} on the spider"
         assert found["score"] == pytest.approx(champion["score"])

@@ -48,7 +48,8 @@ def test_a_run_is_shown_in_full(gaitsim, finished):
 def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
     shown = strict(gaitsim("show", "puppet", "--json").stdout)
     run = Run(finished)
-    generation, score, _ = run.champion()
+    best = run.individual()
+    generation, score = best.generation, best.score
     assert shown["champion"]["generation"] == generation
     assert shown["champion"]["score"] == score
     assert shown["champion"]["terms"] == best_terms(run.history, generation)
@@ -146,7 +147,7 @@ def test_what_is_no_folder_of_runs_is_refused(gaitsim, finished, more):
 
 def test_a_gait_is_exported(gaitsim, finished, tmp_path):
     done = gaitsim("export", "puppet")
-    generation = Run(finished).champion()[0] if (finished / "bests.bin").exists() else 0
+    generation = Run(finished).individual().generation if (finished / "bests.bin").exists() else 0
     path = f"runs/puppet/exports/gait-generation-{generation}.mat"
     assert done.stdout == f"{path}: 5 frames × 3 joints at 4 Hz, radians\n"
     assert (tmp_path / path).stat().st_size > 0

@@ -22,7 +22,7 @@ def read_csv(path):
 @pytest.fixture
 def written(spider_run, tmp_path):
     """The champion's gait, and the files of it by format."""
-    gait = gait_of(spider_run)
+    gait = gait_of(spider_run.individual())
     paths = {format: tmp_path / f"gait.{format}" for format in ("mat", "csv", "npz")}
     for format, path in paths.items():
         write_gait(gait, path, format)
@@ -30,15 +30,16 @@ def written(spider_run, tmp_path):
 
 
 def test_the_gait_is_what_the_champion_does(spider_run):
-    gait = gait_of(spider_run)
-    generation, score, genome = spider_run.champion()
+    gait = gait_of(spider_run.individual())
+    best = spider_run.individual()
+    generation, score, genome = best.generation, best.score, best.genome
     assert (gait.generation, gait.score, gait.frame_rate) == (generation, score, 30.0)
     assert gait.angles.shape == (300, 24)
     assert gait.angles.dtype == np.float64
     angles = spider_run.experiment.organism.move(genome[None])["joint_angles"][0]
     assert np.array_equal(gait.angles, angles.astype(np.float64))
     assert np.abs(gait.angles).max() > 0
-    assert gait_of(spider_run, 2).generation == 2
+    assert gait_of(spider_run.individual(2)).generation == 2
 
 
 def test_matlab_gets_what_the_source_had(written):
@@ -93,24 +94,24 @@ def test_all_formats_agree_to_the_last_bit(written):
 def test_what_is_written_twice_is_the_same_file(spider_run, tmp_path):
     for format in ("csv", "npz"):
         for name in ("a", "b"):
-            write_gait(gait_of(spider_run), tmp_path / name, format)
+            write_gait(gait_of(spider_run.individual()), tmp_path / name, format)
         assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
 def test_a_generation_that_is_not_there_is_refused(spider_run, tmp_path):
     for number in (0, 4):
         with pytest.raises(RunError, match=f"has no generation {number}"):
-            gait_of(spider_run, number)
+            gait_of(spider_run.individual(number))
 
 
 def test_a_run_without_a_generation_is_refused(puppet, tmp_path):
     run = Run(create_run(puppet(), tmp_path / "run"))
     with pytest.raises(RunError, match="no finished generation"):
-        gait_of(run)
+        gait_of(run.individual())
 
 
 def test_a_gait_of_a_third_partys_body(puppet_run, tmp_path):
-    gait = gait_of(puppet_run())
+    gait = gait_of(puppet_run().individual())
     assert gait.angles.shape == (5, 3)
     assert gait.joint_names == ("shoulder", "elbow", "wrist")
     write_gait(gait, tmp_path / "gait.csv", "csv")
@@ -122,7 +123,7 @@ def test_a_body_without_joint_angles_is_refused(puppet_run, puppets, monkeypatch
     assert run.experiment
     monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
     with pytest.raises(GaitsimError, match=r"organism 'puppet' .* has no joint angles"):
-        gait_of(run)
+        gait_of(run.individual())
 
 
 @pytest.mark.parametrize(
@@ -140,7 +141,7 @@ def test_a_body_that_breaks_its_contract_is_named(
     run = puppet_run()
     monkeypatch.setattr(puppets.Puppet, method, wrong)
     with pytest.raises(PluginError, match=f"package gaitsim-puppets.* {says}"):
-        gait_of(run)
+        gait_of(run.individual())
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, np.nan, np.inf])
@@ -154,12 +155,12 @@ def test_a_frame_rate_that_is_none_is_refused(puppet_run, puppets, monkeypatch, 
 
     monkeypatch.setattr(puppets.Puppet, "move", move)
     with pytest.raises(PluginError, match="frames a second"):
-        gait_of(run)
+        gait_of(run.individual())
 
 
 @pytest.mark.parametrize("format", ["mat", "csv", "npz"])
 def test_a_file_that_cannot_be_written_is_one_message(spider_run, tmp_path, monkeypatch, format):
-    gait = gait_of(spider_run)
+    gait = gait_of(spider_run.individual())
     with pytest.raises(RunError, match="there is no folder"):
         write_gait(gait, tmp_path / "missing" / "gait", format)
     with pytest.raises(RunError, match="it is a folder"):

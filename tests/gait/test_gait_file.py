@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.reader import GaitFile, read_gait
+from gaitsim.gait.files.reader import GaitFile, individual_of, read_gait
 from gaitsim.gait.files.writer import Gait, write_gait
-from gaitsim.gait.subject import from_file
 
 NAMES = ("L1 coxa", "naïve, joint", "c")
 ANGLES = np.array([[0.0, 0.1, -0.2], [0.05, 0.125, -0.25], [0.1, 1 / 3, 0]])
@@ -117,9 +116,9 @@ def test_a_gait_at_another_rate_is_not_played(spider, reference):
     names = spider.organism.joint_names()
     angles = reference("wave")
     for rate in (30.0, 30.01, None):
-        subject = from_file(GaitFile(Path("wave.npz"), angles, rate, names), spider)
-        assert subject.title == "wave.npz on the spider"
-        assert subject.score == pytest.approx(0.0998, abs=1e-3)
-        assert (subject.generation, subject.recorded, subject.genome) == (None, None, None)
+        individual = individual_of(GaitFile(Path("wave.npz"), angles, rate, names), spider)
+        assert individual.title == "wave.npz on the spider"
+        assert individual.score == pytest.approx(0.0998, abs=1e-3)
+        assert (individual.generation, individual.genome) == (0, None)
     with pytest.raises(GaitsimError, match="60 frames a second"):
-        from_file(GaitFile(Path("wave.npz"), angles, 60.0, names), spider)
+        individual_of(GaitFile(Path("wave.npz"), angles, 60.0, names), spider)

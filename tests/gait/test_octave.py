@@ -22,7 +22,7 @@ printf('%.17g\\n', bestGait);
 
 
 def test_octave_reads_the_gait_to_the_last_bit(spider_run, tmp_path):
-    gait = gait_of(spider_run)
+    gait = gait_of(spider_run.individual())
     write_gait(gait, tmp_path / "gait.mat", "mat")
     done = subprocess.run(
         [OCTAVE, "--norc", "--no-history", "--quiet", "--eval", SCRIPT],

@@ -8,19 +8,19 @@ import pytest
 from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
-from gaitsim.gait.files.reader import GaitFile
+from gaitsim.gait.files.reader import GaitFile, individual_of
 from gaitsim.gait.perturbations import lagging, late, mirror, without_every_second
 from gaitsim.gait.robustness import EXPLOIT, FRAGILE, perturb
 from gaitsim.gait.score_breakdown import changes, course, cut, in_words
-from gaitsim.gait.subject import Subject, from_file
+from gaitsim.individual import Individual
 
 
 @pytest.fixture
 def on_the_spider(spider, reference):
-    """A reference gait as a subject."""
+    """A reference gait as a individual."""
 
     def make(name, experiment=spider):
-        return from_file(GaitFile(f"{name}.npz", reference(name), 30.0, ()), experiment)
+        return individual_of(GaitFile(f"{name}.npz", reference(name), 30.0, ()), experiment)
 
     return make
 
@@ -51,11 +51,11 @@ def test_a_motion_is_cut_along_time_alone():
 
 
 def test_terms_over_time_end_with_the_score(on_the_spider):
-    subject = on_the_spider("alternating-tetrapod")
-    found = course(subject)
+    individual = on_the_spider("alternating-tetrapod")
+    found = course(individual)
     assert found.seconds[-1] == pytest.approx(299 / 30)
     assert np.diff(found.seconds) == pytest.approx(1.0)
-    assert {name: values[-1] for name, values in found.terms.items()} == subject.terms
+    assert {name: values[-1] for name, values in found.terms.items()} == individual.terms
     # Forward is what it had walked by then, at its even speed.
     assert found.terms["forward"] == pytest.approx(0.125 * found.seconds, abs=0.01)
     assert found.unmoved == ()
@@ -65,8 +65,8 @@ def test_a_fitness_without_time_is_told():
     experiment = load_experiment("millipede")
     space = experiment.space()
     genomes = space.random(1, np.random.default_rng(0))
-    subject = Subject("it", experiment, experiment.organism.move(genomes))
-    found = course(subject)
+    individual = Individual.of_motion(experiment, experiment.organism.move(genomes))
+    found = course(individual)
     assert found.unmoved == ("travel",)
     assert np.ptp(found.terms["travel"]) == 0
 
@@ -81,11 +81,11 @@ def test_a_fitness_that_cannot_judge_a_part_is_told(puppet, install):
     )
     install("whole", source, {"fitness": {"whole": "Whole"}})
     experiment = puppet("fitness.plugin=whole")
-    subject = Subject("it", experiment, experiment.organism.move(np.full((1, 3), 0.5)))
-    found = course(subject)
+    individual = Individual.of_motion(experiment, experiment.organism.move(np.full((1, 3), 0.5)))
+    found = course(individual)
     assert isinstance(found, GaitsimError)
     assert "five frames" in found.what
-    assert subject.terms == {"end": 0.5}
+    assert individual.terms == {"end": 0.5}
 
 
 def test_terms_are_told_in_words():
@@ -182,11 +182,11 @@ def test_a_walk_bears_what_a_flip_flop_does_not(on_the_spider):
 
 
 def test_a_fall_is_compared_with_what_the_score_gained(on_the_spider):
-    subject = on_the_spider("wave")
-    found = perturb(subject, subject.score - 10)
+    individual = on_the_spider("wave")
+    found = perturb(individual, individual.score - 10)
     assert found.worth == pytest.approx(10)
-    assert perturb(subject, subject.score + 1).worth == abs(subject.score)
-    assert perturb(subject, -np.inf).worth == abs(subject.score)
+    assert perturb(individual, individual.score + 1).worth == abs(individual.score)
+    assert perturb(individual, -np.inf).worth == abs(individual.score)
 
 
 class _Stepped:
@@ -207,7 +207,7 @@ def test_half_the_time_step_where_a_body_has_one(puppet, install):
     def robustness(step):
         experiment = puppet("organism.plugin=stepped", f"organism.dt={step}")
         motion = experiment.organism.move(genome[None])
-        return perturb(Subject("it", experiment, motion, 1, 0.0, genome), None)
+        return perturb(Individual(experiment, 0.0, {}, 1, genome, played=motion), None)
 
     found = robustness(0.1)
     trials = {trial.name: trial for trial in found.trials}
@@ -232,6 +232,6 @@ def test_a_fragile_genome_is_told(puppet, install):
     experiment = with_overrides(puppet(), {"organism.plugin": "lock"})
     genome = np.ones(3, dtype=np.uint8)
     motion = experiment.organism.move(genome[None])
-    (trial,) = perturb(Subject("it", experiment, motion, 1, 1.0, genome), 0.0).trials
+    (trial,) = perturb(Individual(experiment, 1.0, {}, 1, genome, played=motion), 0.0).trials
     assert (trial.name, trial.fall, trial.sign) == ("one gene flipped", 1.0, FRAGILE)
     assert genome.tolist() == [1, 1, 1]

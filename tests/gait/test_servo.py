@@ -40,7 +40,7 @@ def test_every_frame_in_milliseconds_and_degrees(tmp_path):
 
 
 def test_the_spiders_gait_comes_back_to_a_hundredth_of_a_degree(spider_run, tmp_path):
-    evolved = gait_of(spider_run)
+    evolved = gait_of(spider_run.individual())
     table = servo_table(evolved, ServoRange(90, 0, 180))
     write_servo(table, tmp_path / "x.csv")
     header, rows = read(tmp_path / "x.csv")

@@ -15,7 +15,6 @@ from gaitsim.imitation import SETTINGS, load_imitator
 from gaitsim.imitation.imitating import imitate, teacher_of
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import replay
 from gaitsim.runs.writer import RunWriter
 
 
@@ -41,7 +40,7 @@ def puppet_run(puppet, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
 def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
-    teacher = teacher_of(replay(spider))
+    teacher = teacher_of(spider.individual())
     result = imitate(teacher, settings)
     whole, reached = (
         performance.measures["forward"][0]
@@ -58,7 +57,7 @@ def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
 
 
 def test_what_the_body_cannot_follow_is_counted(spider):
-    result = imitate(teacher_of(replay(spider)), SETTINGS["source"])
+    result = imitate(teacher_of(spider.individual()), SETTINGS["source"])
     played, asked = result.imitation.joint_angles, result.imitation.asked
     assert result.beyond_limits == np.count_nonzero(np.abs(played - asked) > 1e-6)
     assert np.abs(np.diff(played, axis=0)).max() <= np.radians(5) + 1e-6
@@ -66,9 +65,9 @@ def test_what_the_body_cannot_follow_is_counted(spider):
 
 
 def test_the_teacher_is_judged_as_the_run_judged_it(spider):
-    teacher = teacher_of(replay(spider))
-    assert teacher.performance.score == teacher.replay.score
-    assert sum(teacher.performance.terms.values()) == pytest.approx(teacher.replay.score)
+    teacher = teacher_of(spider.individual())
+    assert teacher.performance.score == teacher.individual.score
+    assert sum(teacher.performance.terms.values()) == pytest.approx(teacher.individual.score)
 
 
 def test_the_command_writes_and_tells_all(spider, gaitsim, tmp_path):

@@ -85,7 +85,8 @@ def test_it_evolves_to_the_end_and_tells_all_rows(begun):
     scores = [individual.score for individual in last.top]
     assert scores == sorted(scores, reverse=True)
     assert len(scores) == 5
-    generation, score, genome = Run(path).champion()
+    best = Run(path).individual()
+    generation, score, genome = best.generation, best.score, best.genome
     assert (last.champion.generation, last.champion.score) == (generation, score)
     assert last.champion.genome == tuple(genome)
 

@@ -37,7 +37,8 @@ def test_a_stopped_and_a_finished_run(begun):
     watch = Watch(path)
     snapshot = watch.look()
     assert (snapshot.state, snapshot.reason, snapshot.generation) == ("stopped", "", 12)
-    generation, score, genome = Run(path).champion()
+    best = Run(path).individual()
+    generation, score, genome = best.generation, best.score, best.genome
     assert (snapshot.champion.generation, snapshot.champion.score) == (generation, score)
     assert snapshot.champion.genome == tuple(genome)
     for name, values in Run(path).history.items():
@@ -104,7 +105,8 @@ def test_a_stage_is_told_and_its_scores_are_compared_with_its_own(begun):
 def test_a_missing_plugin_takes_only_the_champions_genome(begun, monkeypatch):
     path = begun()
     evolve(path)
-    generation, score, _ = Run(path).champion()
+    best = Run(path).individual()
+    generation, score = best.generation, best.score
     assert generation < 30
 
     def missing(*_):

@@ -25,13 +25,12 @@ from gaitsim.render.plots.request import LackingError, Request, stretch
 from gaitsim.render.plots.scenery import nice
 from gaitsim.render.plots.stability import margin_of, stability_figure
 from gaitsim.render.plots.terms import terms_figure
-from gaitsim.runs.replay import replay
 
 SPACE = ("x", "y", "z")
 
 
 def asked(run, *generations, **more):
-    return Request(run, tuple(replay(run, number) for number in generations or (None,)), **more)
+    return Request(run, tuple(run.individual(number) for number in generations or (None,)), **more)
 
 
 def texts(figure):
@@ -136,7 +135,7 @@ def test_the_terms_are_those_of_the_history(spider_run):
 def test_footfalls_are_where_the_feet_stand(spider_run):
     request = asked(spider_run, window=(1.0, 3.0))
     axes = footfall_figure(request).axes[0]
-    touching = request.replay.skeleton.touching[30:91]
+    touching = request.individual.skeleton.touching[30:91]
     for foot, bars in enumerate(axes.collections):
         boxes = [path.get_extents() for path in bars.get_paths()]
         assert sum(box.width for box in boxes) == pytest.approx(touching[:, foot].sum() / 30)
@@ -148,7 +147,7 @@ def test_footfalls_are_where_the_feet_stand(spider_run):
 
 def test_duty_factors_are_those_of_the_analysis(spider_run):
     request = asked(spider_run, window=(1.0, 3.0))
-    skeleton = request.replay.skeleton
+    skeleton = request.individual.skeleton
     (axes,) = footfall_figure(request).axes
     (right,) = axes.child_axes
     feet, _ = feet_of(skeleton.touching, skeleton.contact_names, skeleton.frame_rate)
@@ -168,7 +167,7 @@ def test_joints_are_in_degrees_a_panel_a_leg(spider_run):
     figure = joints_figure(request)
     panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
     assert [*panels] == ["L1", "R1", "L2", "R2", "L3", "R3", "L4", "R4"]
-    angles = np.degrees(request.replay.motion["joint_angles"][0, :31].astype(float))
+    angles = np.degrees(request.individual.motion["joint_angles"][0, :31].astype(float))
     drawn = lines(panels["R1"])
     assert [line.get_label() for line in drawn] == ["coxa", "femur", "tibia"]
     assert np.allclose(np.stack([line.get_ydata() for line in drawn], axis=1), angles[:, 12:15])
@@ -190,7 +189,7 @@ def test_joints_are_grouped_by_leg_where_names_say_so(names, legs):
 
 
 def test_the_margin_is_the_bodys_own_or_worked_out(spider_run, monkeypatch):
-    shown = replay(spider_run)
+    shown = spider_run.individual()
     own = margin_of(shown)
     assert np.array_equal(own, shown.motion["margin"][0].astype(float))
     bodies = type(spider_run.experiment.organism)
@@ -213,8 +212,8 @@ def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
 
 def test_the_path_is_drawn_at_one_scale_with_bodies_apart(spider_run):
     request = asked(spider_run)
-    scene = scene_of(request.replay.skeleton, slice(0, 300))
-    assert np.allclose(scene.path, request.replay.skeleton.path)
+    scene = scene_of(request.individual.skeleton, slice(0, 300))
+    assert np.allclose(scene.path, request.individual.skeleton.path)
     assert 1 <= len(scene.at) <= 6
     assert scene.at[0] == 0
     assert scene.factor == 1
@@ -225,7 +224,7 @@ def test_the_path_is_drawn_at_one_scale_with_bodies_apart(spider_run):
 
 
 def test_a_body_far_smaller_than_its_path_is_enlarged_and_it_is_said(flier, monkeypatch):
-    shown = replay(flier)
+    shown = flier.individual()
     centre = np.linspace([0, 0, 0], [0, 0, 100.0], 20)
     ends = centre[:, None, None] + np.array([[[0.5, 0, 0], [-0.5, 0, 0]]])
     skeleton = Skeleton(ends, ("body",), 4.0, centre=centre)
@@ -250,7 +249,7 @@ def test_a_body_far_smaller_than_its_path_is_enlarged_and_it_is_said(flier, monk
     ],
 )
 def test_no_text_of_a_path_is_over_another(flier, size, low, high):
-    shown = replay(flier)
+    shown = flier.individual()
     centre = np.linspace(low, high, 20)
     cross = np.array([[[size, 0, 0], [-size, 0, 0]], [[0, size, 0], [0, -size, 0]]])
     skeleton = Skeleton(centre[:, None, None] + cross, ("x", "y"), 4.0, centre=centre)
@@ -273,7 +272,7 @@ def test_no_text_of_a_path_is_over_another(flier, size, low, high):
 
 @pytest.mark.parametrize("broken", ["all", "some"])
 def test_frames_that_are_nowhere_are_left_out_of_the_path(flier, broken):
-    shown = replay(flier)
+    shown = flier.individual()
     segments = shown.skeleton.segments.copy()
     segments[slice(None) if broken == "all" else 1] = np.nan
     object.__setattr__(shown, "skeleton", replace(shown.skeleton, segments=segments))
@@ -304,14 +303,14 @@ def test_steps_of_a_grid_are_round(least, step):
 
 
 def test_components_have_names(flier, spider_run):
-    place = read_signal(replay(flier), "place")
+    place = read_signal(flier.individual(), "place")
     assert place.channel is flier.experiment.organism.channels["place"]
     assert place.entries == (("trial 0", "trial 1"), ("x", "y", "z"))
-    assert read_signal(replay(flier), "rotation").entries[1] == ("w", "x", "y", "z")
-    feet = read_signal(replay(spider_run), "feet")
+    assert read_signal(flier.individual(), "rotation").entries[1] == ("w", "x", "y", "z")
+    feet = read_signal(spider_run.individual(), "feet")
     assert feet.entries[0][:2] == ("L1", "L2")
-    assert read_signal(replay(spider_run), "joint_angles").entries[0][1] == "L1 femur"
-    pose = read_signal(replay(spider_run), "pose")
+    assert read_signal(spider_run.individual(), "joint_angles").entries[0][1] == "L1 femur"
+    pose = read_signal(spider_run.individual(), "pose")
     assert pose.entries == (("x", "y", "yaw"),)
     assert [line.unit for line in lines_of(pose, ())] == ["m", "m", "rad"]
 
@@ -333,7 +332,7 @@ TRIALS = ("trial 0", "trial 1", "trial 2")
     ],
 )
 def test_the_entries_of_an_axis_are_named(bundled, preset, channel, entries):
-    assert read_signal(replay(bundled(preset)), channel).entries == entries
+    assert read_signal(bundled(preset).individual(), channel).entries == entries
 
 
 def test_what_has_directions_has_a_panel_each(bundled):
@@ -351,12 +350,12 @@ def test_another_shape_than_declared_names_the_body(flier, puppets, monkeypatch)
     told = {**puppets.Puppet.channels, "place": Channel(("frames", "trials", ("x", "z")), "m", "")}
     monkeypatch.setattr(puppets.Puppet, "channels", told)
     with pytest.raises(PluginError, match="'place'") as error:
-        read_signal(replay(flier), "place")
+        read_signal(flier.individual(), "place")
     assert error.value.allowed == "(population, frames, trials, [x, z])"
 
 
 def test_as_many_trials_as_feet_are_trials(spider_run, monkeypatch):
-    shown = replay(spider_run)
+    shown = spider_run.individual()
     body = type(shown.experiment.organism)
     told = {**body.channels, "slope": Channel(("frames", "trials"), "rad", "")}
     monkeypatch.setattr(body, "channels", told)
@@ -375,7 +374,7 @@ def test_as_many_trials_as_feet_are_trials(spider_run, monkeypatch):
     ],
 )
 def test_components_are_chosen_by_name_or_index(flier, components, names):
-    channel = read_signal(replay(flier), "place")
+    channel = read_signal(flier.individual(), "place")
     found = lines_of(channel, components)
     assert [line.name for line in found] == names
     for line in found:
@@ -384,7 +383,7 @@ def test_components_are_chosen_by_name_or_index(flier, components, names):
 
 
 def test_of_many_trials_the_first_is_drawn(flier):
-    channel = read_signal(replay(flier), "place")
+    channel = read_signal(flier.individual(), "place")
     many = replace(
         channel,
         values=np.zeros((5, 9, 3)),
@@ -400,7 +399,7 @@ def test_generations_are_lines_of_one_panel(spider_run):
     first, last = lines(axes)
     assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
     assert np.array_equal(
-        first.get_ydata(), request.replays[0].motion["feet"][0, :, 0, 2].astype(float)
+        first.get_ydata(), request.individuals[0].motion["feet"][0, :, 0, 2].astype(float)
     )
     assert axes.get_ylabel() == "feet L1 z (m)"
     assert (first.get_color(), first.get_linestyle()) != (last.get_color(), last.get_linestyle())

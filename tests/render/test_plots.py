@@ -145,7 +145,8 @@ def test_kept_champions_are_marked(puppet_run):
     (axes,) = fitness_figure(run).axes
     marks = {line.get_label().split(":")[0]: line for line in axes.lines}
     assert marks["kept champion"].get_xdata().tolist() == kept
-    number, score, _ = run.champion()
+    best = run.individual()
+    number, score = best.generation, best.score
     assert marks["champion"].get_xydata().tolist() == [[number, score]]
 
 

@@ -254,14 +254,15 @@ def test_a_run_is_written_and_read(whole, puppet):
     assert history["generation"].tolist() == list(range(1, 9))
     assert np.array_equal(bests["score"], history["best"])
     for generation in (1, 5, 8):
-        number, score, genome = whole.champion(generation)
+        best = whole.individual(generation)
+        number, score, genome = best.generation, best.score, best.genome
         evaluation = evaluate(puppet(), genome[None])
         assert (number, score) == (generation, evaluation.scores[0])
         assert best_terms(whole.history, generation) == {
             n: v[0] for n, v in evaluation.terms.items()
         }
         assert genome.flags.writeable
-    assert whole.champion()[:2] == (int(np.argmax(bests["score"])) + 1, bests["score"].max())
+    assert whole.individual().generation == int(np.argmax(bests["score"])) + 1
 
 
 def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
@@ -282,7 +283,7 @@ def test_a_best_that_the_history_does_not_know_is_refused(whole):
     path = whole.path / "bests.bin"
     path.write_bytes(np.random.default_rng(0).bytes(path.stat().st_size))
     with pytest.raises(RunError, match=r"in bests\.bin, but .* in history\.csv"):
-        Run(whole.path).champion()
+        Run(whole.path).individual()
 
 
 def test_champions_are_kept_each_time_the_best_beats_the_threshold(whole):
@@ -296,7 +297,8 @@ def test_champions_are_kept_each_time_the_best_beats_the_threshold(whole):
     assert 1 < len(files) < 8
     for file in files:
         champion = read_champion(file)
-        _, score, genome = whole.champion(champion.generation)
+        best = whole.individual(champion.generation)
+        score, genome = best.score, best.genome
         assert champion.score == score
         assert champion.genome.tobytes() == genome.tobytes()
         assert champion.terms == best_terms(whole.history, champion.generation)
@@ -349,7 +351,7 @@ def test_before_the_first_generation_there_is_nothing(puppet):
     run = Run(create_run(puppet()))
     assert run.checkpoint() is None
     assert (run.generation, run.history, len(run.bests)) == (0, {}, 0)
-    for ask in (run.champion, run.fingerprint, lambda: run.champion(1)):
+    for ask in (run.individual, run.fingerprint, lambda: run.individual(1)):
         with pytest.raises(RunError, match="has no finished generation yet") as error:
             ask()
         assert "gaitsim resume runs/puppet" in error.value.remedy
@@ -358,7 +360,7 @@ def test_before_the_first_generation_there_is_nothing(puppet):
 def test_a_generation_that_is_not_there_is_refused(half):
     for number in (0, -1, 5):
         with pytest.raises(RunError, match=f"has no generation {number}") as error:
-            half.champion(number)
+            half.individual(number)
         assert error.value.allowed == "1 to 4"
 
 
@@ -447,7 +449,9 @@ def test_records_that_are_missing_are_one_message(half, name, keep):
         file.write_bytes(file.read_bytes()[: int(file.stat().st_size * keep)])
     what = f"there is no {name}" if keep is None else f"{name} ends at generation [012]"
     asked = [lambda: RunWriter(half.path)]
-    asked += [half.fingerprint, lambda: half.history] if name == "history.csv" else [half.champion]
+    asked += (
+        [half.fingerprint, lambda: half.history] if name == "history.csv" else [half.individual]
+    )
     for ask in asked:
         with pytest.raises(RunError, match=f"{what}, but .* 4") as error:
             ask()
@@ -522,7 +526,7 @@ def test_an_experiment_edited_to_other_genomes_is_refused(
     )
     edit(half.path, old, new)
     run = Run(half.path)
-    for ask in (lambda: RunWriter(half.path, any_version=True), run.champion, lambda: run.bests):
+    for ask in (lambda: RunWriter(half.path, any_version=True), run.individual, lambda: run.bests):
         with pytest.raises(
             CheckpointError, match=r"population of 6 with 3 genes in .* not"
         ) as error:
@@ -670,7 +674,7 @@ def test_a_run_in_which_all_fail_is_written_and_gone_on_with(puppet, puppets, mo
     assert set(reasons.values()) == {"reach is nan"}
     for generation in (None, 2):
         with pytest.raises(RunError, match=r"has no champion: every individual of .* failed"):
-            run.champion(generation)
+            run.individual(generation)
     assert run.fingerprint()
 
 
@@ -678,7 +682,8 @@ def test_bits_are_written_and_read(puppet):
     path = create_run(puppet("organism.plugin=bit-puppet"))
     go_on(path, 2)
     go_on(path)
-    _, score, genome = Run(path).champion()
+    best = Run(path).individual()
+    score, genome = best.score, best.genome
     assert genome.dtype == np.uint8
     assert evaluate(Run(path).experiment, genome[None]).scores[0] == score
 

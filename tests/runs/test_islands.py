@@ -12,7 +12,6 @@ from gaitsim.runs.files.checkpoint import pack, read_checkpoint
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.fork import fork_run
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import replay
 from gaitsim.runs.stages import stages_of
 from gaitsim.runs.start import champion_of
 from gaitsim.runs.verify.verify import verify
@@ -65,7 +64,7 @@ def test_each_islands_best_is_kept(run):
     assert text[0] == "generation,island 1,island 2,island 3"
     assert text[8].startswith("8,")
     for generation in (1, 8):
-        found = replay(run, generation)
+        found = run.individual(generation)
         assert evaluate(found.experiment, found.genome[None]).scores[0] == found.score
     assert [*(run.path / "champions").iterdir()]
 

@@ -16,7 +16,6 @@ from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.history import COLUMNS, best_terms
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import replay
 from gaitsim.runs.writer import RunWriter
 
 CLIMB = {"fitness.plugin": "puppet-climb", "mutation.plugin": "puppet-jitter"}
@@ -149,7 +148,8 @@ def test_terms_of_a_stage_stand_in_columns_of_their_own(puppet, staged):
         assert np.isfinite(history[name]).tolist() == [False] * 4 + [True] * 4
     assert np.isfinite(history["reach"]).all()
     for generation in range(1, 9):
-        _, score, genome = staged.champion(generation)
+        best = staged.individual(generation)
+        score, genome = best.score, best.genome
         evaluation = evaluate(staged.experiment_at(generation), genome[None])
         assert score == evaluation.scores[0]
         assert best_terms(history, generation) == {n: v[0] for n, v in evaluation.terms.items()}
@@ -162,11 +162,12 @@ def test_the_champion_is_of_generations_that_can_be_compared(puppet, staged):
     history = staged.history
     assert history["best"][:4].max() > history["best"][4:].max()
     assert staged.comparable == 5
-    number, score, _ = staged.champion()
+    best = staged.individual()
+    number, score = best.generation, best.score
     assert number >= 5
     assert score == history["best"][4:].max()
-    assert replay(staged, 2).experiment.fitness == puppet().fitness
-    assert replay(staged).experiment is staged.experiment
+    assert staged.individual(2).experiment.fitness == puppet().fitness
+    assert staged.individual().experiment is staged.experiment
 
 
 def test_going_back_makes_a_third_stage_in_the_columns_of_the_first(staged):
@@ -336,7 +337,7 @@ def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
         if run.generation == 4:
             assert run.fingerprint() == before
             assert len(run.stages) == 1
-            assert run.champion()[:2] == Run(plain).champion()[:2]
+            assert run.individual().generation == Run(plain).individual().generation
         # What was not written yet is asked for again.
         pending = run.generation > 4 or run.pending
         go_on(path, **({} if pending else {"overrides": CLIMB, "generations": 8}))
@@ -507,7 +508,7 @@ def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
     shutil.rmtree(climb)
     assert go_on(staged.path, generations=10) == ""
     run = Run(staged.path)
-    assert run.champion()[0] >= 9
+    assert run.individual().generation >= 9
     assert run.experiment_at(4).fitness == run.experiment.fitness
     assert run.stages[1].versions["fitness puppet-climb"] == "climb 0.1"
     assert str(run.stages[1].changes[0]).startswith(

@@ -39,7 +39,8 @@ def staged(puppet):
 
 
 def test_an_individual_is_named_by_file_run_and_generation(staged):
-    number, score, genome = staged.champion()
+    best = staged.individual()
+    number, score, genome = best.generation, best.score, best.genome
     assert number > 5
     for reference in ("staged", f"staged@{number}", str(staged.path.resolve())):
         kept = kept_individual(reference)
@@ -57,9 +58,9 @@ def test_an_individual_is_named_by_file_run_and_generation(staged):
 def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
     one = go_on(create_run(puppet(), Path("runs/a")))
     other = go_on(create_run(puppet("seed=2"), Path("runs/a@2")))
-    assert kept_individual("a@2").score == other.champion()[1]
-    assert kept_individual("a@3").score == one.champion(3)[1]
-    assert kept_individual("a@2@1").score == other.champion(1)[1]
+    assert kept_individual("a@2").score == other.individual().score
+    assert kept_individual("a@3").score == one.individual(3).score
+    assert kept_individual("a@2@1").score == other.individual(1).score
 
 
 @pytest.mark.parametrize(
@@ -95,7 +96,7 @@ def test_the_initial_population_is_the_individual_and_its_mutations(puppet, stag
     mutants = experiment.mutation.mutate(copies, experiment.space(), noise)
     assert np.array_equal(genomes[1:], experiment.space().repair(mutants))
     assert len(np.unique(genomes, axis=0)) == 6
-    assert run.champion(1)[1] >= evaluate(experiment, start.genome[None]).scores[0]
+    assert run.individual(1).score >= evaluate(experiment, start.genome[None]).scores[0]
 
 
 def test_bits_begin_a_run(puppet):
@@ -104,7 +105,7 @@ def test_bits_begin_a_run(puppet):
     run = go_on(create_run(puppet(*bits, "seed=9"), None, kept_individual("source")))
     genomes = run.checkpoint()[0].genomes
     assert genomes.dtype == np.uint8
-    assert run.champion()[1] >= source.champion()[1]
+    assert run.individual().score >= source.individual().score
 
 
 def test_a_run_from_each_kept_champion_is_the_same_again(puppet, staged):

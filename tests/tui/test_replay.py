@@ -220,7 +220,7 @@ class TestGenerations:
             shown = screen.pane.shown
             assert shown.generation == shown.champion
             assert "★" in title(screen.pane)
-            assert f"{shown.score:.4f}" in title(screen.pane)
+            assert f"{shown.individual.score:.4f}" in title(screen.pane)
 
         replay(run, test)
 

@@ -12,8 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.playing import play
+from gaitsim.experiment import Experiment
+from gaitsim.individual import Individual
 
 LARGEST = 256 * 2**20  # bytes, of a file and of what is packed in it
+_SAME_RATE = 1e-3  # relative difference of frame rates, as a file rounds them
 _ANGLES = ("joint_angles", "bestGait")
 _RATE = ("frame_rate", "frameRate")
 _NAMES = ("joint_names", "jointNames")
@@ -56,6 +60,24 @@ class GaitFile:
             allowed=f"{len(joints)} joints: {', '.join(joints[:4])} …",
             remedy="take a gait of the same body",
         )
+
+
+def individual_of(file: GaitFile, experiment: Experiment) -> Individual:
+    """Play a gait from a file on the body of an experiment.
+
+    Raises:
+        GaitsimError: the body cannot play it, or it has other joints or another frame rate.
+        PluginError: the body or the fitness fails.
+    """
+    motion = play(experiment, file.in_order(experiment.organism.joint_names())[None])
+    rate = motion.frame_rate
+    if file.frame_rate is not None and abs(file.frame_rate / rate - 1) > _SAME_RATE:
+        raise GaitsimError(
+            f"{file.path} has {file.frame_rate:g} frames a second",
+            allowed=f"{rate:g} Hz, at which this body plays",
+            remedy="resample it first",
+        )
+    return Individual.of_motion(experiment, motion, file.path)
 
 
 def read_gait(path: Path) -> GaitFile:

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, PluginError, RunError
+from gaitsim.individual import Individual
 from gaitsim.registry import plugin_errors
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import Replay, replay
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +22,7 @@ class Gait:
         angles: (frames, joints) float64, radians.
         joint_names: name of each joint.
         frame_rate: frames a second, Hz.
-        generation: where it was found.
+        generation: the generation of its individual; 0 where it has none.
         score: of its individual.
     """
 
@@ -34,31 +33,21 @@ class Gait:
     score: float
 
 
-def gait_of(run: Run, generation: int | None = None) -> Gait:
-    """The gait of the best individual of a run, or of one generation.
-
-    Raises:
-        RunError: there is no such generation, or no champion.
-        GaitsimError: the body has no joint angles.
-    """
-    return gait_of_replay(replay(run, generation))
-
-
-def gait_of_replay(replay: Replay) -> Gait:
-    """The gait of a kept individual.
+def gait_of(individual: Individual) -> Gait:
+    """Return the gait of an individual.
 
     Raises:
         GaitsimError: the body has no joint angles.
         PluginError: the body breaks its contract.
     """
-    organism, entry = replay.experiment.organism, replay.experiment.entries["organism"]
+    organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
     if "joint_angles" not in organism.channels:
         raise GaitsimError(
             f"{entry} has no joint angles",
-            where=str(replay.run.path),
+            where=str(individual.source),
             allowed="a body with the channel 'joint_angles'",
         )
-    motion = replay.motion
+    motion = individual.motion
     with plugin_errors(entry, "moving the champion"):
         angles = np.asarray(motion["joint_angles"][0], dtype=np.float64)
         names = tuple(str(name) for name in organism.joint_names())
@@ -73,7 +62,7 @@ def gait_of_replay(replay: Replay) -> Gait:
         raise PluginError(
             f"{entry} moves at {frame_rate} frames a second", where=entry.target, allowed="above 0"
         )
-    return Gait(angles, names, frame_rate, replay.generation, replay.score)
+    return Gait(angles, names, frame_rate, individual.generation, individual.score)
 
 
 def write_gait(gait: Gait, path: Path, format: str) -> None:

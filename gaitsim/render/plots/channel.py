@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitsim.errors import GaitsimError
+from gaitsim.individual import Individual
 from gaitsim.render.plots.channels import Signal, channels_of, read_signal
 from gaitsim.render.plots.components import Line, finite, lines_of
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import bars, grid
 from gaitsim.render.plots.request import LackingError, Request, stretch
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.runs.replay import Replay
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,34 +32,34 @@ def channel_figure(request: Request) -> "Figure":
             there is too much to draw.
         PluginError: the body cannot work it out.
     """
-    if len(request.replays) > _TOGETHER:
+    if len(request.individuals) > _TOGETHER:
         raise GaitsimError(
-            f"{len(request.replays)} generations do not fit on a plot",
+            f"{len(request.individuals)} generations do not fit on a plot",
             allowed=f"at most {_TOGETHER}, to be told apart",
         )
-    name = request.channel or usual_channel(request.replay)
-    signals = [read_signal(replay, name) for replay in request.replays]
+    name = request.channel or usual_channel(request.individual)
+    signals = [read_signal(individual, name) for individual in request.individuals]
     lines = [lines_of(signal, request.components) for signal in signals]
     parts = [stretch(len(signal.values), signal.rate, request.window) for signal in signals]
     with styled(request.theme):
         if len(signals) == 1 and signals[0].values.dtype.kind == "b":
             figure = _truths(signals[0], lines[0], parts[0], request.theme)
-            head(figure, heading_of(request.replays))
+            head(figure, heading_of(request.individuals))
             return figure
         return _numbers(request, signals, lines, parts)
 
 
-def usual_channel(replay: Replay) -> str:
+def usual_channel(individual: Individual) -> str:
     """The channel of a body that is drawn by default.
 
     Raises:
         LackingError: none is over time.
     """
-    timed = [name for name, channel in channels_of(replay).items() if channel.over_time]
+    timed = [name for name, channel in channels_of(individual).items() if channel.over_time]
     if not timed:
         raise LackingError(
-            f"{replay.experiment.entries['organism']} has no channel over time",
-            where=str(replay.run.path),
+            f"{individual.experiment.entries['organism']} has no channel over time",
+            where=str(individual.source),
             allowed="a channel with the axes (population, frames, …)",
         )
     return next((name for name in USUAL if name in timed), timed[0])
@@ -97,8 +97,8 @@ def _numbers(
     figure, places = grid(len(panels), WIDTH, columns=columns, height=_height(len(panels)))
     for axes, (title, indices) in zip(places, panels.items(), strict=True):
         drawn: list[tuple[str, Any, int]] = []
-        for which, replay in enumerate(request.replays):
-            label = f"generation {replay.generation}" if several else ""
+        for which, individual in enumerate(request.individuals):
+            label = f"generation {individual.generation}" if several else ""
             drawn += [
                 (label or _rest(lines[which][i], title), lines[which][i], which) for i in indices
             ]
@@ -120,7 +120,7 @@ def _numbers(
         )
     handles, labels = places[0].get_legend_handles_labels()
     single = len(labels) == 1 and not several
-    text = heading_of(request.replays)
+    text = heading_of(request.individuals)
     head(figure, text, *(((), ()) if single else (handles, labels)))
     return figure
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Channel
 from gaitsim.errors import GaitsimError, PluginError, nearest
+from gaitsim.individual import Individual
 from gaitsim.registry import plugin_errors
-from gaitsim.runs.replay import Replay
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,28 +32,28 @@ class Signal:
     rate: float
 
 
-def channels_of(replay: Replay) -> Mapping[str, Channel]:
+def channels_of(individual: Individual) -> Mapping[str, Channel]:
     """The declared channels of the individual's body."""
-    return replay.experiment.organism.channels
+    return individual.experiment.organism.channels
 
 
-def read_values(replay: Replay, name: str) -> NDArray[Any]:
+def read_values(individual: Individual, name: str) -> NDArray[Any]:
     """Return a channel of the individual, without the axis of the population.
 
     Raises:
         GaitsimError: the body has no such channel; lists those that it has.
         PluginError: the body cannot compute it, or it has other axes than declared.
     """
-    entry, channels = replay.experiment.entries["organism"], channels_of(replay)
+    entry, channels = individual.experiment.entries["organism"], channels_of(individual)
     if name not in channels:
         raise GaitsimError(
             f"{entry} has no channel {name!r}",
-            where=str(replay.run.path),
+            where=str(individual.source),
             allowed="".join(f"\n    {one}: {channel}" for one, channel in channels.items()),
             remedy=nearest(name, [*channels]),
         )
     with plugin_errors(entry, f"working out the channel {name!r}"):
-        values = np.asarray(replay.motion[name])
+        values = np.asarray(individual.motion[name])
     if values.shape[:1] != (1,) or not channels[name].fits(values.shape):
         raise PluginError(
             f"{entry} gave the channel {name!r} with the shape {values.shape} for one individual",
@@ -64,23 +64,23 @@ def read_values(replay: Replay, name: str) -> NDArray[Any]:
     return one
 
 
-def count_trials(replay: Replay) -> int:
+def count_trials(individual: Individual) -> int:
     """Return from how many starts the individual moved; its skeleton shows the first."""
-    for name, channel in channels_of(replay).items():
+    for name, channel in channels_of(individual).items():
         if "trials" in channel.axes:
-            return int(read_values(replay, name).shape[channel.axes.index("trials")])
+            return int(read_values(individual, name).shape[channel.axes.index("trials")])
     return 1
 
 
-def read_signal(replay: Replay, name: str) -> Signal:
+def read_signal(individual: Individual, name: str) -> Signal:
     """Return a channel of the individual over time, with names for all entries.
 
     Raises:
         GaitsimError: the body has no such channel, or it is not over time.
         PluginError: the body cannot compute it, or its values are not real numbers.
     """
-    organism, entry = replay.experiment.organism, replay.experiment.entries["organism"]
-    values = read_values(replay, name)
+    organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
+    values = read_values(individual, name)
     channel = organism.channels[name]
     if values.dtype.kind not in "biuf":
         raise PluginError(
@@ -96,12 +96,12 @@ def read_signal(replay: Replay, name: str) -> Signal:
         )
     with plugin_errors(entry, "naming its joints"):
         names = {"joints": tuple(map(str, organism.joint_names()))}
-    names["feet"] = replay.skeleton.contact_names
+    names["feet"] = individual.skeleton.contact_names
     entries = tuple(
         _entries(axis, length, names)
         for axis, length in zip(channel.axes[1:], values.shape[1:], strict=True)
     )
-    return Signal(name, channel, values, entries, replay.motion.frame_rate)
+    return Signal(name, channel, values, entries, individual.motion.frame_rate)
 
 
 def _entries(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.plots.labels import head, heading_of_run, numeral
+from gaitsim.render.plots.labels import head, heading_of_experiment, numeral
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
 from gaitsim.runs.files.folder import CHAMPIONS
 from gaitsim.runs.reader import Run
@@ -61,7 +61,7 @@ def fitness_figure(
         set_generations(axes, history)
         if not np.isfinite(history["best"]).all():
             axes.set_title("generations without a finite score are left out", fontsize=7)
-        head(figure, heading_of_run(run), *axes.get_legend_handles_labels())
+        head(figure, heading_of_experiment(run.experiment), *axes.get_legend_handles_labels())
     return figure
 
 
@@ -137,9 +137,14 @@ def _mark_champions(axes: "Axes", run: Run, history: History, theme: Theme) -> N
             **style,
         )
     if np.isfinite(history["best"]).any():
-        number, score, _ = run.champion()
+        champion = run.individual()
         axes.plot(
-            number, score, marker="D", markersize=3.5, label=f"champion: {numeral(score)}", **style
+            champion.generation,
+            champion.score,
+            marker="D",
+            markersize=3.5,
+            label=f"champion: {numeral(champion.score)}",
+            **style,
         )
 
 

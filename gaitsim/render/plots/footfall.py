@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.gait.contact import feet_of as measured
+from gaitsim.individual import Individual
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import bars
 from gaitsim.render.plots.request import LackingError, Request, stretch
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.runs.replay import Replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,9 +30,9 @@ def footfall_figure(request: Request) -> "Figure":
     """
     from matplotlib.figure import Figure
 
-    replay, theme = request.replay, request.theme
-    touching, names = feet_of(replay)
-    rate = replay.skeleton.frame_rate
+    individual, theme = request.individual, request.theme
+    touching, names = feet_of(individual)
+    rate = individual.skeleton.frame_rate
     part = stretch(len(touching), rate, request.window, USUAL)
     if request.window is None and _landings(touching[part]).max(initial=0) < 2:
         part = stretch(len(touching), rate, None)
@@ -50,21 +50,21 @@ def footfall_figure(request: Request) -> "Figure":
         duty.tick_params(length=0)
         duty.spines["right"].set_visible(False)
         duty.set_ylabel("duty factor")
-        head(figure, heading_of([replay]))
+        head(figure, heading_of([individual]))
     return figure
 
 
-def feet_of(replay: Replay) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+def feet_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """When each foot is on the ground, (frames, feet), and the feet's names.
 
     Raises:
         LackingError: the body has no feet.
     """
-    skeleton = replay.skeleton
+    skeleton = individual.skeleton
     if skeleton.touching is None or not skeleton.touching.shape[1]:
         raise LackingError(
-            f"{replay.experiment.entries['organism']} has no feet on the ground to plot",
-            where=str(replay.run.path),
+            f"{individual.experiment.entries['organism']} has no feet on the ground to plot",
+            where=str(individual.source),
             allowed="a body whose skeleton has contacts, and says when they touch the ground",
         )
     count = skeleton.touching.shape[1]

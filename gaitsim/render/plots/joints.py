@@ -26,21 +26,21 @@ def joints_figure(request: Request) -> "Figure":
         LackingError: the body has no joint angles.
         GaitsimError: the window holds none of the motion.
     """
-    replay, theme = request.replay, request.theme
-    if "joint_angles" not in channels_of(replay):
+    individual, theme = request.individual, request.theme
+    if "joint_angles" not in channels_of(individual):
         raise LackingError(
-            f"{replay.experiment.entries['organism']} has no joint angles to plot",
-            where=str(replay.run.path),
+            f"{individual.experiment.entries['organism']} has no joint angles to plot",
+            where=str(individual.source),
             allowed="a body with the channel 'joint_angles'",
             remedy="--kind channel plots any of its channels",
         )
-    signal = read_signal(replay, "joint_angles")
+    signal = read_signal(individual, "joint_angles")
     part = stretch(len(signal.values), signal.rate, request.window, USUAL)
     degrees = np.degrees(finite(signal.values[part]))
     times = np.arange(part.start, part.stop) / signal.rate
     names = signal.entries[-1]
     legs = legs_of(names)
-    feet = dict(zip(replay.skeleton.contact_names, _touching(request, part), strict=False))
+    feet = dict(zip(individual.skeleton.contact_names, _touching(request, part), strict=False))
     with styled(theme):
         sides = _sides([*legs])
         figure, panels = grid(
@@ -68,7 +68,7 @@ def joints_figure(request: Request) -> "Figure":
             handles.append(Patch(facecolor=theme.faint, alpha=0.5))
             labels.append("stance")
         one = len(legs) == len(names) > 1 or labels == [""]
-        head(figure, heading_of([replay]), *(((), ()) if one else (handles, labels)))
+        head(figure, heading_of([individual]), *(((), ()) if one else (handles, labels)))
     return figure
 
 
@@ -96,5 +96,5 @@ def _sides(legs: Sequence[str]) -> bool:
 
 
 def _touching(request: Request, part: slice) -> Sequence[np.ndarray]:
-    skeleton = request.replay.skeleton
+    skeleton = request.individual.skeleton
     return () if skeleton.touching is None else [*np.asarray(skeleton.touching[part], bool).T]

@@ -58,8 +58,8 @@ def file_stem(kind: str, request: Request) -> str:
         return kind
     parts = [kind]
     if kind == "channel":
-        parts += [request.channel or usual_channel(request.replay), *request.components]
-    numbers = [str(replay.generation) for replay in request.replays]
+        parts += [request.channel or usual_channel(request.individual), *request.components]
+    numbers = [str(individual.generation) for individual in request.individuals]
     if not KINDS[kind].several:
         numbers = numbers[:1]
     shown = "-".join(numbers) if len(numbers) <= 4 else f"{numbers[0]}-to-{numbers[-1]}"

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitsim.experiment import Experiment
+from gaitsim.individual import Individual
 from gaitsim.render.plots.style import WIDTH
-from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import Replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,24 +30,24 @@ def numeral(value: float) -> str:
     return f"{value:.4g}".replace("-", "−")
 
 
-def heading_of_run(run: Run) -> str:
+def heading_of_experiment(experiment: Experiment) -> str:
     """The experiment's name and seed."""
-    return _named(run, "")
+    return _named(experiment, "")
 
 
-def heading_of(replays: Sequence[Replay]) -> str:
+def heading_of(individuals: Sequence[Individual]) -> str:
     """The same with the generation and the score, or with the generations."""
-    numbers = ", ".join(str(replay.generation) for replay in replays)
-    one = replays[0]
-    if len(replays) > 1:
-        return _named(one.run, f", generations {shortened(numbers, 24)}")
-    return _named(one.run, f", generation {numbers}, score {numeral(one.score)}")
+    numbers = ", ".join(str(individual.generation) for individual in individuals)
+    one = individuals[0]
+    if len(individuals) > 1:
+        return _named(one.experiment, f", generations {shortened(numbers, 24)}")
+    return _named(one.experiment, f", generation {numbers}, score {numeral(one.score)}")
 
 
-def _named(run: Run, more: str) -> str:
+def _named(experiment: Experiment, more: str) -> str:
     """What more there is to say, behind as much of the name as there is room for."""
-    rest = f", seed {run.experiment.seed}{more}"
-    name = " ".join(run.experiment.name.split())
+    rest = f", seed {experiment.seed}{more}"
+    name = " ".join(experiment.name.split())
     return shortened(name, max(10, _HEADING - len(rest))) + rest
 
 

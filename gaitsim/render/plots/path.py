@@ -49,15 +49,15 @@ def path_figure(request: Request) -> "Figure":
         LackingError: the body is nowhere in a frame.
         GaitsimError: the window holds none of the motion.
     """
-    replay, theme = request.replay, request.theme
-    skeleton = replay.skeleton
+    individual, theme = request.individual, request.theme
+    skeleton = individual.skeleton
     part = stretch(len(skeleton.segments), skeleton.frame_rate, request.window)
     scene = scene_of(skeleton, part)
     if scene is None:
         raise LackingError(
-            f"{replay.experiment.entries['organism']} is nowhere in this motion: its skeleton "
+            f"{individual.experiment.entries['organism']} is nowhere in this motion: its skeleton "
             "holds no finite numbers",
-            where=str(replay.run.path),
+            where=str(individual.source),
         )
     points = np.concatenate([scene.path, scene.bodies.reshape(-1, 3)])
     low, high = points.min(axis=0), points.max(axis=0)
@@ -75,9 +75,9 @@ def path_figure(request: Request) -> "Figure":
         scale = _measured(space)
         space.clear()
         _corner_view(space, scene, low, high, scale, theme)
-        text = heading_of([replay])
+        text = heading_of([individual])
         handles, labels = space.get_legend_handles_labels()
-        if (trials := count_trials(replay)) > 1:
+        if (trials := count_trials(individual)) > 1:
             labels[0] += f", first of {trials} trials"
         if scene.factor > 1:
             text += f"; body × {scene.factor:g}"

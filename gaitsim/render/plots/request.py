@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from gaitsim.errors import GaitsimError
+from gaitsim.individual import Individual
 from gaitsim.render.plots.style import LIGHT, Theme
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import Replay
 
 
 class LackingError(GaitsimError):
@@ -18,7 +18,7 @@ class Request:
 
     Attributes:
         run: whose plot it is.
-        replays: individuals to draw; one or more for kinds of motion.
+        individuals: to draw; one or more for kinds of motion.
         channel: of the motion, None for the first of what is usual.
         components: names or indices of what to draw of the channel; () draws all.
         window: first and last second, None for what suits the kind.
@@ -26,16 +26,16 @@ class Request:
     """
 
     run: Run
-    replays: tuple[Replay, ...] = ()
+    individuals: tuple[Individual, ...] = ()
     channel: str | None = None
     components: tuple[str, ...] = ()
     window: tuple[float, float] | None = None
     theme: Theme = LIGHT
 
     @property
-    def replay(self) -> Replay:
+    def individual(self) -> Individual:
         """The individual, of kinds that draw one."""
-        return self.replays[0]
+        return self.individuals[0]
 
 
 def stretch(

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.individual import Individual
 from gaitsim.render.plots.channels import channels_of, read_values
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.footfall import feet_of
@@ -12,7 +13,6 @@ from gaitsim.render.plots.labels import head, heading_of
 from gaitsim.render.plots.panels import intervals, shade
 from gaitsim.render.plots.request import Request, stretch
 from gaitsim.render.plots.style import WIDTH, styled
-from gaitsim.runs.replay import Replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,10 +32,10 @@ def stability_figure(request: Request) -> "Figure":
     """
     from matplotlib.figure import Figure
 
-    replay, theme = request.replay, request.theme
-    touching, _ = feet_of(replay)
-    margin = margin_of(replay)
-    rate = replay.skeleton.frame_rate
+    individual, theme = request.individual, request.theme
+    touching, _ = feet_of(individual)
+    margin = margin_of(individual)
+    rate = individual.skeleton.frame_rate
     part = stretch(min(len(margin), len(touching)), rate, request.window)
     times = np.arange(part.start, part.stop) / rate
     shown = margin[part]
@@ -70,15 +70,15 @@ def stability_figure(request: Request) -> "Figure":
         below.set_xlabel("time (s)")
         below.set_xlim(times[0], times[-1])
         figure.align_ylabels()
-        head(figure, heading_of([replay]), *axes.get_legend_handles_labels())
+        head(figure, heading_of([individual]), *axes.get_legend_handles_labels())
     return figure
 
 
-def margin_of(replay: Replay) -> NDArray[np.float64]:
+def margin_of(individual: Individual) -> NDArray[np.float64]:
     """The static stability margin, (frames,), metres; −inf where no foot is on the ground."""
-    channel = channels_of(replay).get("margin")
+    channel = channels_of(individual).get("margin")
     if channel is not None and channel.axes == ("frames",):
-        return np.asarray(read_values(replay, "margin"), dtype=np.float64)
+        return np.asarray(read_values(individual, "margin"), dtype=np.float64)
     from gaitsim.gait import stability_margin
 
-    return np.asarray(stability_margin(replay.skeleton), dtype=np.float64)
+    return np.asarray(stability_margin(individual.skeleton), dtype=np.float64)

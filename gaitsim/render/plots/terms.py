@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitsim.render.plots.fitness import mark_stages, set_generations, stages
-from gaitsim.render.plots.labels import head, heading_of_run, shortened
+from gaitsim.render.plots.labels import head, heading_of_experiment, shortened
 from gaitsim.render.plots.panels import grid
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.style import WIDTH, styled
@@ -53,5 +53,9 @@ def terms_figure(request: Request) -> "Figure":
             set_generations(axes, history, ticks=3 if len(names) > 1 else 6)
         figure.supxlabel("generation", fontsize=8)
         figure.supylabel("term of the score", fontsize=8)
-        head(figure, heading_of_run(request.run), *panels[0].get_legend_handles_labels())
+        head(
+            figure,
+            heading_of_experiment(request.run.experiment),
+            *panels[0].get_legend_handles_labels(),
+        )
     return figure

@@ -8,11 +8,11 @@ import numpy as np
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
+from gaitsim.individual import Individual
 from gaitsim.live.course import Course
 from gaitsim.live.protocol import Best, Event, Snapshot
 from gaitsim.runs.files.folder import EXPERIMENT
 from gaitsim.runs.reader import Run
-from gaitsim.runs.replay import motion_of, skeleton_of
 from gaitsim.toml import parse
 
 EVENTS_KEPT = 200
@@ -82,4 +82,6 @@ class Stage:
         if not champion.genome:
             raise RunError("the champion cannot be read", remedy="see what 'gaitsim show' says")
         genome = np.array(champion.genome, dtype=experiment.space().dtype)
-        return skeleton_of(experiment, motion_of(experiment, genome))
+        return Individual(
+            experiment, champion.score, {}, champion.generation, genome, self._run.path
+        ).skeleton

@@ -136,8 +136,8 @@ class ReplayPane(Vertical):
         if self._wanted == self._asked:
             self._wanted = self._asked = shown.generation
             self.slider.value = shown.generation
-        self.canvas.set_skeleton(shown.skeleton)
-        self.feet.set_skeleton(shown.skeleton)
+        self.canvas.set_skeleton(shown.individual.skeleton)
+        self.feet.set_skeleton(shown.individual.skeleton)
         self.feet.frame = self.canvas.frame
         self._fill()
         self.post_message(self.Changed(self))
@@ -169,7 +169,7 @@ class ReplayPane(Vertical):
             title.append(f"  {'generation ' if wide else ''}{shown.generation}")
             title.append(f"/{shown.last}", "dim")
             title.append(" ★" if shown.generation == shown.champion else "")
-            title.append(f"  {'score ' if wide else ''}{number(shown.score)}")
+            title.append(f"  {'score ' if wide else ''}{number(shown.individual.score)}")
             if shown.stage[1] > 1 and wide:
                 title.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
         if self._loading is not None:
@@ -201,9 +201,11 @@ class ReplayPane(Vertical):
         """Measures, terms, and where the generation is on the curve."""
         shown = self.shown
         assert shown is not None, "something was read"
-        rows = [(name, f"{number(value)} {unit}".rstrip()) for name, (value, unit) in
-                shown.measures.items()]  # fmt: skip
-        terms = [(name, number(value)) for name, value in shown.terms.items()]
+        rows = [
+            (name, f"{number(one.value)} {one.unit}".rstrip())
+            for name, one in shown.measurements.items()
+        ]
+        terms = [(name, number(value)) for name, value in shown.individual.terms.items()]
         text = Text(no_wrap=True, overflow="ellipsis")
         for heading, lines in (("measures", rows), ("terms of the score", terms)):
             if lines:

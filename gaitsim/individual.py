@@ -1,0 +1,173 @@
+"""One genome with its score, and how its body moves."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Motion, Skeleton
+from gaitsim.errors import PluginError
+from gaitsim.evaluation.scoring import evaluate_motion
+from gaitsim.experiment import Experiment
+from gaitsim.registry import plugin_errors
+from gaitsim.repr_mixin import ReprField, ReprMixin
+
+
+class Measurement(NamedTuple):
+    """One measure of a motion: its value, unit and meaning."""
+
+    value: float
+    unit: str
+    help: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Individual(ReprMixin):
+    """An individual of a search, or a gait from a file.
+
+    Attributes:
+        experiment: the experiment in force when the individual was evaluated.
+        score: its score then; of a gait from a file, the score of its motion.
+        terms: the terms of that score by name.
+        generation: its generation, counted from 1; 0 for a gait from a file.
+        genome: (genes,); None for a gait from a file.
+        source: the run's folder or the gait's file; None where nothing is recorded.
+        played: the motion of a gait from a file, a population of one.
+    """
+
+    experiment: Experiment
+    score: float
+    terms: Mapping[str, float]
+    generation: int = 0
+    genome: NDArray[Any] | None = None
+    source: Path | None = None
+    played: Motion | None = None
+
+    @classmethod
+    def of_motion(
+        cls, experiment: Experiment, motion: Motion, source: Path | None = None
+    ) -> "Individual":
+        """Score a motion, a population of one, that no genome made.
+
+        Raises:
+            PluginError: the fitness cannot evaluate it.
+        """
+        terms = score_terms(experiment, motion)
+        return cls(experiment, sum(terms.values()), terms, source=source, played=motion)
+
+    @property
+    def title(self) -> str:
+        """Where it comes from, in words."""
+        if not self.generation:
+            return f"{self.source} on the {self.experiment.entries['organism'].name}"
+        return f"{self.source or self.experiment.name}, best of generation {self.generation}"
+
+    @property
+    def name(self) -> str:
+        """The name of the run's folder; of what is not recorded, the experiment's."""
+        return self.source.resolve().name if self.source else self.experiment.name
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Its motion, a population of one: channels by name, (1, frames, …) each.
+
+        Raises:
+            PluginError: the body cannot move it.
+        """
+        if self.played is not None:
+            return self.played
+        if self.genome is None:
+            raise ValueError("an individual has a genome or a motion")
+        with plugin_errors(self.experiment.entries["organism"], "moving the champion"):
+            return self.experiment.organism.move(self.genome[None].copy())
+
+    @cached_property
+    def skeleton(self) -> Skeleton:
+        """Its body over time, as line segments in metres.
+
+        Raises:
+            PluginError: the body cannot be drawn.
+        """
+        entry, motion = self.experiment.entries["organism"], self.motion
+        with plugin_errors(entry, "drawing the champion"):
+            skeleton: object = self.experiment.organism.skeleton(motion, 0)
+        if isinstance(skeleton, Skeleton):
+            return skeleton
+        raise PluginError(
+            f"{entry} gave a {type(skeleton).__name__} from skeleton()",
+            where=entry.target,
+            allowed="a gaitsim.contracts.Skeleton",
+            remedy=f"update {entry.package}, or report it to its author",
+        )
+
+    @cached_property
+    def measurements(self) -> dict[str, Measurement]:
+        """The body's measures of its motion by name, with units.
+
+        Raises:
+            PluginError: the body cannot measure it.
+        """
+        motion = self.motion
+        with plugin_errors(self.experiment.entries["organism"], "measuring the champion"):
+            return {
+                str(name): Measurement(float(measure.values[0]), str(measure.unit), measure.help)
+                for name, measure in self.experiment.organism.measures(motion).items()
+            }
+
+    @property
+    def measures(self) -> dict[str, float]:
+        """The values of `measurements`, such as metres walked forward, by name.
+
+        Raises:
+            PluginError: the body cannot measure it.
+        """
+        return {name: measurement.value for name, measurement in self.measurements.items()}
+
+    @cached_property
+    def replayed_terms(self) -> dict[str, float]:
+        """The terms of its motion as the installed body and fitness give them now.
+
+        Raises:
+            PluginError: the body or the fitness fails.
+        """
+        return score_terms(self.experiment, self.motion)
+
+    @property
+    def replayed_score(self) -> float:
+        """The sum of `replayed_terms`."""
+        return sum(self.replayed_terms.values())
+
+    @property
+    def joint_angles(self) -> NDArray[np.float64] | None:
+        """(frames, joints), radians; None where the body has none."""
+        if "joint_angles" not in self.experiment.organism.channels:
+            return None
+        return np.asarray(self.motion["joint_angles"][0], dtype=np.float64)
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "experiment": self.experiment.name,
+            "generation": self.generation or "",
+            "score": self.score,
+        }
+
+    def _repr_details(self) -> Mapping[str, ReprField]:
+        measured = {
+            f"{name}, {one.unit}" if one.unit else name: one.value
+            for name, one in self.measurements.items()
+        }
+        return {**self._repr_fields(), "measures": measured}
+
+
+def score_terms(experiment: Experiment, motion: Motion) -> dict[str, float]:
+    """Return the terms of the score of the first individual of a motion.
+
+    Raises:
+        PluginError: the fitness cannot evaluate it.
+    """
+    evaluation = evaluate_motion(experiment, motion, motion.population)
+    return {name: float(values[0]) for name, values in evaluation.terms.items()}
