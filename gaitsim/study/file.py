@@ -22,7 +22,7 @@ from gaitsim.registry.presets import read_preset
 SCHEMA = 1
 MOST_CELLS = 100_000
 EXPERIMENT = "experiment"  # the axis that every study has
-STATISTICS = ("mean", "sd", "median", "q25", "q75", "min", "max")
+STATISTICS = ("mean", "std", "median", "q25", "q75", "min", "max")
 RESERVED = (EXPERIMENT, "generation", "evaluations", "repeats", *STATISTICS)
 
 Scalar = int | float | str | bool

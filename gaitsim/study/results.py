@@ -4,13 +4,16 @@ import csv
 import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.study.file import EXPERIMENT, STATISTICS, Cell, Scalar, Study
 from gaitsim.study.running import Best, recorded
 
 POPULATION = "evolution.population"
+TABLE, REPORT = "results.csv", "report.md"
 
 
 def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
@@ -37,8 +40,8 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
         # Of repeats that failed, with −inf, what has no value is NaN.
         with np.errstate(invalid="ignore"):
             q25, median, q75 = np.quantile(best, [0.25, 0.5, 0.75], axis=0)
-            sd = best.std(axis=0, ddof=1) if len(best) > 1 else np.zeros(best.shape[1])
-        columns = (best.mean(axis=0), sd, median, q25, q75, best.min(axis=0), best.max(axis=0))
+            std = best.std(axis=0, ddof=1) if len(best) > 1 else np.zeros(best.shape[1])
+        columns = (best.mean(axis=0), std, median, q25, q75, best.min(axis=0), best.max(axis=0))
         for row in range(len(generations)):
             writer.writerow(
                 [
@@ -97,3 +100,55 @@ def first_reached(study: Study, results: Iterable[tuple[Cell, Best]]) -> list[Re
         cheapest[name][1] if name in cheapest else Reached(name, None, None, highest[name], {})
         for name in study.experiments
     ]
+
+
+def summary(
+    study: Study, results: Iterable[tuple[Cell, Best]]
+) -> tuple[list[str], list[list[str]]]:
+    """Return columns and rows of the cells that first reached the target, with published ones."""
+    others = [axis for axis in study.axes if axis != POPULATION]
+    columns = ["experiment", "population / generations", *others, "mean"]
+    if study.published:
+        columns.append("published")
+    rows = []
+    for found in first_reached(study, results):
+        if found.population is None:
+            blanks = [""] * len(others)
+            row = [found.experiment, "never", *blanks, f"at most {_number(found.mean)}"]
+        else:
+            row = [
+                found.experiment,
+                f"{found.population} / {found.generations}",
+                *(str(found.point[axis]) for axis in others),
+                _number(found.mean),
+            ]
+        if study.published:
+            cell = study.published.get(found.experiment)
+            row.append(f"{cell.population} / {cell.generations}" if cell else "never")
+        rows.append(row)
+    return columns, rows
+
+
+def _number(value: float) -> str:
+    return f"{value:z.3f}".replace("-", "−")
+
+
+def title(study: Study) -> str:
+    """Return the heading of the summary."""
+    return f"Cheapest population and generations that reach {study.target:g}"
+
+
+def write_results(folder: Path, study: Study, results: Sequence[tuple[Cell, Best]]) -> None:
+    """Write the table and, where the study has a target, the report.
+
+    Raises:
+        RunError: a file cannot be written.
+    """
+    (folder / REPORT).unlink(missing_ok=True)
+    write_bytes(folder / TABLE, table(study, results).encode())
+    if study.target is None:
+        return
+    lines = [f"# {study.name}", "", study.description, "", f"## {title(study)}", ""]
+    lines += [*markdown(*summary(study, results)), ""]
+    lines += [f"Rule: {RULE}. Means of {study.repeats} repeats.", ""]
+    write_bytes(folder / REPORT, "\n".join(lines).encode())

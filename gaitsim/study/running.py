@@ -1,7 +1,8 @@
-"""A study on disk, cell by cell: stopped at any time, gone on with at the finished cell."""
+"""A study on disk, cell by cell: it can be stopped at any time, and resumes after the last cell."""
 
 import hashlib
 import io
+import json
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,7 +17,8 @@ from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.atomic import write_bytes, writing
-from gaitsim.study.file import Cell
+from gaitsim.runs.reader import versions
+from gaitsim.study.file import Cell, Study
 
 CELLS = "cells"
 
@@ -43,12 +45,12 @@ def run_cell(experiment: Experiment, repeats: int, every: int) -> Best:
     return np.stack(best, axis=1)
 
 
-def finished(folder: Path, cell: Cell, repeats: int, every: int) -> Best | None:
-    """The result of a cell that is done; None of one that is not, or is damaged."""
-    shape = (repeats, len(recorded(cell.experiment, every)))
+def finished(folder: Path, study: Study, cell: Cell) -> Best | None:
+    """Return the result of a cell; None where it is not finished, or damaged."""
+    shape = (study.repeats, len(recorded(cell.experiment, study.record_every)))
     size = 8 * math.prod(shape)
     try:
-        data = _file(folder, cell).read_bytes()
+        data = _file(folder, study, cell).read_bytes()
     except OSError:
         return None
     whole = io.BytesIO()
@@ -61,27 +63,36 @@ def finished(folder: Path, cell: Cell, repeats: int, every: int) -> Best | None:
     return None if np.isnan(best).any() else best
 
 
+def results(
+    folder: Path, study: Study, cells: Sequence[Cell]
+) -> tuple[list[tuple[Cell, Best]], list[Cell]]:
+    """Return the finished cells with their results, and the cells that are missing."""
+    found = [(cell, finished(folder, study, cell)) for cell in cells]
+    return (
+        [(cell, best) for cell, best in found if best is not None],
+        [cell for cell, best in found if best is None],
+    )
+
+
 def run_cells(
     folder: Path,
+    study: Study,
     cells: Sequence[Cell],
-    repeats: int,
-    every: int,
     workers: int | None,
     on_warning: OnWarning = lambda text: None,
     cluster: Executor | None = None,
 ) -> Iterator[Cell]:
-    """Run cells over worker processes and write each as it is done; yields those done.
+    """Run cells in worker processes; write and yield each when it is finished.
 
-    Whoever stops iterating ends the workers; what is not written is run again next time.
+    Closing the iterator ends the workers. Unfinished cells run again next time.
 
     Args:
-        folder: of the study.
-        cells: what to run.
-        repeats: of each.
-        every: so many generations are recorded.
-        workers: how many; None for as many as there are cores.
+        folder: the study's folder.
+        study: how often each cell is repeated, and which generations are recorded.
+        cells: the cells to run.
+        workers: number of processes; None for one a core.
         on_warning: called with a message for the user when workers died.
-        cluster: workers elsewhere, instead; whoever made it ends it.
+        cluster: workers to use instead of processes; the caller closes it.
 
     Raises:
         GaitsimError: a cell fails, or ends its workers again and again, or a result cannot
@@ -91,20 +102,15 @@ def run_cells(
         (folder / CELLS).mkdir(exist_ok=True)
     # The longest first, so that no core is left with it at the end.
     ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
-    tasks = [(cell.experiment, repeats, every) for cell in ordered]
-    own = (
-        ProcessExecutor(min(workers or cores(), max(1, len(cells))), on_warning)
-        if cluster is None
-        else None
-    )
-    executor = cluster or own
-    assert executor is not None
+    tasks = [(cell.experiment, study.repeats, study.record_every) for cell in ordered]
+    count = min(workers or cores(), max(1, len(cells)))
+    executor = ProcessExecutor(count, on_warning) if cluster is None else cluster
     try:
         executor.check(cell.experiment for cell in ordered)
         for place, best in executor.each(_run_cell, tasks):
             file = io.BytesIO()
             np.save(file, best, allow_pickle=False)
-            write_bytes(_file(folder, ordered[place]), file.getvalue())
+            write_bytes(_file(folder, study, ordered[place]), file.getvalue())
             yield ordered[place]
     except WorkerLostError as error:
         raise GaitsimError(
@@ -112,8 +118,8 @@ def run_cells(
             remedy="give fewer --workers, if memory was short",
         ) from None
     finally:
-        if own is not None:
-            own.close()
+        if executor is not cluster:
+            executor.close()
 
 
 def _run_cell(task: tuple[Experiment, int, int]) -> Best:
@@ -124,7 +130,10 @@ def _work(experiment: Experiment) -> int:
     return experiment.individuals * experiment.evolution.generations
 
 
-def _file(folder: Path, cell: Cell) -> Path:
-    """Where a cell's result lies; that of another experiment or plugin's version lies elsewhere."""
-    digest = hashlib.sha256(repr(cell.experiment).encode()).hexdigest()[:12]
+def _file(folder: Path, study: Study, cell: Cell) -> Path:
+    """Return the file of a cell's result, named after everything that the result depends on."""
+    experiment = cell.experiment
+    generations = recorded(experiment, study.record_every).tolist()
+    parts = [experiment.to_toml(), versions(experiment), study.repeats, generations]
+    digest = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
     return folder / CELLS / f"{cell.index:06d}-{digest}.npy"

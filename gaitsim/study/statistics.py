@@ -26,13 +26,13 @@ class Description:
 
     Attributes:
         n: how many values.
-        mean, sd, median, q25, q75, minimum, maximum: of the values.
+        mean, std, median, q25, q75, minimum, maximum: of the values.
         median_low, median_high: bootstrap confidence interval of the median.
     """
 
     n: int
     mean: float
-    sd: float
+    std: float
     median: float
     q25: float
     q75: float
@@ -67,7 +67,7 @@ def describe(values: ArrayLike, rng: np.random.Generator) -> Description:
     return Description(
         n=len(sample),
         mean=float(sample.mean()),
-        sd=float(sample.std(ddof=1)) if len(sample) > 1 else 0.0,
+        std=float(sample.std(ddof=1)) if len(sample) > 1 else 0.0,
         median=float(median),
         q25=float(q25),
         q75=float(q75),

@@ -19,7 +19,7 @@ def test_description_of_a_known_sample() -> None:
     found = describe([1, 2, 3, 4, 100], np.random.default_rng(0))
     assert (found.n, found.median, found.q25, found.q75) == (5, 3, 2, 4)
     assert (found.minimum, found.maximum, found.mean) == (1, 100, 22)
-    assert found.sd == pytest.approx(np.std([1, 2, 3, 4, 100], ddof=1))
+    assert found.std == pytest.approx(np.std([1, 2, 3, 4, 100], ddof=1))
     assert found.median_low <= found.median <= found.median_high
 
 
@@ -36,7 +36,7 @@ def test_the_interval_of_the_median_covers_it_as_often_as_it_says() -> None:
 
 def test_a_constant_sample_has_an_interval_of_no_width() -> None:
     found = describe([2.0] * 7, np.random.default_rng(0))
-    assert (found.median_low, found.median_high, found.sd) == (2, 2, 0)
+    assert (found.median_low, found.median_high, found.std) == (2, 2, 0)
 
 
 @given(SAMPLES, SAMPLES)

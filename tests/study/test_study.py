@@ -11,7 +11,7 @@ from gaitsim.evaluation.executors import WorkerLostError
 from gaitsim.evaluation.processes import ProcessExecutor
 from gaitsim.study.file import cells, parse_study, read_study
 from gaitsim.study.results import first_reached, table
-from gaitsim.study.running import finished, recorded, run_cell, run_cells
+from gaitsim.study.running import finished, recorded, results, run_cell, run_cells
 
 SMALL = """
 name = "small"
@@ -101,16 +101,40 @@ DAMAGE = [b"", b"PK\x03\x04garbage", b"\x93NUMPY\x01\x00\x10\x00((((((((((((((((
 
 @pytest.mark.parametrize("damage", [*DAMAGE, "nan"])
 def test_a_damaged_cell_is_not_done(tmp_path, damage) -> None:
-    (cell, *_) = cells(parse_study(SMALL, "small.toml"))
-    list(run_cells(tmp_path, [cell], 4, 4, 1))
-    best = finished(tmp_path, cell, 4, 4)
+    study = parse_study(SMALL, "small.toml")
+    (cell, *_) = cells(study)
+    list(run_cells(tmp_path, study, [cell], 1))
+    best = finished(tmp_path, study, cell)
     assert best.shape == (4, 2)
     (file,) = (tmp_path / "cells").iterdir()
     if damage == "nan":
         np.save(file, np.full((4, 2), np.nan))
     else:
         file.write_bytes(damage)
-    assert finished(tmp_path, cell, 4, 4) is None
+    assert finished(tmp_path, study, cell) is None
+
+
+@pytest.mark.parametrize(
+    "change", ["[2, 3]|[4, 5]", "record_every = 4|record_every = 5", "repeats = 4|repeats = 5"]
+)
+def test_a_changed_study_reuses_no_result(tmp_path, change) -> None:
+    text = SMALL.replace("{ from = 5, to = 9, step = 2 }", "[5]")
+    study = parse_study(text, "small.toml")
+    list(run_cells(tmp_path, study, cells(study), 1))
+    assert results(tmp_path, study, cells(study))[1] == []
+    changed = parse_study(text.replace(*change.split("|")), "small.toml")
+    assert results(tmp_path, changed, cells(changed))[0] == []
+
+
+def test_a_result_of_another_version_of_a_plugin_is_not_reused(tmp_path) -> None:
+    study = parse_study(SMALL, "small.toml")
+    (cell, *_) = cells(study)
+    list(run_cells(tmp_path, study, [cell], 1))
+    entries = cell.experiment.entries
+    newer = {**entries, "organism": replace(entries["organism"], version="99.0")}
+    other = replace(cell, experiment=replace(cell.experiment, entries=newer))
+    assert finished(tmp_path, study, cell) is not None
+    assert finished(tmp_path, study, other) is None
 
 
 def test_the_recorded_generations_are_every_so_many_and_the_last() -> None:
@@ -134,24 +158,18 @@ def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path) -> None:
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     whole.mkdir()
     cut.mkdir()
-    list(run_cells(whole, every, 4, 4, 1))
-    some = run_cells(cut, every, 4, 4, 2)
+    list(run_cells(whole, study, every, 1))
+    some = run_cells(cut, study, every, 2)
     done = [next(some) for _ in range(3)]
     some.close()  # as Ctrl-C does
     (damaged,) = (cut / "cells").glob(f"{done[0].index:06d}-*.npy")
     damaged.write_bytes(b"damaged")
-    missing = [cell for cell in every if finished(cut, cell, 4, 4) is None]
+    _, missing = results(cut, study, every)
     assert done[0] in missing
     assert done[1] not in missing
-    list(run_cells(cut, missing, 4, 4, 2))
-    tables = [
-        table(study, [(cell, finished(folder, cell, 4, 4)) for cell in every])
-        for folder in (whole, cut)
-    ]
+    list(run_cells(cut, study, missing, 2))
+    tables = [table(study, results(folder, study, every)[0]) for folder in (whole, cut)]
     assert tables[0] == tables[1]
-    other = replace(every[0], experiment=replace(every[0].experiment, seed=99))
-    assert finished(whole, every[0], 4, 4) is not None
-    assert finished(whole, other, 4, 4) is None  # another experiment is another cell
     rows = list(csv.DictReader(io.StringIO(tables[0])))
     assert len(rows) == 12 * 2
     assert rows[0]["evolution.population"] == "5"
@@ -160,20 +178,21 @@ def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path) -> None:
 
 
 def test_the_cell_of_a_worker_that_dies_is_run_again(tmp_path) -> None:
-    every = cells(parse_study(SMALL, "small.toml"))
+    study = parse_study(SMALL, "small.toml")
+    every = cells(study)
     whole, hurt = tmp_path / "whole", tmp_path / "hurt"
     whole.mkdir()
     hurt.mkdir()
-    list(run_cells(whole, every, 4, 4, 1))
+    list(run_cells(whole, study, every, 1))
     told: list[str] = []
-    some = run_cells(hurt, every, 4, 4, 2, told.append)
+    some = run_cells(hurt, study, every, 2, told.append)
     next(some)
     for worker in active_children():
         worker.kill()
     list(some)
     assert told
     for cell in every:
-        np.testing.assert_array_equal(finished(hurt, cell, 4, 4), finished(whole, cell, 4, 4))
+        np.testing.assert_array_equal(finished(hurt, study, cell), finished(whole, study, cell))
 
 
 def test_a_cell_that_kills_its_workers_is_told(tmp_path, monkeypatch) -> None:
@@ -181,8 +200,9 @@ def test_a_cell_that_kills_its_workers_is_told(tmp_path, monkeypatch) -> None:
         raise WorkerLostError("a worker process died 3 times over the same work")
 
     monkeypatch.setattr(ProcessExecutor, "each", lost)
+    study = parse_study(SMALL, "small.toml")
     with pytest.raises(GaitsimError, match="died 3 times over the same work, a cell of the study"):
-        list(run_cells(tmp_path, cells(parse_study(SMALL, "small.toml")), 4, 4, 2))
+        list(run_cells(tmp_path, study, cells(study), 2))
 
 
 def test_the_cheapest_cell_that_reaches_the_target() -> None:

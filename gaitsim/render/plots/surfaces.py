@@ -21,6 +21,20 @@ def surface_axis(study: Study) -> str | None:
     return axis if numbers and len(study.values(axis)) > 1 else None
 
 
+def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best]]) -> None:
+    """Draw the surface of each experiment into a folder, in place of those that it holds.
+
+    Raises:
+        RunError: a file cannot be written.
+    """
+    for old in folder.glob("surface-*.png"):
+        old.unlink()
+    if surface_axis(study):
+        for place, experiment in enumerate(study.experiments, 1):
+            file = folder / f"surface-{place}-{Path(experiment).stem}.png"
+            plot_surface(study, experiment, results, file)
+
+
 def plot_surface(
     study: Study, experiment: str, results: Sequence[tuple[Cell, Best]], path: Path
 ) -> None:

@@ -1,0 +1,1 @@
+"""What commands do. Command modules declare options alone, so that `--help` stays quick."""
