@@ -18,7 +18,7 @@ from gaitsim.cli.summary import summarise
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evolution import island_map
 from gaitsim.experiment import Overrides
-from gaitsim.registry.plugin_context import stopped
+from gaitsim.registry.plugin_context import interrupted_plugin
 from gaitsim.runs.files.folder import command, resumable
 from gaitsim.runs.writer import RunWriter
 
@@ -91,7 +91,7 @@ def evolve_run(
 
 def _leave_at_once(path: Path) -> NoReturn:
     """End the program now: the run folder is whole at any time."""
-    working = stopped()
+    working = interrupted_plugin()
     if working:
         notice(f"When it was stopped, {working}.")
     notice(f"Stopped, as of the last saved generation. Go on with: {command('resume', path)}")

@@ -62,6 +62,11 @@ class Organism(Plugin):
             allowed="a body with the method play()",
         )
 
+    @property
+    def can_play(self) -> bool:
+        """Whether the body can play given joint angles: whether it defines `play`."""
+        return type(self).play is not Organism.play
+
     @abstractmethod
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """The body of one individual over time, to draw; of several trials, the first."""

@@ -28,7 +28,7 @@ from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evaluation.scoring import Evaluation, evaluate, joined
 from gaitsim.evaluation.serialized import SerializedExperiment, prepare
 from gaitsim.experiment import Experiment
-from gaitsim.registry.plugin_context import plugin_context
+from gaitsim.registry import plugin_context
 
 # Individuals a chunk of a compiled body: few enough for its arrays to stay in the cache, and for
 # the memory allocator not to ask the system for them each time. 100 recurrence spiders on

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitsim.contracts import Motion, Organism
+from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import broken, hold_motion
 from gaitsim.experiment import Experiment
@@ -19,7 +19,7 @@ def require_play(experiment: Experiment) -> None:
     entry, organism = experiment.entries["organism"], experiment.organism
     if "joint_angles" not in organism.channels:
         lacks, allowed = "has no joint angles", "a body with the channel 'joint_angles'"
-    elif type(organism).play is Organism.play:
+    elif not organism.can_play:
         lacks, allowed = "cannot play given joint angles", "a body with the method play()"
     else:
         return

@@ -1,7 +1,7 @@
 """Whether the parts of an experiment work together."""
 
-from collections.abc import Callable, Mapping
-from typing import Any, cast
+from collections.abc import Collection, Mapping
+from typing import Any
 
 from gaitsim import registry
 from gaitsim.contracts import Crossover, Fitness, GenomeSpace, Mutation, Organism, Plugin, Selection
@@ -79,42 +79,43 @@ def check_combination(
     organism: Organism | None = plugins.get("organism")
     if organism is None:
         return
-    body = entries["organism"].name
+    body, channels = entries["organism"].name, organism.channels
+    space: GenomeSpace | None = None
     try:
         space = space_of(entries["organism"], organism)
     except GaitsimError as error:
         problems.of_plugin("organism.plugin", error)
-    else:
-        for kind in ("crossover", "mutation"):
-            operator = plugins.get(kind)
-            if operator is not None and not isinstance(space, operator.spaces):
-                problems.report(
-                    f"{kind}.plugin",
-                    f"{entries[kind].name!r} does not work on the {_name(space)} genomes of the "
-                    f"organism {body!r}",
-                    _able(kind, lambda other: isinstance(space, cast(_Operator, other).spaces))
-                    or f"no installed {kind} works on them",
-                )
-    fitness: Fitness | None = plugins.get("fitness")
-    missing = [] if fitness is None else sorted({*fitness.needs} - {*organism.channels})
-    if missing:
+    for kind in ("crossover", "mutation", "fitness"):
+        plugin = plugins.get(kind)
+        if plugin is None or compatible(type(plugin), channels, space):
+            continue
+        if kind == "fitness":
+            missing = ", ".join(sorted({*plugin.needs} - {*channels}))
+            wrong = f"reads the channels {missing}, which the organism {body!r} does not have"
+        else:
+            name = getattr(space, "name", type(space).__name__)
+            wrong = f"does not work on the {name} genomes of the organism {body!r}"
+        classes, _ = registry.scan(kind)
+        able = [name for name, other in classes.items() if compatible(other, channels, space)]
         problems.report(
-            "fitness.plugin",
-            f"{entries['fitness'].name!r} reads the channels {', '.join(missing)}, which the "
-            f"organism {body!r} does not have",
-            _able("fitness", lambda other: {*cast(_Fitness, other).needs} <= {*organism.channels})
-            or "no installed fitness can judge it",
+            f"{kind}.plugin",
+            f"{entries[kind].name!r} {wrong}",
+            ", ".join(able) or f"no installed {kind} works with it",
         )
 
 
-_Operator = type[Crossover] | type[Mutation]
-_Fitness = type[Fitness]
+def compatible(
+    plugin: type[Plugin], channels: Collection[str] | None, space: GenomeSpace | None
+) -> bool:
+    """Return whether a plugin works with a body.
 
-
-def _name(space: GenomeSpace) -> str:
-    return str(getattr(space, "name", type(space).__name__))
-
-
-def _able(kind: str, works: Callable[[type[Plugin]], bool]) -> str:
-    """The installed plugins of a kind that would work."""
-    return ", ".join(name for name, other in registry.scan(kind)[0].items() if works(other))
+    Args:
+        plugin: its class.
+        channels: the names of the body's channels; None if they are unknown.
+        space: the body's genome space; None if it is unknown.
+    """
+    if issubclass(plugin, Fitness):
+        return channels is None or {*plugin.needs} <= {*channels}
+    if issubclass(plugin, Crossover | Mutation):
+        return space is None or isinstance(space, plugin.spaces)
+    return True

@@ -63,8 +63,6 @@ def teacher_of(individual: Individual) -> Teacher:
         GaitsimError: its body has no joint angles, or they are no gait to learn.
         PluginError: the body or the fitness breaks its contract.
     """
-    from gaitsim.contracts import Organism
-
     gait = gait_of(individual)
     if len(gait.angles) < 2 or not np.isfinite(gait.angles).all():
         raise GaitsimError(
@@ -72,7 +70,7 @@ def teacher_of(individual: Individual) -> Teacher:
             where=str(individual.source),
             allowed="two frames or more, all angles finite",
         )
-    judges = type(individual.experiment.organism).play is not Organism.play
+    judges = individual.experiment.organism.can_play
     return Teacher(individual, gait, performance(individual.experiment, individual.motion), judges)
 
 

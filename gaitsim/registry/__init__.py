@@ -8,13 +8,10 @@ from gaitsim.registry.entry_points import (
     cached_entries,
     entries,
     find,
-    load_class,
-    load_entry,
-    plugin_errors,
-    raise_plugin_error,
-    scan,
     unreadable,
 )
+from gaitsim.registry.loading import load_class, load_entry, scan
+from gaitsim.registry.plugin_context import plugin_context, plugin_errors, raise_plugin_error
 
 __all__ = [
     "EXPERIMENTS",
@@ -26,6 +23,7 @@ __all__ = [
     "find",
     "load_class",
     "load_entry",
+    "plugin_context",
     "plugin_errors",
     "raise_plugin_error",
     "scan",

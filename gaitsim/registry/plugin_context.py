@@ -1,105 +1,74 @@
-"""Which plugin each thread is in. What a plugin prints goes to standard error meanwhile.
+"""Calls into plugins: which one is at work, and errors that name its package."""
 
-Standard output is for results: a line that a body prints would spoil `--json`. What other
-threads print, such as a progress display, goes where it always does.
-"""
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NoReturn
 
-import sys
-import threading
-from types import TracebackType
-from typing import Any
+from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.registry.entry_points import Entry
 
-_lock = threading.Lock()
-_stacks: dict[int, list[tuple[object, str]]] = {}
-_interrupted: list[tuple[object, str]] = []
+_Call = tuple[Entry, str]
 
-
-_watched: list[bool] = []
+# Of the whole process, as Ctrl-C is: plugins may be at work in any thread.
+_active: list[_Call] = []
+_interrupted: list[_Call] = []
 
 
-def leave_together() -> None:
-    """From here on leave what plugins print in standard output, for who looks at that."""
-    _watched.append(True)
-
-
-class _Parted:
-    """Standard output, but standard error for threads that are in a plugin.
+@contextmanager
+def plugin_context(entry: Entry, doing: str) -> Iterator[None]:
+    """Note which plugin is at work, for `interrupted_plugin`.
 
     Args:
-        stream: where everybody else prints.
+        entry: the plugin.
+        doing: its task, such as 'moving a population'.
     """
-
-    def __init__(self, stream: Any) -> None:
-        self._stream = stream
-
-    def _mine(self) -> Any:
-        if _watched or threading.get_ident() not in _stacks:
-            return self._stream
-        return sys.stderr
-
-    def write(self, text: str) -> int:
-        """Write to whichever stream is this thread's."""
-        stream = self._mine()
-        return len(text) if stream is None else int(stream.write(text))
-
-    def writelines(self, lines: Any) -> None:
-        """Write each."""
-        for line in lines:
-            self.write(line)
-
-    def flush(self) -> None:
-        """Write out what waits."""
-        stream = self._mine()
-        if stream is not None:
-            stream.flush()
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._mine(), name)
+    call = entry, doing
+    _active.append(call)
+    try:
+        yield
+    except KeyboardInterrupt:
+        _interrupted.append(call)
+        raise
+    finally:
+        _active.remove(call)
 
 
-class plugin_context:
-    """Within, this thread is in a plugin. A class, as it is entered ten times a generation.
+@contextmanager
+def plugin_errors(entry: Entry, doing: str) -> Iterator[None]:
+    """Turn whatever a plugin raises into a `GaitsimError` that names its package.
 
     Args:
-        plugin: which one.
-        doing: what, to be told when the user stops it.
+        entry: the plugin.
+        doing: its task, such as 'moving a population'.
     """
-
-    __slots__ = ("_what",)
-
-    def __init__(self, plugin: object, doing: str) -> None:
-        self._what = (plugin, doing)
-
-    def __enter__(self) -> None:
-        thread = threading.get_ident()
-        with _lock:
-            _stacks.setdefault(thread, []).append(self._what)
-            if type(sys.stdout) is not _Parted:
-                sys.stdout = _Parted(sys.stdout)
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if kind is KeyboardInterrupt and not _interrupted:
-            _interrupted.append(self._what)
-        thread = threading.get_ident()
-        with _lock:
-            stack = _stacks[thread]
-            stack.pop()
-            if not stack:
-                del _stacks[thread]
-            if not _stacks and isinstance(sys.stdout, _Parted):
-                sys.stdout = sys.stdout._stream
+    with plugin_context(entry, doing):
+        try:
+            yield
+        except GaitsimError as error:
+            error.where = error.where or f"{entry}, {entry.target}"
+            raise
+        except (KeyboardInterrupt, GeneratorExit):
+            raise
+        except BaseException as error:  # SystemExit, too: a plugin does not end the program
+            raise_plugin_error(entry, doing, error)
 
 
-def stopped() -> str:
-    """Which plugin was at work, doing what, when the user stopped it; '' for none."""
-    with _lock:
-        working = [stack[-1] for stack in _stacks.values()]
-    # The innermost was left first; it is told although it is left.
-    plugin, doing = next(iter([*_interrupted, *working]), ("", ""))
+def raise_plugin_error(entry: Entry, doing: str, error: BaseException) -> NoReturn:
+    """Raise the `PluginError` that names a plugin, its task and its exception."""
+    try:
+        reason = f"{type(error).__name__}: {error}".rstrip(": ")
+    except Exception:  # `__str__` is the plugin's code, too
+        reason = type(error).__name__
+    raise PluginError(
+        f"{entry} failed while {doing}: {reason}",
+        where=entry.target,
+        remedy=f"update {entry.package}, or report it to its author",
+    ) from error
+
+
+def interrupted_plugin() -> str:
+    """Return which plugin Ctrl-C interrupted and its task, once; '' if none was at work."""
+    # The innermost call was left first; other threads may still be in theirs.
+    calls = [*_interrupted[:1], *_active[-1:]]
     _interrupted.clear()
-    return f"{plugin} was {doing}" if doing else ""
+    return f"{calls[0][0]} was {calls[0][1]}" if calls else ""

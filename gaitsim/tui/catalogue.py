@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gaitsim import registry, toml
-from gaitsim.contracts import Crossover, Fitness, GenomeSpace, Mutation, Organism, Plugin
+from gaitsim.contracts import GenomeSpace, Organism, Plugin
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment import Experiment
+from gaitsim.experiment.combination import compatible
 from gaitsim.experiment.model import space_of
 from gaitsim.registry import EXPERIMENTS, KINDS
 from gaitsim.registry.class_validation import PLUGIN
@@ -67,12 +68,12 @@ class Catalogue:
         """
         known = self.classes["organism"].get(body)
         space = self._space(body, experiment)
-        channels = set(known.channels) if known and issubclass(known, Organism) else None
+        channels = known.channels if known and issubclass(known, Organism) else None
         return {
             kind: tuple(
                 name
                 for name, plugin in self.classes[kind].items()
-                if works(plugin, channels, space)
+                if compatible(plugin, channels, space)
             )
             for kind in KINDS
         }
@@ -91,26 +92,15 @@ class Catalogue:
             return None
 
 
-def works(plugin: type[Plugin], channels: set[str] | None, space: GenomeSpace | None) -> bool:
-    """Whether a plugin works with a body of these channels and this space; None is any."""
-    if issubclass(plugin, Fitness):
-        return channels is None or {*plugin.needs} <= channels
-    if issubclass(plugin, Crossover | Mutation):
-        return space is None or isinstance(space, plugin.spaces)
-    return True
-
-
 def read_catalogue() -> Catalogue:
     """Read what is installed; imports every plugin, which takes a second at first."""
-    classes: dict[str, dict[str, type[Plugin]]] = {kind: {} for kind in KINDS}
-    failures: dict[tuple[str, str], GaitsimError] = {}
-    for kind in KINDS:
-        for name in registry.entries(kind):
-            try:
-                classes[kind][name] = registry.load_class(kind, name)
-            except GaitsimError as error:
-                failures[kind, name] = error
-    return Catalogue(classes, failures, tuple(map(_preset, registry.entries(EXPERIMENTS))))
+    with registry.cached_entries():
+        found = {kind: registry.scan(kind) for kind in KINDS}
+        return Catalogue(
+            {kind: classes for kind, (classes, _) in found.items()},
+            {(kind, name): error for kind in KINDS for name, error in found[kind][1].items()},
+            tuple(map(_preset, registry.entries(EXPERIMENTS))),
+        )
 
 
 def _preset(name: str) -> Preset:

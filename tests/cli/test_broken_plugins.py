@@ -63,7 +63,7 @@ BEFORE = {
     "an import that fails": ("organism", "", "import no_such_thing", "No module named"),
     "a syntax error": ("fitness", "", "def (", "SyntaxError"),
     "an exit": ("mutation", "", "import sys; sys.exit(0)", "SystemExit: 0"),
-    "another class": ("selection", "", "", "no Selection"),
+    "another class": ("selection", "", "", "not a subclass of Selection"),
 }
 
 

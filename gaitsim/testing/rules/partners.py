@@ -1,4 +1,4 @@
-"""Bodies for a fitness to judge: one that has the channels it reads."""
+"""An installed body with the channels that a fitness reads."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -6,6 +6,7 @@ from contextlib import suppress
 from gaitsim import toml
 from gaitsim.contracts import Fitness, Organism
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment.combination import compatible
 from gaitsim.registry import EXPERIMENTS, Entry, entries, load_entry, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.registry.presets import read_preset
@@ -21,7 +22,7 @@ def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
     for body, values in _candidates(entry):
         with suppress(GaitsimError, ValueError):
             model = load_entry(body)
-            if {*fitness.needs} <= {*getattr(model, "channels", ())}:
+            if compatible(type(fitness), getattr(model, "channels", ()), None):
                 with plugin_errors(body, "taking its options"):
                     made = rebuilt(model, values)
                 assert isinstance(made, Organism)
@@ -39,7 +40,7 @@ def _candidates(entry: Entry) -> Iterator[tuple[Entry, dict[str, object]]]:
             name,
         ),
     )
-    # As its own experiments set the body up, which may decide what there is to judge.
+    # As its own experiments set the body up, which may decide which channels there are.
     for name, claims in entries(EXPERIMENTS).items():
         if claims[0].package == entry.package:
             with suppress(GaitsimError, KeyError, TypeError, AttributeError):

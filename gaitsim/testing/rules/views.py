@@ -51,7 +51,7 @@ def measured(body: Organism, motion: Motion) -> Iterator[Finding]:
 
 def played(body: Organism, motion: Motion) -> Iterator[Finding]:
     """The joint angles that it moved by, given back to it."""
-    if type(body).play is Organism.play or "joint_angles" not in motion:
+    if not body.can_play or "joint_angles" not in motion:
         return
     angles = motion["joint_angles"].copy()
     lent = angles.copy()

@@ -86,9 +86,9 @@ highlighted keeps its contract, and says what is to be mended.
         menu.add_options(rows)
         menu.highlighted = 1 if at is None else at
         menu.focus()
-        for folder in broken or ():
+        for package in broken or ():
             self.notify(
-                f"The entry points of {folder} cannot be read; reinstall its package.",
+                f"The entry points of {package} cannot be read; reinstall it.",
                 severity="warning",
                 markup=False,
             )

@@ -1,0 +1,72 @@
+"""Load plugin classes and hold them to their contract: exactly one, or all of a kind."""
+
+from importlib.metadata import EntryPoint
+from typing import TYPE_CHECKING
+
+from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.registry.entry_points import Entry, entries, find
+from gaitsim.registry.plugin_context import plugin_errors
+
+if TYPE_CHECKING:
+    from gaitsim.contracts import Plugin
+
+
+def load_class(kind: str, name: str) -> "type[Plugin]":
+    """Return the plugin class of that name.
+
+    Raises:
+        PluginError: unknown or doubly claimed name, an import that fails, or something
+            that is not a plugin of that kind.
+    """
+    return load_entry(find(kind, name))
+
+
+def load_entry(entry: Entry) -> "type[Plugin]":
+    """Return the plugin class of an entry, checked against its contract.
+
+    Raises:
+        PluginError: an import that fails, or something that is not a plugin of that kind.
+    """
+    # Here, as a list of names needs neither NumPy nor pydantic.
+    from gaitsim import contracts
+    from gaitsim.registry.class_validation import problems
+
+    with plugin_errors(entry, "being imported"):
+        loaded = EntryPoint(entry.name, entry.target, f"gaitsim.{entry.kind}").load()
+    expected: type[Plugin] = getattr(contracts, entry.kind.capitalize())
+    if not (isinstance(loaded, type) and issubclass(loaded, expected)):
+        named = isinstance(loaded, type)
+        what = f"the class {loaded.__name__}" if named else f"a {type(loaded).__name__}"
+        raise PluginError(
+            f"{entry} is not a subclass of {expected.__name__}, but {what}",
+            where=entry.target,
+            allowed=f"a subclass of gaitsim.contracts.{expected.__name__}",
+            remedy=f"correct the entry point in the pyproject.toml of {entry.package}",
+        )
+    abstract = sorted(getattr(loaded, "__abstractmethods__", ()))
+    if abstract:
+        raise PluginError(
+            f"{entry} does not implement {', '.join(abstract)}",
+            where=entry.target,
+            remedy=f"implement every method of gaitsim.contracts.{expected.__name__}",
+        )
+    found = problems(entry.kind, loaded)
+    if found:
+        raise PluginError(
+            f"{entry} breaks its contract: {'; '.join(found)}",
+            where=entry.target,
+            remedy=f"see gaitsim.contracts.{expected.__name__}; or update {entry.package}",
+        )
+    return loaded
+
+
+def scan(kind: str) -> "tuple[dict[str, type[Plugin]], dict[str, GaitsimError]]":
+    """Load every plugin of a kind; return the classes, and why the others failed, by name."""
+    classes: dict[str, type[Plugin]] = {}
+    failures: dict[str, GaitsimError] = {}
+    for name in entries(kind):
+        try:
+            classes[name] = load_class(kind, name)
+        except GaitsimError as error:
+            failures[name] = error
+    return classes, failures
