@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gaitsim.cli.console import echo
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ def analyse(
     if robustness is not None:
         print_robustness(robustness)
     if figure is not None:
-        print(f"\n{figure}")
+        echo(f"\n{figure}")
 
 
 def _individual(run: "Run", generation: int | None, gait: Path | None) -> "Individual":

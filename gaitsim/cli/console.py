@@ -13,7 +13,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from gaitsim.cli.streams import machine_readable
+from gaitsim.cli.streams import machine_readable, results
 from gaitsim.render.terminal.text import visible_lines
 
 PIPED_WIDTH = 1000  # columns: rows are not broken for a program
@@ -21,8 +21,8 @@ PIPED_WIDTH = 1000  # columns: rows are not broken for a program
 
 def output() -> Console:
     """Standard output. Piped, it is as wide as its lines; NO_COLOR and TERM are honoured."""
-    width = None if sys.stdout.isatty() else PIPED_WIDTH
-    return Console(highlight=False, emoji=False, width=width)
+    width = None if results().isatty() else PIPED_WIDTH
+    return Console(file=results(), highlight=False, emoji=False, width=width)
 
 
 def errors() -> Console:
@@ -35,7 +35,7 @@ def errors() -> Console:
 
 def record(kind: str, **values: Any) -> None:
     """Print a record for programs to standard error, as one line of JSON."""
-    print(json.dumps({"kind": kind, **finite(values)}), file=sys.stderr, flush=True)
+    print(json.dumps({"kind": kind, **finite(values)}), file=sys.stderr, flush=True)  # noqa: T201
 
 
 def wrote(*paths: Path) -> None:
@@ -52,9 +52,14 @@ def notice(text: str) -> None:
     errors().print(visible_lines(text), style="yellow", markup=False)
 
 
+def echo(text: object, end: str = "\n") -> None:
+    """Write plain text to standard output; `print` would write it to where plugins print."""
+    print(text, end=end, file=results(), flush=True)
+
+
 def print_json(values: Mapping[str, Any]) -> None:
     """One object on one line; what is not a finite number is null."""
-    print(json.dumps(finite(values), ensure_ascii=False), flush=True)
+    echo(json.dumps(finite(values), ensure_ascii=False))
 
 
 def finite(value: Any) -> Any:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gaitsim.choices import Axis, Quantity, Theme
+from gaitsim.cli.console import echo
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def differences(
         return
     _show(courses, quantity, by)
     if plot is not None:
-        print(f"\n{plot}")
+        echo(f"\n{plot}")
 
 
 def _plain(course: "Course") -> dict[str, Any]:

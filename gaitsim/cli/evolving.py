@@ -14,6 +14,7 @@ from typing import NoReturn
 from gaitsim.cli.cluster import warn
 from gaitsim.cli.console import errors, notice
 from gaitsim.cli.progress import Display, display
+from gaitsim.cli.streams import results
 from gaitsim.cli.summary import summarise
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evolution import island_map
@@ -98,7 +99,7 @@ def _leave_at_once(path: Path) -> NoReturn:
     if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
         sys.exit(INTERRUPTED)
     # Python would wait for threads, which compiled code may keep busy.
-    for stream in (sys.stdout, sys.stderr):
+    for stream in (results(), sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
             stream.flush()
     os._exit(INTERRUPTED)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 import typer
 
 from gaitsim.choices import GaitFormat
+from gaitsim.cli.console import echo
 
 if TYPE_CHECKING:
     from gaitsim.gait.files.servo import ServoRange
@@ -112,7 +113,7 @@ def export(
     write_gait(gait, path, chosen)
     wrote(path)
     frames, joints = gait.angles.shape
-    print(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
+    echo(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
 
 
 def _format(format: Format | None, out: Path | None) -> Format:
@@ -162,7 +163,7 @@ def _export_servo(
             f"{table.clipped:,} of {table.degrees.size:,} angles were beyond {servos.low:g}° to "
             f"{servos.high:g}°, and held to it: this is not the gait that was evolved"
         )
-    print(
+    echo(
         f"{path}: {keyframes} keyframes × {joints} joints in {table.milliseconds[-1] / 1000:g} s, "
         f"degrees; at most {table.off:.2f}° from the gait"
     )

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from gaitsim.cli.console import echo
 from gaitsim.cli.run import Json, Set
 
 
@@ -52,5 +53,5 @@ def fork(
     if json:
         print_json({"run": str(path), "of": str(source), "generation": generation})
         return
-    print(f"{path}: a copy of {source} at generation {generation}")
+    echo(f"{path}: a copy of {source} at generation {generation}")
     notice(f"Go on with: {command('resume', path)}")

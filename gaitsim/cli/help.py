@@ -9,7 +9,11 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
+from gaitsim.cli import streams
 from gaitsim.errors import GaitsimError, nearest
+
+SCREENS = ("tui", "serve")
+"""The commands whose standard output is a screen, or a server's log."""
 
 _EXAMPLES = "[bold]Example"
 
@@ -38,6 +42,12 @@ class Command(TyperCommand):
             if explanation is None:
                 raise
             raise explanation from None
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command, its results apart from whatever plugins print."""
+        if self.name not in SCREENS:
+            streams.isolate_results()
+        return super().invoke(ctx)
 
 
 class LazyGroup(TyperGroup):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 import typer
 
 from gaitsim.choices import PlotFormat, PlotKind, Theme
+from gaitsim.cli.console import echo
 
 if TYPE_CHECKING:
     from gaitsim.render.plots.request import Request
@@ -124,7 +125,7 @@ def _plot(
     path = out or request.run.exports() / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
     wrote(path)
-    print(path)
+    echo(path)
 
 
 def _plot_all(
@@ -156,7 +157,7 @@ def _plot_all(
                 path = folder / f"{file_stem(kind, request)}.{format}"
                 save(figure, path, request.theme)
                 wrote(path)
-                print(path, flush=True)
+                echo(path)
             progress.advance()
 
 

@@ -15,7 +15,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gaitsim.cli.console import notice, number, output, print_json, table
+from gaitsim.cli.console import echo, notice, number, output, print_json, table
 from gaitsim.evolution import Generation
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import visible
@@ -104,11 +104,11 @@ class PlainLines(Silent):
         self._islands = writer.experiment.islands.number
         self._clock = clock
         self._printed = -math.inf
-        print(f"run {visible(str(writer.path))}", flush=True)
+        echo(f"run {visible(str(writer.path))}")
 
     def begin_stage(self, writer: RunWriter) -> None:
         """Print a line."""
-        print(_stage_line(writer), flush=True)
+        echo(_stage_line(writer))
 
     def update(self, generation: Generation) -> None:
         """Print a line if it is time."""
@@ -118,10 +118,9 @@ class PlainLines(Silent):
             values = row(generation)
             bests = island_bests(generation, self._islands).tolist()
             more = "  islands " + " ".join(f"{b:.4f}" for b in bests) if len(bests) > 1 else ""
-            print(
+            echo(
                 f"generation {generation.number}/{self._total}  best {values['best']:.4f}  "
                 f"mean {values['mean']:.4f}  diversity {values['diversity']:.3f}{more}",
-                flush=True,
             )
 
 

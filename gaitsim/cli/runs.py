@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gaitsim.cli.console import echo
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
         if json:
             print_json({"deleted": str(path)})
         else:
-            print(visible(f"{path} is deleted"))
+            echo(visible(f"{path} is deleted"))
 
 
 def _cells(row: dict[str, Any]) -> list[str]:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitsim.cli.console import echo
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def show(
     if fingerprint and json:
         print_json({"run": str(opened.path), "fingerprint": opened.fingerprint()})
     elif fingerprint:
-        print(opened.fingerprint())
+        echo(opened.fingerprint())
     elif json:
         _print_json(opened)
     else:

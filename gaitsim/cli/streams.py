@@ -1,12 +1,16 @@
-"""Standard output and error, made fit for what gaitsim prints."""
+"""Standard output and error: results apart from whatever plugins print."""
 
 import io
 import os
 import sys
+from contextlib import suppress
+from typing import TextIO
 
 from gaitsim.errors import GaitsimError
 
 PROGRESS = "GAITSIM_PROGRESS"
+
+_isolated: list[TextIO] = []
 
 
 def machine_readable() -> bool:
@@ -40,15 +44,40 @@ def prepare() -> None:
             stream.reconfigure(errors="backslashreplace" if whole else "replace")
 
 
+def isolate_results() -> None:
+    """Write results to a duplicate of descriptor 1 from here on; make 1 standard error.
+
+    It catches everything that plugins print: through any Python stream, from compiled code
+    and from child processes. It holds until the process ends. Where `sys.stdout` is not
+    descriptor 1, as in a test, nothing changes.
+    """
+    stdout, stderr = sys.stdout, sys.stderr
+    with suppress(OSError):  # neither has a descriptor
+        if not _isolated and stdout.fileno() == 1 and isinstance(stdout, io.TextIOWrapper):
+            stdout.flush()
+            copy = os.dup(1)
+            os.dup2(stderr.fileno(), 1)
+            _isolated.append(os.fdopen(copy, "w", encoding=stdout.encoding, errors=stdout.errors))
+            stdout.reconfigure(line_buffering=True)  # in order with standard error
+
+
+def results() -> TextIO:
+    """Return the stream for results."""
+    return _isolated[0] if _isolated else sys.stdout
+
+
 def finish() -> str:
-    """Write out what waits; why it cannot be written, or ''.
+    """Flush the results; return why they cannot be written, or ''.
 
     A reader who has gone, as `head` does, is no error.
     """
+    if _isolated:
+        with suppress(OSError, ValueError):  # closed by a plugin
+            sys.stdout.flush()
     try:
-        sys.stdout.flush()
+        results().flush()
     except OSError as error:
         # Python flushes once more at its end; that goes nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), results().fileno())
         return "" if isinstance(error, BrokenPipeError) else str(error.strerror)
     return ""

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gaitsim.cli.console import echo
 from gaitsim.cli.run import Json, Workers
 
 if TYPE_CHECKING:
@@ -125,25 +126,23 @@ def _print(path: str, verdict: "Verdict") -> None:
 
     told = _told(verdict)
     if verdict.identical:
-        print(visible_lines(f"{path}: identical"))
+        echo(visible_lines(f"{path}: identical"))
     elif not verdict.differences:
-        print(
-            visible_lines(f"{path}: different; what was compared of its generations is identical")
-        )
+        echo(visible_lines(f"{path}: different; what was compared of its generations is identical"))
     else:
         first, count = next(iter(verdict.differences)), len(verdict.differences)
         more = f"; {count - 1} more generations differ" if count > 1 else ""
-        print(visible_lines(f"{path}: different, first in generation {first}{more}"))
+        echo(visible_lines(f"{path}: different, first in generation {first}{more}"))
     if not verdict.identical:
         for text in (*_asked(verdict), *verdict.damaged):
-            print(visible_lines(f"  {text}"))
+            echo(visible_lines(f"  {text}"))
         for number, what in list(verdict.differences.items())[:SHOWN]:
             for text in what[:SHOWN]:
-                print(visible_lines(f"  generation {number}: {text}"))
+                echo(visible_lines(f"  generation {number}: {text}"))
             if len(what) > SHOWN:
-                print(f"  generation {number}: and {len(what) - SHOWN} more")
+                echo(f"  generation {number}: and {len(what) - SHOWN} more")
     for text in told:
-        print(visible_lines(text))
+        echo(visible_lines(text))
 
 
 def _asked(verdict: "Verdict") -> list[str]:

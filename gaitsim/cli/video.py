@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from gaitsim.choices import Theme, VideoFormat, VideoView
+from gaitsim.cli.console import echo
 
 
 def video(
@@ -74,7 +75,7 @@ def video(
         sys.exit(130)
     wrote(path)
     width, height = settings.pixels
-    print(
+    echo(
         f"{path}: {len(made)} pictures of {width} × {height} at {float(settings.rate):g} a second, "
         f"{float(len(made) / settings.rate):.1f} s"
     )

@@ -38,13 +38,11 @@ def _answer(questions: Questions, answers: int) -> None:
     sys.path[:0] = [folder for folder in questions.get()["path"] if folder not in sys.path]
     from gaitsim.errors import GaitsimError
     from gaitsim.registry import Entry
-    from gaitsim.registry.plugin_context import leave_together
     from gaitsim.testing.examine import examine, outcome
 
     def send(**answer: Any) -> None:
         os.write(answers, json.dumps(answer).encode() + b"\n")
 
-    leave_together()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # in order with what other programs print
     send(ready=True)

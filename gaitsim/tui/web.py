@@ -63,7 +63,7 @@ class WebServer(Server):
     async def on_startup(self, app: web.Application) -> None:
         """Say where it is."""
         shown = f"[{self.host}]" if ":" in self.host else self.host
-        print(f"gaitsim is at http://{shown}:{self.port}; Ctrl-C stops it", flush=True)
+        print(f"gaitsim is at http://{shown}:{self.port}; Ctrl-C stops it", flush=True)  # noqa: T201
 
     @aiohttp_jinja2.template("app_index.html")
     async def handle_index(self, request: web.Request) -> dict[str, Any]:

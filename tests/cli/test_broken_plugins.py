@@ -198,22 +198,42 @@ def test_scores_that_are_not_finite_do_not_end_a_run(gaitsim, puppet_file, odd):
     assert rows[0]["best"] is None
 
 
+PRINTING = """
+def move(self, genomes):
+    import ctypes, os
+    print("print")
+    sys.__stdout__.write("__stdout__\\n")
+    os.write(1, b"descriptor\\n")
+    os.system("echo child process")
+    libc = ctypes.CDLL(None)
+    libc.puts(b"compiled code")
+    libc.fflush(None)
+    return super().move(genomes)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="ctypes.CDLL(None)")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_what_plugins_print_is_not_among_the_results(
-    program, puppet_file, odd, workers, monkeypatch
-):
-    head = "import sys\nprint('imported')\nprint('seen', file=sys.stdout)\nsys.stdout.flush()"
-    body = (
-        "def move(self, genomes):\n    print('moving')\n    sys.stdout.write('on\\n')\n"
-        "    sys.stdout.writelines(['and on\\n'])\n    return super().move(genomes)"
-    )
-    odd("organism", body, head)
-    done = program(*odd_run(puppet_file, "organism"), "--json", "--workers", workers)
-    assert [json.loads(line)["generation"] for line in done.stdout.splitlines()][:5] == [
-        1, 2, 3, 4, 5,
-    ]  # fmt: skip
-    for text in ("imported", "seen", "moving", "on", "and on"):
-        assert text in done.stderr.splitlines()
+@pytest.mark.parametrize("json_lines", [True, False])
+def test_output_of_plugins_goes_to_standard_error(program, puppet_file, odd, workers, json_lines):
+    odd("organism", PRINTING, "print('imported')")
+    json_option = ["--json"] if json_lines else []
+    done = program(*odd_run(puppet_file, "organism"), *json_option, "--workers", workers)
+    lines = done.stdout.splitlines()
+    if json_lines:
+        assert [json.loads(line)["generation"] for line in lines][:5] == [1, 2, 3, 4, 5]
+    else:
+        assert lines[0] == "run run"
+    printed = {"imported", "print", "__stdout__", "descriptor", "child process", "compiled code"}
+    assert printed <= {*done.stderr.splitlines()}
+    assert not printed & {*lines}
+
+
+@pytest.mark.parametrize("close", ["sys.stdout.close()", "os.close(1)"])
+def test_a_plugin_that_closes_standard_output_spoils_nothing(program, puppet_file, odd, close):
+    odd("organism", head=f"import os, sys\nprint('unfinished', end='')\n{close}")
+    done = program(*odd_run(puppet_file, "organism"), "--json")
+    assert len([json.loads(line) for line in done.stdout.splitlines()]) >= 5
 
 
 def test_all_else_works_beside_a_broken_package(gaitsim, puppet_file, odd):

@@ -1,10 +1,12 @@
 """`gaitsim experiments show`."""
 
 import io
-import sys
 from typing import Annotated
 
 import typer
+
+from gaitsim.cli.console import echo
+from gaitsim.cli.streams import results
 
 
 def show(
@@ -24,7 +26,8 @@ def show(
     from gaitsim.experiment import load_experiment
 
     text = load_experiment(name).to_toml()
-    if isinstance(sys.stdout, io.TextIOWrapper) and not sys.stdout.isatty():
+    stream = results()
+    if isinstance(stream, io.TextIOWrapper) and not stream.isatty():
         # TOML is UTF-8 by definition, whatever the locale.
-        sys.stdout.reconfigure(encoding="utf-8")
-    print(text, end="")
+        stream.reconfigure(encoding="utf-8")
+    echo(text, end="")
