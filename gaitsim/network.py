@@ -22,25 +22,53 @@ LEAK = 0.01
 """Slope of the leaky ReLU below zero."""
 
 
-def _sigmoid(z: Floats) -> Floats:
-    # 1 / (1 + exp(−z)), which would overflow where z is far below zero.
-    half: Floats = np.tanh(z / 2)
-    return (1 + half) / 2
-
-
-# What it makes of z, and its slope as a function of z and of what it made, a.
-_FUNCTIONS: dict[str, tuple[Callable[[Floats], Floats], Callable[[Floats, Floats], Floats]]] = {
-    "tanh": (np.tanh, lambda z, a: 1 - a * a),
-    "sigmoid": (_sigmoid, lambda z, a: a * (1 - a)),
-    "relu": (lambda z: np.maximum(z, 0), lambda z, a: (z > 0).astype(z.dtype)),
-    "leaky-relu": (
-        lambda z: np.maximum(z, LEAK * z),
-        lambda z, a: np.where(z > 0, z.dtype.type(1), z.dtype.type(LEAK)),
-    ),
-    "linear": (lambda z: z, lambda z, a: np.ones_like(z)),
+TANH, SIGMOID, RELU, LEAKY_RELU, LINEAR = range(5)
+ACTIVATION_CODES = {
+    "tanh": TANH,
+    "sigmoid": SIGMOID,
+    "relu": RELU,
+    "leaky-relu": LEAKY_RELU,
+    "linear": LINEAR,
 }
-ACTIVATIONS = tuple(_FUNCTIONS)
+ACTIVATIONS = tuple(ACTIVATION_CODES)
 """'linear' is meant for the last layer."""
+
+
+def activation_with(tanh: Callable[[Any], Any]) -> Callable[[int, Any], Any]:
+    """Return `activation` with another hyperbolic tangent, such as an approximation."""
+
+    def activation(code: int, z: Any) -> Any:
+        """Return f(z) for the activation `code`.
+
+        z is an array of any shape; a function that Numba compiles from this one, for a number.
+        """
+        if code == TANH:
+            return tanh(z)
+        if code == SIGMOID:  # 1 / (1 + exp(−z)), which would overflow where z is far below zero
+            return (1 + tanh(z / 2)) / 2
+        if code == RELU:
+            return np.maximum(z, 0)
+        if code == LEAKY_RELU:
+            return np.maximum(z, LEAK * z)
+        return z
+
+    return activation
+
+
+activation = activation_with(np.tanh)
+
+
+def activation_slope(code: int, a: Any) -> Any:
+    """Return f'(z) where a = f(z), of the activation `code`; for arrays, and for Numba as above."""
+    if code == TANH:
+        return 1 - a * a
+    if code == SIGMOID:
+        return a * (1 - a)
+    if code == RELU:
+        return np.sign(a)
+    if code == LEAKY_RELU:
+        return np.maximum(np.sign(a), LEAK)
+    return 1.0
 
 
 def gene_count(sizes: Sequence[int]) -> int:
@@ -201,7 +229,7 @@ class Network:
         Raises:
             ValueError: inputs of another size.
         """
-        return self._layers(inputs)[-1][1]
+        return self._layers(inputs)[-1]
 
     def gradients(self, inputs: ArrayLike, targets: ArrayLike) -> tuple[Floats, Floats]:
         """The error and its gradient, by backpropagation (Rumelhart et al. 1986).
@@ -218,7 +246,7 @@ class Network:
             ValueError: inputs or targets of another size.
         """
         layers = self._layers(inputs)
-        wanted, answers = _floating(targets), layers[-1][1]
+        wanted, answers = _floating(targets), layers[-1]
         if wanted.ndim < 2 or wanted.shape[-2:] != answers.shape[-2:]:
             raise ValueError(
                 f"targets have the shape {wanted.shape}, expected (…, outputs, samples) = "
@@ -229,36 +257,32 @@ class Network:
         by_weights: list[Floats] = []
         by_biases: list[Floats] = []
         for layer in reversed(range(len(self.weights))):
-            z, a = layers[layer + 1]
-            _, slope = self._function(layer)
-            delta = delta * slope(z, a)
-            by_weights.insert(0, delta @ layers[layer][1].swapaxes(-1, -2))
+            a = layers[layer + 1]
+            delta = delta * activation_slope(self._code(layer), a)
+            by_weights.insert(0, delta @ layers[layer].swapaxes(-1, -2))
             by_biases.insert(0, delta.sum(axis=-1))
             if layer:
                 delta = self.weights[layer].swapaxes(-1, -2) @ delta
         error: Floats = np.mean(off * off, axis=(-2, -1))
         return error, _flat(by_weights, by_biases)
 
-    def _layers(self, inputs: ArrayLike) -> list[tuple[Floats, Floats]]:
-        """Each layer before and after its activation, the inputs first, (…, to, samples)."""
+    def _layers(self, inputs: ArrayLike) -> list[Floats]:
+        """Each layer's output, the inputs first, (…, to, samples)."""
         a = _floating(inputs)
         if a.ndim < 2 or a.shape[-2] != self.sizes[0]:
             raise ValueError(
                 f"inputs have the shape {a.shape}, expected (…, inputs, samples) with "
                 f"{self.sizes[0]} inputs"
             )
-        layers = [(a, a)]
+        layers = [a]
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            z = weight @ a + bias[..., None]
-            a = self._function(layer)[0](z)
-            layers.append((z, a))
+            a = activation(self._code(layer), weight @ a + bias[..., None])
+            layers.append(a)
         return layers
 
-    def _function(
-        self, layer: int
-    ) -> tuple[Callable[[Floats], Floats], Callable[[Floats, Floats], Floats]]:
+    def _code(self, layer: int) -> int:
         last = layer == len(self.weights) - 1
-        return _FUNCTIONS[self.output if last else self.activation]
+        return ACTIVATION_CODES[self.output if last else self.activation]
 
 
 def _checked(sizes: Sequence[int]) -> Sequence[int]:

@@ -3,12 +3,25 @@ import subprocess
 import sys
 from itertools import pairwise
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitsim.network import ACTIVATIONS, LEAK, Network, gene_count, gene_labels
+from gaitsim.network import (
+    ACTIVATION_CODES,
+    ACTIVATIONS,
+    LEAK,
+    SIGMOID,
+    TANH,
+    Network,
+    activation,
+    activation_slope,
+    activation_with,
+    gene_count,
+    gene_labels,
+)
 
 PLAIN = {
     "tanh": math.tanh,
@@ -222,3 +235,22 @@ def test_plugins_can_import_it_lightly():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(eval(done.stdout))
     assert not loaded & {"pydantic", "scipy", "numba", "matplotlib", "typer", "rich"}
+
+
+@pytest.mark.parametrize("name", ACTIVATIONS)
+def test_numba_compiles_the_activations_for_numbers(name):
+    code = ACTIVATION_CODES[name]
+    function, slope = numba.njit(activation), numba.njit(activation_slope)
+    z = np.array([-30.0, -1.5, -0.1, 0.1, 1.5, 30.0])
+    answers = activation(code, z)
+    assert [function(code, value) for value in z] == pytest.approx(answers, abs=1e-15)
+    assert answers == pytest.approx([PLAIN[name](value) for value in z], abs=1e-12)
+    step = 1e-6
+    rise = (activation(code, z + step) - activation(code, z - step)) / (2 * step)
+    assert [slope(code, value) for value in answers] == pytest.approx(rise, abs=1e-8)
+
+
+def test_another_tanh_replaces_numpys():
+    own = activation_with(lambda z: 0 * z + 0.5)
+    assert own(TANH, np.zeros(2)).tolist() == [0.5, 0.5]
+    assert own(SIGMOID, np.zeros(2)).tolist() == [0.75, 0.75]

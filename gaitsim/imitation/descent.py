@@ -1,50 +1,16 @@
 """Stochastic gradient descent on a network with one hidden layer; compiled."""
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.network import LEAK
-
-TANH, SIGMOID, RELU, LEAKY_RELU, LINEAR = range(5)
-CODES = {
-    "tanh": TANH,
-    "sigmoid": SIGMOID,
-    "relu": RELU,
-    "leaky-relu": LEAKY_RELU,
-    "linear": LINEAR,
-}
+from gaitsim.network import activation, activation_slope
 
 Floats = NDArray[np.float64]
 
 
-@njit(inline="always")
-def _activated(code: int, z: Any) -> Any:
-    if code == TANH:
-        return np.tanh(z)
-    if code == SIGMOID:
-        return (1.0 + np.tanh(0.5 * z)) / 2.0
-    if code == RELU:
-        return max(z, 0.0)
-    if code == LEAKY_RELU:
-        return max(z, LEAK * z)
-    return z
-
-
-@njit(inline="always")
-def _slope(code: int, a: Any) -> Any:
-    """Of the activation where it made `a`."""
-    if code == TANH:
-        return 1.0 - a * a
-    if code == SIGMOID:
-        return a * (1.0 - a)
-    if code == RELU:
-        return 1.0 if a > 0.0 else 0.0
-    if code == LEAKY_RELU:
-        return 1.0 if a > 0.0 else LEAK
-    return 1.0
+_activated = njit(inline="always")(activation)
+_slope = njit(inline="always")(activation_slope)
 
 
 @njit(inline="always")
@@ -90,7 +56,7 @@ def descend(
         b1: see `w1`.
         w2: see `w1`.
         b2: see `w1`.
-        code: activation of the hidden layer.
+        code: activation of the hidden layer, see `gaitsim.network`.
         output: activation of the outputs.
         inputs: (pairs, inputs).
         targets: (pairs, outputs).

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gaitsim.choices import Activation
 from gaitsim.errors import GaitsimError
 from gaitsim.imitation.imitator import Angles, Imitator
-from gaitsim.network import Network
+from gaitsim.network import ACTIVATION_CODES, Network
 
 ACTIVATIONS = get_args(Activation)
 CHUNK = 20  # epochs between two words on the progress: some hundredths of a second
@@ -72,7 +72,7 @@ def learn(
     Raises:
         GaitsimError: the error grew beyond all bounds.
     """
-    from gaitsim.imitation.descent import CODES, descend
+    from gaitsim.imitation.descent import descend
 
     centre, scale = _units(teacher, settings.normalise)
     frames = (teacher - centre) / scale
@@ -88,7 +88,7 @@ def learn(
     errors = np.empty(settings.epochs)
     w1, w2 = (weight.astype(np.float64) for weight in network.weights)
     b1, b2 = (bias.astype(np.float64) for bias in network.biases)
-    codes = CODES[settings.activation], CODES[output]
+    codes = ACTIVATION_CODES[settings.activation], ACTIVATION_CODES[output]
     for part, orders, noise in _draws(settings, *inputs.shape):
         descend(
             w1, b1, w2, b2, *codes, inputs, targets, orders, noise, rates[part], errors[part]

@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim_fly.activations import TANH, activate
+from gaitsim.network import TANH
+from gaitsim_fly.activations import activate
 from gaitsim_fly.flight import (
     ALIVE,
     BUFFER,

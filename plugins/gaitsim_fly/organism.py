@@ -19,7 +19,7 @@ from gaitsim.contracts import (
     Skeleton,
     option,
 )
-from gaitsim.network import gene_labels
+from gaitsim.network import ACTIVATION_CODES, gene_labels
 from gaitsim_fly import body
 from gaitsim_fly.starts import starts
 
@@ -191,7 +191,6 @@ class Fly(Organism):
     def move(self, genomes: Genomes) -> Motion:
         """Fly every trial of every individual."""
         from gaitsim_fly import flight
-        from gaitsim_fly.activations import CODES
         from gaitsim_fly.control import fly
 
         population, lanes = len(genomes), len(genomes) * self.trials
@@ -201,7 +200,7 @@ class Fly(Organism):
         fly(
             np.ascontiguousarray(genomes, dtype=np.float64),
             np.array(self.layers),
-            CODES[self.activation],
+            ACTIVATION_CODES[self.activation],
             self.starts(),
             np.radians([self.flap_limit, self.pitch_limit, self.sweep_limit]),
             self.dt,

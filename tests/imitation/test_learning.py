@@ -6,9 +6,9 @@ import pytest
 from gaitsim.errors import GaitsimError
 from gaitsim.imitation import SETTINGS, Settings, learn
 from gaitsim.imitation import learning as module
-from gaitsim.imitation.descent import CODES, descend
+from gaitsim.imitation.descent import descend
 from gaitsim.imitation.learning import ACTIVATIONS
-from gaitsim.network import Network
+from gaitsim.network import ACTIVATION_CODES, Network
 
 
 def waves(frames=40, joints=3, period=20.0, amplitude=0.3):
@@ -17,7 +17,7 @@ def waves(frames=40, joints=3, period=20.0, amplitude=0.3):
     return amplitude * np.sin(2 * np.pi * time / period + np.arange(joints))
 
 
-@pytest.mark.parametrize(("activation", "output"), itertools.product(CODES, CODES))
+@pytest.mark.parametrize(("activation", "output"), itertools.product(ACTIVATION_CODES, repeat=2))
 def test_a_step_follows_the_networks_gradient(activation, output):
     # Half the squared error, summed over the outputs: outputs/2 times the gradient of the MSE.
     rng = np.random.default_rng(0)
@@ -28,7 +28,7 @@ def test_a_step_follows_the_networks_gradient(activation, output):
     (w1, w2), (b1, b2) = network.weights, network.biases
     errors = np.empty(1)
     descend(
-        w1, b1, w2, b2, CODES[activation], CODES[output], seen, wanted,
+        w1, b1, w2, b2, ACTIVATION_CODES[activation], ACTIVATION_CODES[output], seen, wanted,
         np.zeros((1, 1), np.int64), np.empty((1, 0, 0)), np.array([rate]), errors,
     )  # fmt: skip
     assert network.genes == pytest.approx(expected, abs=1e-12)
