@@ -19,7 +19,7 @@ from gaitsim.evolution import evolve
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.imitation import SETTINGS, Settings, learn
 from gaitsim.imitation.learning import prepare
-from gaitsim.imitation.verdict import performance, played
+from gaitsim.imitation.performance import performance, played
 from gaitsim.network import Network
 
 EPOCHS, SAMPLE = 1000, 3  # of the compiled training, and of the one in NumPy
@@ -41,16 +41,16 @@ def champion(experiment: Experiment) -> NDArray[np.float64]:
     return angles.astype(np.float64)
 
 
-def in_numpy(teacher: NDArray[np.float64], epochs: int) -> None:
+def in_numpy(expert: NDArray[np.float64], epochs: int) -> None:
     """The same steps with `Network.gradients`, one pair at a time."""
     rng = np.random.default_rng(0)
-    joints = teacher.shape[1]
+    joints = expert.shape[1]
     network = Network.random((joints, 48, joints), rng, "leaky-relu")
     genes, sizes = network.genes.copy(), network.sizes
     for _ in range(epochs):
-        for pair in rng.permutation(len(teacher) - 1):
+        for pair in rng.permutation(len(expert) - 1):
             network = Network.from_genes(sizes, genes, "leaky-relu")
-            frame, following = teacher[pair : pair + 1].T, teacher[pair + 1 : pair + 2].T
+            frame, following = expert[pair : pair + 1].T, expert[pair + 1 : pair + 2].T
             genes -= 0.008 * joints / 2 * network.gradients(frame, following)[1]
 
 
@@ -77,38 +77,38 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the spider's run")
     experiment = load_experiment("spider", {"seed": parser.parse_args().seed})
     print_machine()
-    teacher = champion(experiment)
+    expert = champion(experiment)
     print_figure("compiling, first training only", f"{compile_seconds():.1f} s")
     prepare()
     seconds, slow = medians(
-        lambda: learn(teacher, Settings(epochs=EPOCHS // 10)),
-        lambda: in_numpy(teacher, SAMPLE),
+        lambda: learn(expert, Settings(epochs=EPOCHS // 10)),
+        lambda: in_numpy(expert, SAMPLE),
         repeats=1,
     )
     seconds, slow = seconds * 10, slow * EPOCHS / SAMPLE
-    pairs = len(teacher) - 1
+    pairs = len(expert) - 1
     print_figure(f"training, {pairs} pairs × {EPOCHS:,} epochs", f"{seconds:.2f} s", "at most 5 s")
     print_figure(
         f"- in NumPy, {SAMPLE} epochs scaled", f"{slow:.0f} s", f"{times(slow / seconds)} as long"
     )
     for name, settings in SETTINGS.items():
         print()
-        whole = stopwatch(lambda settings=settings: learn(teacher, settings))  # type: ignore[misc]
+        whole = stopwatch(lambda settings=settings: learn(expert, settings))  # type: ignore[misc]
         print_figure(f"settings {name}: {settings.epochs:,} epochs", f"{whole:.1f} s")
-        print_walks(experiment, teacher, settings)
+        print_walks(experiment, expert, settings)
 
 
-def print_walks(experiment: Experiment, teacher: NDArray[np.float64], settings: Settings) -> None:
-    """How far and how well it goes on its own, at once and later, beside its teacher."""
-    frames, body = len(teacher), experiment.organism
-    motion = played(experiment, teacher)[0]
+def print_walks(experiment: Experiment, expert: NDArray[np.float64], settings: Settings) -> None:
+    """How far and how well it goes on its own, at once and later, beside its expert."""
+    frames, body = len(expert), experiment.organism
+    motion = played(experiment, expert)[0]
     whole = float(body.measures(motion)["forward"].values[0])
     score = performance(experiment, motion).score
     for seed in SEEDS:
-        imitator, _ = learn(teacher, replace(settings, seed=seed))
-        asked = imitator.free_run(teacher[0], LATER * frames)
-        first, _, beyond = played(experiment, asked[:frames])
-        last, _, _ = played(experiment, asked[-frames:])
+        imitator, _ = learn(expert, replace(settings, seed=seed))
+        commanded = imitator.free_run(expert[0], LATER * frames)
+        first, _, beyond = played(experiment, commanded[:frames])
+        last, _, _ = played(experiment, commanded[-frames:])
         forward, late = (
             float(body.measures(gait)["forward"].values[0]) / whole for gait in (first, last)
         )
@@ -116,7 +116,7 @@ def print_walks(experiment: Experiment, teacher: NDArray[np.float64], settings: 
         print_figure(
             f"- seed {seed}: forward kept; after {LATER - 1} times as long",
             f"{forward:.1%} {late:.1%}",
-            f"score {reached:.2f} of {score:.2f}, {beyond} of {asked[:frames].size} held to limits",
+            f"score {reached:.2f} of {score:.2f}, {beyond} of {commanded[:frames].size} limited",
         )
 
 

@@ -11,7 +11,7 @@ from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPr
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
-    from gaitsim.imitation.imitating import Result, Teacher
+    from gaitsim.imitation.imitating import Expert, Result
     from gaitsim.imitation.learning import Settings
 
 
@@ -59,7 +59,7 @@ def imitate(
     """Train a network that imitates the champion, and let it walk on its own.
 
     From each frame of joint angles it learns the next; then it plays as many frames from the
-    first one, and is judged beside its teacher. Ctrl-C stops, and nothing is written.
+    first one, and is evaluated like its expert. Ctrl-C stops, and nothing is written.
 
     [bold]Examples[/bold]
 
@@ -74,7 +74,7 @@ def imitate(
     from gaitsim.cli.console import print_json, wrote
     from gaitsim.cli.imitation_view import files_of, plain, print_results, write_results
     from gaitsim.gait.files.writer import check_folder
-    from gaitsim.imitation.imitating import teacher_of
+    from gaitsim.imitation.imitating import expert_of
     from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
     from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
@@ -93,23 +93,23 @@ def imitate(
     chosen = replace(
         SETTINGS[settings], **{name: value for name, value in given.items() if value is not None}
     )
-    teacher = teacher_of(opened.individual(generation))
+    expert = expert_of(opened.individual(generation))
     names = [chosen.activation]
     if compare_activations:
         names += [name for name in ACTIVATIONS if name != chosen.activation]
-    results = _train(teacher, [replace(chosen, activation=name) for name in names], quiet=json)
+    results = _train(expert, [replace(chosen, activation=name) for name in names], quiet=json)
     if results is None:
         sys.exit(130)
     files = files_of(out or opened.exports(), format, compare_activations)
-    write_results(teacher, results, files)
+    write_results(expert, results, files)
     wrote(*files.values())
     if json:
-        print_json(plain(teacher, results, files))
+        print_json(plain(expert, results, files))
     else:
-        print_results(teacher, results, files, preset=settings)
+        print_results(expert, results, files, preset=settings)
 
 
-def _train(teacher: "Teacher", every: "list[Settings]", quiet: bool) -> "list[Result] | None":
+def _train(expert: "Expert", every: "list[Settings]", quiet: bool) -> "list[Result] | None":
     """Train with each of the settings, with a progress bar; None when the user stopped it."""
     import time
 
@@ -131,7 +131,7 @@ def _train(teacher: "Teacher", every: "list[Settings]", quiet: bool) -> "list[Re
                 label = f"learning, {settings.activation}"
                 log = "" if quiet else f"{label}: {settings.epochs} epochs"
                 with Progress(label, "epochs", settings.epochs, log=log) as progress:
-                    found.append(imitated(teacher, settings, progress.advance))
+                    found.append(imitated(expert, settings, progress.advance))
     except KeyboardInterrupt:
         notice("Stopped; nothing was written.")
         return None

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.cli.console import notice, number, output, table
-from gaitsim.imitation.imitating import Result, Teacher
-from gaitsim.imitation.verdict import Performance
+from gaitsim.imitation.imitating import Expert, Result
+from gaitsim.imitation.performance import Performance
 from gaitsim.runs.files.folder import command
 
 Files = Mapping[str, Path]
@@ -27,8 +27,8 @@ def files_of(folder: Path, format: str, several: bool) -> Files:
     return files
 
 
-def write_results(teacher: Teacher, results: Sequence[Result], files: Files) -> None:
-    """Write the first result in full, and the errors of all where that is asked for.
+def write_results(expert: Expert, results: Sequence[Result], files: Files) -> None:
+    """Write the first result in full, and the errors of all where `files` names a plot of them.
 
     Raises:
         RunError: a file cannot be written.
@@ -47,7 +47,7 @@ def write_results(teacher: Teacher, results: Sequence[Result], files: Files) -> 
         learnt.joint_angles, learnt.joint_names, learnt.frame_rate, learnt.generation, score
     )
     write_gait(gait, files["gait"], files["gait"].suffix[1:])
-    heading = f"imitator of {heading_of_experiment(teacher.individual.experiment)}"
+    heading = f"imitator of {heading_of_experiment(expert.individual.experiment)}"
     errors = {result.settings.activation: result.errors for result in results}
     one = {first.settings.activation: first.errors}
     save(errors_figure(one, f"{heading}, {first.settings.activation}"), files["error"])
@@ -55,51 +55,51 @@ def write_results(teacher: Teacher, results: Sequence[Result], files: Files) -> 
         save(errors_figure(errors, heading), files["activations"])
 
 
-def plain(teacher: Teacher, results: Sequence[Result], files: Files) -> dict[str, Any]:
+def plain(expert: Expert, results: Sequence[Result], files: Files) -> dict[str, Any]:
     """For JSON: the first result, and those of the other activations."""
     found = {
-        "run": str(teacher.individual.source),
-        "generation": teacher.gait.generation,
-        "teacher": teacher.performance.plain,
-        **_plain(teacher, results[0]),
+        "run": str(expert.individual.source),
+        "generation": expert.gait.generation,
+        "expert": expert.performance.to_dict(),
+        **_plain(expert, results[0]),
         "files": {what: str(path) for what, path in files.items()},
     }
     if len(results) > 1:
-        found["activations"] = [_plain(teacher, result) for result in results]
+        found["activations"] = [_plain(expert, result) for result in results]
     return found
 
 
-def _plain(teacher: Teacher, result: Result) -> dict[str, Any]:
+def _plain(expert: Expert, result: Result) -> dict[str, Any]:
     return {
         "settings": asdict(result.settings),
         "one_step_mse": result.one_step,
         "free_running_mse": result.free_running,
         "beyond_limits": result.beyond_limits,
-        "angles": result.imitation.asked.size,
-        "imitator": result.performance.plain if result.performance else None,
-        "forward_kept": _kept(teacher, result),
+        "angles": result.imitation.commanded.size,
+        "imitator": result.performance.to_dict() if result.performance else None,
+        "forward_kept": _kept(expert, result),
     }
 
 
 def print_results(
-    teacher: Teacher, results: Sequence[Result], files: Files, preset: str = ""
+    expert: Expert, results: Sequence[Result], files: Files, preset: str = ""
 ) -> None:
-    """Teacher and imitator side by side, both errors, and the files."""
+    """Expert and imitator side by side, both errors, and the files."""
     first, console = results[0], output()
-    source = teacher.individual.source
-    run = source or Path(teacher.individual.name)
+    source = expert.individual.source
+    run = source or Path(expert.individual.name)
     sizes = first.imitation.imitator.network.sizes
     console.print(
-        f"{run}: imitator of the best of generation {teacher.gait.generation}, "
+        f"{run}: imitator of the best of generation {expert.gait.generation}, "
         f"network {'-'.join(map(str, sizes))}, {first.settings.activation}",
         style="bold",
         markup=False,
     )
     console.print(
-        f"next frame from the teacher's: rms error {_degrees(first.one_step)} "
+        f"next frame from the expert's: rms error {_degrees(first.one_step)} "
         f"(MSE {first.one_step:.2e} rad²)\n"
-        f"on its own for {len(teacher.gait.angles)} frames: {_degrees(first.free_running)} "
-        f"from the teacher (MSE {first.free_running:.2e} rad²)"
+        f"on its own for {len(expert.gait.angles)} frames: {_degrees(first.free_running)} "
+        f"from the expert (MSE {first.free_running:.2e} rad²)"
     )
     if first.performance is None:
         console.print(
@@ -107,43 +107,43 @@ def print_results(
             style="dim",
         )
     else:
-        asked = first.imitation.asked.size
+        commanded = first.imitation.commanded.size
         console.print(
-            f"{first.beyond_limits:,} of {asked:,} angles were beyond the body's limits of angle "
-            "or speed, and held to them"
+            f"{first.beyond_limits:,} of {commanded:,} commanded angles exceeded the body's limits "
+            "of angle or speed"
         )
         console.print()
-        console.print(_side_by_side(teacher.performance, first.performance), markup=False)
-        kept = _kept(teacher, first)
+        console.print(_side_by_side(expert.performance, first.performance), markup=False)
+        kept = _kept(expert, first)
         if kept is not None:
-            console.print(f"It keeps {kept:.1%} of its teacher's way forward.")
+            console.print(f"It keeps {kept:.1%} of its expert's way forward.")
             if kept < ENOUGH and preset != "steady":
                 again = command("imitate", run, "--settings", "steady")
                 notice(f"A gait that lasts may need another training: {again}")
     if len(results) > 1:
         console.print()
-        console.print(_activations(teacher, results), markup=False)
+        console.print(_activations(expert, results), markup=False)
     console.print()
     for path in files.values():
         console.print(str(path), markup=False, soft_wrap=True)
 
 
-def _side_by_side(teacher: Performance, imitator: Performance) -> Any:
-    made = table("", "teacher", "imitator", "unit", numbers=("teacher", "imitator"))
-    made.add_row("score", number(teacher.score), number(imitator.score), "")
-    for name, value in teacher.terms.items():
+def _side_by_side(expert: Performance, imitator: Performance) -> Any:
+    made = table("", "expert", "imitator", "unit", numbers=("expert", "imitator"))
+    made.add_row("score", number(expert.score), number(imitator.score), "")
+    for name, value in expert.terms.items():
         made.add_row(f"  {name}", number(value), number(imitator.terms[name]), "")
-    for name, (value, unit) in teacher.measures.items():
+    for name, (value, unit) in expert.measures.items():
         other = imitator.measures.get(name)
         made.add_row(name, number(value), number(other[0]) if other else "", unit)
     return made
 
 
-def _activations(teacher: Teacher, results: Sequence[Result]) -> Any:
+def _activations(expert: Expert, results: Sequence[Result]) -> Any:
     columns = ("next frame", "on its own", "forward", "score")
     made = table("activation", *columns, numbers=columns)
     for result in results:
-        judged, kept = result.performance, _kept(teacher, result)
+        judged, kept = result.performance, _kept(expert, result)
         made.add_row(
             result.settings.activation,
             _degrees(result.one_step),
@@ -158,10 +158,10 @@ def _degrees(mean_square: float) -> str:
     return f"{degrees(sqrt(mean_square)):.3g}°"
 
 
-def _kept(teacher: Teacher, result: Result) -> float | None:
-    """The share of the teacher's way forward, where the body measures it and it went forward."""
-    if result.performance is None or FORWARD not in teacher.performance.measures:
+def _kept(expert: Expert, result: Result) -> float | None:
+    """The share of the expert's way forward, where the body measures it and it went forward."""
+    if result.performance is None or FORWARD not in expert.performance.measures:
         return None
-    whole, _ = teacher.performance.measures[FORWARD]
+    whole, _ = expert.performance.measures[FORWARD]
     reached = result.performance.measures.get(FORWARD)
     return reached[0] / whole if reached and whole > 0 else None

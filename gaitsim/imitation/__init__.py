@@ -1,4 +1,4 @@
-"""A network learns a gait: from each frame to the next; then it plays on its own."""
+"""Train a network to imitate a gait: it predicts each frame from the one before."""
 
 from gaitsim.imitation.file import Imitation, load_imitator, save_imitator
 from gaitsim.imitation.imitator import Imitator

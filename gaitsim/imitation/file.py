@@ -1,4 +1,4 @@
-"""An imitator on disk: its gait and its network in one `.npz`."""
+"""Save and load an imitator: its gait and its network in one `.npz` file."""
 
 import io
 import zipfile
@@ -20,21 +20,21 @@ LARGEST = 64 * 2**20  # bytes, packed and unpacked
 
 @dataclass(frozen=True, eq=False)
 class Imitation:
-    """What a network made of a gait.
+    """A network and the gait that it plays.
 
     Attributes:
         joint_angles: the gait that the body played, (frames, joints), radians.
-        asked: what the network asked for, the same shape; beyond the body's limits the two
-            differ.
+        commanded: the angles from the network, the same shape; beyond the body's limits the
+            two differ.
         frame_rate: frames a second, Hz.
         joint_names: name of each joint.
-        generation: of the teacher.
+        generation: of the expert.
         imitator: the network.
         seed: of its training.
     """
 
     joint_angles: Angles
-    asked: Angles
+    commanded: Angles
     frame_rate: float
     joint_names: tuple[str, ...]
     generation: int
@@ -43,7 +43,7 @@ class Imitation:
 
 
 def save_imitator(imitation: Imitation, path: Path) -> None:
-    """Write an imitation at one stroke, without anything pickled.
+    """Write an imitation atomically, without pickles.
 
     Raises:
         RunError: it cannot be written.
@@ -58,7 +58,7 @@ def save_imitator(imitation: Imitation, path: Path) -> None:
     file = io.BytesIO()
     fields: Mapping[str, Any] = {
         "joint_angles": imitation.joint_angles,
-        "asked": imitation.asked,
+        "commanded": imitation.commanded,
         "frame_rate": imitation.frame_rate,
         "joint_names": np.array(imitation.joint_names),
         "units": "rad",
@@ -75,7 +75,7 @@ def save_imitator(imitation: Imitation, path: Path) -> None:
 
 
 def load_imitator(path: Path) -> Imitation:
-    """Read what `save_imitator` wrote; nothing in it is executed.
+    """Read a file of `save_imitator`; nothing in it is executed.
 
     Raises:
         GaitsimError: it cannot be read, is too large, or is not such a file.
@@ -92,11 +92,11 @@ def load_imitator(path: Path) -> Imitation:
     try:
         return _imitation(_fields(data))
     except KeyError as error:
-        reason = f"it has no {error.args[0]}"
-    except Exception as error:  # what foreign bytes do to the readers is not foreseen
+        reason = f"{error.args[0]} is missing"
+    except Exception as error:  # foreign bytes can make the readers raise anything
         reason = f"{type(error).__name__}: {error}"
     raise GaitsimError(
-        f"{path} holds no imitator: {reason}",
+        f"{path} is not an imitator file: {reason}",
         allowed="an imitator.npz as 'gaitsim imitate' writes it",
     )
 
@@ -114,9 +114,9 @@ def _fields(data: bytes) -> dict[str, NDArray[Any]]:
 def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
     names = tuple(str(name) for name in fields["joint_names"])
     joints = len(names)
-    angles, asked = _numbers(fields, "joint_angles", 2), _numbers(fields, "asked", 2)
-    if angles.shape != asked.shape or angles.shape[1] != joints or len(angles) < 2:
-        raise ValueError(f"angles of {angles.shape} and {asked.shape} for {joints} joints")
+    angles, commanded = _numbers(fields, "joint_angles", 2), _numbers(fields, "commanded", 2)
+    if angles.shape != commanded.shape or angles.shape[1] != joints or len(angles) < 2:
+        raise ValueError(f"angles of {angles.shape} and {commanded.shape} for {joints} joints")
     count = sum(name[:1] == "W" and name[1:].isdecimal() for name in fields)
     network = Network(
         tuple(_numbers(fields, f"W{layer}", 2) for layer in range(1, count + 1)),
@@ -132,7 +132,7 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
         raise ValueError(f"frame rate {rate}, scale {scale}")
     return Imitation(
         angles,
-        asked,
+        commanded,
         rate,
         names,
         int(fields["generation"]),

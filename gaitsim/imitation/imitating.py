@@ -1,4 +1,4 @@
-"""From a run's champion to its imitator: learnt, played on its own, judged beside its teacher."""
+"""Imitate a run's champion: train a network, let it play on its own, and evaluate it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,40 +11,38 @@ from gaitsim.gait.files.writer import Gait, gait_of
 from gaitsim.imitation.file import Imitation
 from gaitsim.imitation.imitator import mean_square
 from gaitsim.imitation.learning import Settings, learn
-from gaitsim.imitation.verdict import Performance, performance, played
+from gaitsim.imitation.performance import Performance, performance, played
 from gaitsim.individual import Individual
 
 
 @dataclass(frozen=True, eq=False)
-class Teacher:
-    """Whom a network imitates.
+class Expert:
+    """The individual that a network imitates.
 
     Attributes:
         individual: the individual to imitate.
         gait: its joint angles.
-        performance: how it does.
-        judges: whether the body can play joint angles, so that an imitator is judged, too.
+        performance: its score and measures.
     """
 
     individual: Individual
     gait: Gait
     performance: Performance
-    judges: bool
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What came of a training.
+    """A trained imitator and how it performs.
 
     Attributes:
         settings: of the training.
-        imitation: the network and what it plays.
+        imitation: the network and the gait that it plays.
         errors: mean squared error of the next frame after each epoch, (epochs,), rad².
-        one_step: the same after all of them.
-        free_running: mean squared difference from the teacher's gait when it plays on its own.
-        beyond_limits: how many of the angles that it asked for the body did not play as
-            asked; None where the body cannot play joint angles.
-        performance: how it does; None there, too.
+        one_step: the same after the last epoch.
+        free_running: mean squared difference from the expert's gait when it plays on its own.
+        beyond_limits: number of commanded angles that the body limited; None where the body
+            cannot play joint angles.
+        performance: its score and measures; None there, too.
     """
 
     settings: Settings
@@ -56,11 +54,11 @@ class Result:
     performance: Performance | None
 
 
-def teacher_of(individual: Individual) -> Teacher:
-    """The teacher that a kept individual makes.
+def expert_of(individual: Individual) -> Expert:
+    """Make an individual the expert of an imitation.
 
     Raises:
-        GaitsimError: its body has no joint angles, or they are no gait to learn.
+        GaitsimError: its body has no joint angles, or they are not a gait.
         PluginError: the body or the fitness breaks its contract.
     """
     gait = gait_of(individual)
@@ -70,31 +68,30 @@ def teacher_of(individual: Individual) -> Teacher:
             where=str(individual.source),
             allowed="two frames or more, all angles finite",
         )
-    judges = individual.experiment.organism.can_play
-    return Teacher(individual, gait, performance(individual.experiment, individual.motion), judges)
+    return Expert(individual, gait, performance(individual.experiment, individual.motion))
 
 
 def imitate(
-    teacher: Teacher, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
+    expert: Expert, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
 ) -> Result:
-    """Train a network, let it play on its own for as many frames, and judge it.
+    """Train a network, let it play as many frames on its own, and evaluate it.
 
     Raises:
-        GaitsimError: the training ran away.
+        GaitsimError: the training diverged.
         PluginError: the body or the fitness breaks its contract.
     """
-    gait, experiment = teacher.gait, teacher.individual.experiment
+    gait, experiment = expert.gait, expert.individual.experiment
     imitator, errors = learn(gait.angles, settings, progress)
-    asked = imitator.free_run(gait.angles[0], len(gait.angles))
-    angles, beyond, judged = asked, None, None
-    if teacher.judges:
-        motion, angles, beyond = played(experiment, asked)
-        judged = performance(experiment, motion)
+    commanded = imitator.free_run(gait.angles[0], len(gait.angles))
+    angles, beyond, evaluated = commanded, None, None
+    if experiment.organism.can_play:
+        motion, angles, beyond = played(experiment, commanded)
+        evaluated = performance(experiment, motion)
     return Result(
         settings=settings,
         imitation=Imitation(
             joint_angles=angles,
-            asked=asked,
+            commanded=commanded,
             frame_rate=gait.frame_rate,
             joint_names=gait.joint_names,
             generation=gait.generation,
@@ -103,7 +100,7 @@ def imitate(
         ),
         errors=errors,
         one_step=imitator.one_step_error(gait.angles),
-        free_running=mean_square(asked - gait.angles),
+        free_running=mean_square(commanded - gait.angles),
         beyond_limits=beyond,
-        performance=judged,
+        performance=evaluated,
     )

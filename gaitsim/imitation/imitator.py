@@ -1,4 +1,4 @@
-"""A network that plays a gait: from each frame it makes the next."""
+"""A network that plays a gait: it predicts each frame from the one before."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Angles = NDArray[np.float64]
 """(frames, joints), radians."""
 
 TURN = 2 * math.pi
-"""What a network asks for beyond a whole turn is cut off, or one that runs away would overflow."""
+"""Commanded angles are clipped to a whole turn, or a network that diverges would overflow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,38 +22,38 @@ class Imitator:
 
     Attributes:
         network: as many inputs as outputs.
-        centre: what the network knows as zero, (joints,), radians.
-        scale: what it knows as one, radians.
+        centre: angles that the network sees as 0, (joints,), radians.
+        scale: angle that the network sees as 1, radians.
     """
 
     network: Network
     centre: NDArray[np.float64]
     scale: float
 
-    def following(self, frames: Angles) -> Angles:
-        """The frame that the network makes of each of (frames, joints)."""
+    def predict(self, frames: Angles) -> Angles:
+        """Predict the next frame after each of (frames, joints)."""
         answers: NDArray[Any] = self.network.activate(((frames - self.centre) / self.scale).T)
         return answers.T * self.scale + self.centre
 
     def free_run(self, first: NDArray[np.float64], frames: int) -> Angles:
-        """What it plays on its own: each frame made of the one before, (frames, joints).
+        """Play on its own, each frame from the one before; return (frames, joints).
 
         Args:
             first: the first frame, (joints,), radians.
-            frames: how many, the first one included.
+            frames: number of frames, the first one included.
         """
         played = np.empty((frames, len(first)))
         played[0] = first
         for frame in range(1, frames):
-            asked = self.following(played[frame - 1 : frame])[0]
-            played[frame] = np.clip(asked, -TURN, TURN)
+            commanded = self.predict(played[frame - 1 : frame])[0]
+            played[frame] = np.clip(commanded, -TURN, TURN)
         return played
 
-    def one_step_error(self, teacher: Angles) -> float:
-        """Mean squared error of the next frame, given the teacher's, rad²."""
-        return mean_square(self.following(teacher[:-1]) - teacher[1:])
+    def one_step_error(self, expert: Angles) -> float:
+        """Return the mean squared error of the next frame, given the expert's, rad²."""
+        return mean_square(self.predict(expert[:-1]) - expert[1:])
 
 
 def mean_square(values: NDArray[np.float64]) -> float:
-    """Their mean square."""
+    """Return the mean square of some values."""
     return float(np.mean(values**2))

@@ -1,4 +1,4 @@
-"""How the network learns a gait: settings, and the training."""
+"""Train a network on a gait."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,22 +13,22 @@ from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import ACTIVATION_CODES, Network
 
 ACTIVATIONS = get_args(Activation)
-CHUNK = 20  # epochs between two words on the progress: some hundredths of a second
+CHUNK = 20  # epochs between two calls of `progress`: some hundredths of a second
 _WEIGHTS, _ORDER, _NOISE = range(3)  # purposes of randomness
 
 
 @dataclass(frozen=True)
 class Settings:
-    """All that a training depends on, beside the gait.
+    """The settings of a training.
 
     Attributes:
         activation: of the hidden layer.
         output: 'linear', or 'same' as the hidden layer.
         hidden: neurons of the hidden layer.
-        epochs: how often all pairs are learnt.
-        learning_rate: what a step follows of the gradient of half the squared error.
+        epochs: number of passes over all pairs.
+        learning_rate: step size along the gradient of half the squared error.
         decay: whether the rate falls to zero along half a cosine.
-        noise: standard deviation of what is added to the inputs, as the network sees them.
+        noise: standard deviation of the noise on the inputs, in the network's units.
         normalise: whether the network sees angles from the middle of each joint's range, over
             the largest range; otherwise radians.
         seed: of the first weights, the order of the pairs, and the noise.
@@ -47,21 +47,21 @@ class Settings:
 
 SETTINGS = {
     "source": Settings(),
-    # Noise teaches to come back to the gait from beside it. Without the decay the last pairs
-    # learnt would leave a trace in it.
+    # Noise teaches the network to return to the gait. Without the decay the last pairs of the
+    # training would bias it.
     "steady": Settings(epochs=3000, learning_rate=0.02, decay=True, noise=0.05, normalise=True),
 }
 
 
 def learn(
-    teacher: Angles, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
+    expert: Angles, settings: Settings, progress: Callable[[int], object] = lambda epochs: None
 ) -> tuple[Imitator, NDArray[np.float64]]:
     """Train a network on the pairs of a gait, each frame and the next, one pair a step.
 
     The same gait and settings give the same network to the bit.
 
     Args:
-        teacher: (frames, joints), radians, at least 2 frames.
+        expert: (frames, joints), radians, at least 2 frames.
         settings: of the training.
         progress: called with the number of epochs since the last call.
 
@@ -70,15 +70,15 @@ def learn(
         (epochs,), rad².
 
     Raises:
-        GaitsimError: the error grew beyond all bounds.
+        GaitsimError: the training diverged.
     """
     from gaitsim.imitation.descent import descend
 
-    centre, scale = _units(teacher, settings.normalise)
-    frames = (teacher - centre) / scale
+    centre, scale = _units(expert, settings.normalise)
+    frames = (expert - centre) / scale
     inputs, targets = np.ascontiguousarray(frames[:-1]), np.ascontiguousarray(frames[1:])
     output = settings.activation if settings.output == "same" else settings.output
-    joints = teacher.shape[1]
+    joints = expert.shape[1]
     network = Network.random(
         (joints, settings.hidden, joints), _rng(settings, _WEIGHTS), settings.activation, output
     )
@@ -96,9 +96,9 @@ def learn(
         if not np.isfinite(errors[part]).all():
             grown = part.start + int(np.argmin(np.isfinite(errors[part]))) + 1
             raise GaitsimError(
-                f"the training ran away: in epoch {grown} its error is no number any more",
+                f"training diverged: the error is not finite in epoch {grown}",
                 where=f"learning rate {settings.learning_rate:g}",
-                remedy="take a smaller learning rate",
+                remedy="try a smaller learning rate",
             )
         progress(len(errors[part]))
     learnt = Network((w1, w2), (b1, b2), settings.activation, output)
@@ -106,7 +106,7 @@ def learn(
 
 
 def prepare() -> None:
-    """Compile the training, or load what was compiled before."""
+    """Compile the training, or load its compiled code from the cache."""
     learn(np.zeros((2, 1)), Settings(hidden=1, epochs=1))
 
 
@@ -114,18 +114,18 @@ def _rng(settings: Settings, purpose: int) -> np.random.Generator:
     return np.random.default_rng([settings.seed, purpose])
 
 
-def _units(teacher: Angles, normalise: bool) -> tuple[NDArray[np.float64], float]:
-    """What the network sees as zero and as one."""
+def _units(expert: Angles, normalise: bool) -> tuple[NDArray[np.float64], float]:
+    """Return the angles that the network sees as 0 and as 1."""
     if not normalise:
-        return np.zeros(teacher.shape[1]), 1.0
-    low, high = teacher.min(axis=0), teacher.max(axis=0)
+        return np.zeros(expert.shape[1]), 1.0
+    low, high = expert.min(axis=0), expert.max(axis=0)
     return (low + high) / 2, float((high - low).max()) or 1.0
 
 
 def _draws(
     settings: Settings, pairs: int, joints: int
 ) -> Iterator[tuple[slice, NDArray[np.int64], NDArray[np.float64]]]:
-    """Orders and noise for some epochs at a time; drawn epoch by epoch, whatever the chunks."""
+    """Draw orders and noise for some epochs at a time; the chunks do not change the draws."""
     order, noise = _rng(settings, _ORDER), _rng(settings, _NOISE)
     for first in range(0, settings.epochs, CHUNK):
         part = slice(first, min(first + CHUNK, settings.epochs))

@@ -11,10 +11,12 @@ from gaitsim.imitation import Imitation, Settings, learn, load_imitator, save_im
 
 @pytest.fixture(scope="module")
 def imitation():
-    teacher = 0.3 * np.sin(np.arange(20)[:, None] + np.arange(3))
-    imitator, _ = learn(teacher, Settings(epochs=2, normalise=True, output="same"))
-    asked = imitator.free_run(teacher[0], 20)
-    return Imitation(np.clip(asked, -0.1, 0.1), asked, 25.0, ("a", "b", "c"), 7, imitator, 3)
+    expert = 0.3 * np.sin(np.arange(20)[:, None] + np.arange(3))
+    imitator, _ = learn(expert, Settings(epochs=2, normalise=True, output="same"))
+    commanded = imitator.free_run(expert[0], 20)
+    return Imitation(
+        np.clip(commanded, -0.1, 0.1), commanded, 25.0, ("a", "b", "c"), 7, imitator, 3
+    )
 
 
 @pytest.fixture
@@ -27,14 +29,14 @@ def kept(imitation, tmp_path):
 def test_it_comes_back_as_it_was(imitation, kept):
     again = load_imitator(kept)
     assert again.joint_angles.tobytes() == imitation.joint_angles.tobytes()
-    assert again.asked.tobytes() == imitation.asked.tobytes()
+    assert again.commanded.tobytes() == imitation.commanded.tobytes()
     assert (again.frame_rate, again.joint_names) == (25.0, ("a", "b", "c"))
     assert (again.generation, again.seed) == (7, 3)
     before, after = imitation.imitator, again.imitator
     assert after.network.genes.tobytes() == before.network.genes.tobytes()
     assert (after.network.activation, after.network.output) == ("leaky-relu", "leaky-relu")
     # The loaded network plays the gait that is beside it.
-    assert np.array_equal(after.free_run(again.asked[0], 20), imitation.asked)
+    assert np.array_equal(after.free_run(again.commanded[0], 20), imitation.commanded)
 
 
 def test_others_find_the_gait_in_it(imitation, kept):
@@ -60,9 +62,9 @@ def changed(kept, **fields):
 @pytest.mark.parametrize(
     ("fields", "says"),
     [
-        ({"joint_angles": None}, "it has no joint_angles"),
+        ({"joint_angles": None}, "joint_angles is missing"),
         ({"joint_angles": np.zeros((20, 4))}, r"angles of \(20, 4\)"),
-        ({"asked": np.full((20, 3), np.nan)}, "asked is not all finite"),
+        ({"commanded": np.full((20, 3), np.nan)}, "commanded is not all finite"),
         ({"joint_names": np.array(["a"])}, "for 1 joints"),
         ({"W1": np.zeros((48, 4))}, "network of"),
         ({"W2": np.zeros((3, 47))}, "W2 has the shape"),
@@ -75,14 +77,14 @@ def changed(kept, **fields):
 )
 def test_what_is_no_imitator_is_refused(kept, fields, says):
     changed(kept, **fields)
-    with pytest.raises(GaitsimError, match=f"holds no imitator: .*{says}"):
+    with pytest.raises(GaitsimError, match=says):
         load_imitator(kept)
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"nonsense" * 100])
 def test_foreign_bytes_are_refused(tmp_path, content):
     (tmp_path / "x.npz").write_bytes(content)
-    with pytest.raises(GaitsimError, match="holds no imitator"):
+    with pytest.raises(GaitsimError, match=r"x\.npz"):
         load_imitator(tmp_path / "x.npz")
 
 

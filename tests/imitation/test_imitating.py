@@ -12,7 +12,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 from gaitsim.imitation import SETTINGS, load_imitator
-from gaitsim.imitation.imitating import imitate, teacher_of
+from gaitsim.imitation.imitating import expert_of, imitate
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
@@ -40,34 +40,34 @@ def puppet_run(puppet, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
 def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
-    teacher = teacher_of(spider.individual())
-    result = imitate(teacher, settings)
+    expert = expert_of(spider.individual())
+    result = imitate(expert, settings)
     whole, reached = (
         performance.measures["forward"][0]
-        for performance in (teacher.performance, result.performance)
+        for performance in (expert.performance, result.performance)
     )
     assert whole > 2.0
     assert reached >= 0.9 * whole
-    assert result.imitation.asked.shape == (300, 24)
-    # It walks rather than repeats: every joint that the teacher moves is moved by it.
-    moved = np.ptp(teacher.gait.angles, axis=0) > 0.1
-    assert (np.ptp(result.imitation.asked, axis=0)[moved] > 0.05).all()
+    assert result.imitation.commanded.shape == (300, 24)
+    # It walks rather than repeats: every joint that the expert moves is moved by it.
+    moved = np.ptp(expert.gait.angles, axis=0) > 0.1
+    assert (np.ptp(result.imitation.commanded, axis=0)[moved] > 0.05).all()
     assert result.one_step < 1e-5
     assert result.free_running < 0.02
 
 
 def test_what_the_body_cannot_follow_is_counted(spider):
-    result = imitate(teacher_of(spider.individual()), SETTINGS["source"])
-    played, asked = result.imitation.joint_angles, result.imitation.asked
-    assert result.beyond_limits == np.count_nonzero(np.abs(played - asked) > 1e-6)
+    result = imitate(expert_of(spider.individual()), SETTINGS["source"])
+    played, commanded = result.imitation.joint_angles, result.imitation.commanded
+    assert result.beyond_limits == np.count_nonzero(np.abs(played - commanded) > 1e-6)
     assert np.abs(np.diff(played, axis=0)).max() <= np.radians(5) + 1e-6
     assert np.abs(played).max() <= np.radians(30) + 1e-6
 
 
-def test_the_teacher_is_judged_as_the_run_judged_it(spider):
-    teacher = teacher_of(spider.individual())
-    assert teacher.performance.score == teacher.individual.score
-    assert sum(teacher.performance.terms.values()) == pytest.approx(teacher.individual.score)
+def test_the_expert_has_the_score_of_the_run(spider):
+    expert = expert_of(spider.individual())
+    assert expert.performance.score == expert.individual.score
+    assert sum(expert.performance.terms.values()) == pytest.approx(expert.individual.score)
 
 
 def test_the_command_writes_and_tells_all(spider, gaitsim, tmp_path):
@@ -80,14 +80,14 @@ def test_the_command_writes_and_tells_all(spider, gaitsim, tmp_path):
     assert mat["score"].item() == said["imitator"]["score"]
     assert said["angles"] == 7200
     assert said["settings"]["epochs"] == 40
-    assert list(said["teacher"]["terms"]) == list(said["imitator"]["terms"])
+    assert list(said["expert"]["terms"]) == list(said["imitator"]["terms"])
     drawn = Path(files["error"]).read_bytes()
     assert drawn.startswith(b"\x89PNG")
     again = json.loads(
         gaitsim("imitate", spider.path, "--json", "--epochs", 40, "--out", tmp_path).stdout
     )
     assert {**again, "files": files} == said
-    assert np.array_equal(load_imitator(tmp_path / "imitator.npz").asked, imitation.asked)
+    assert np.array_equal(load_imitator(tmp_path / "imitator.npz").commanded, imitation.commanded)
     assert (tmp_path / "imitator-error.png").read_bytes() == drawn
 
 
@@ -119,7 +119,7 @@ def test_a_third_partys_body_without_play(puppet_run, gaitsim):
     plain = json.loads(gaitsim("imitate", puppet_run.path, "--epochs", 2, "--json").stdout)
     assert plain["imitator"] is None
     assert plain["beyond_limits"] is None
-    assert plain["teacher"]["measures"]["reach"] > 0
+    assert plain["expert"]["measures"]["reach"] > 0
 
 
 def test_a_third_partys_body_with_play(puppet_run, puppets, monkeypatch, gaitsim):

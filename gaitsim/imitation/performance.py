@@ -1,7 +1,6 @@
-"""How an imitator does beside its teacher, on the same body under the same fitness."""
+"""How a gait performs: its score, its terms and its measures."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -12,12 +11,12 @@ from gaitsim.experiment import Experiment
 from gaitsim.imitation.imitator import Angles
 from gaitsim.registry import plugin_errors
 
-TOLERANCE = 1e-6  # rad: less is rounding, no limit
+TOLERANCE = 1e-6  # rad: smaller differences are rounding, not limits
 
 
 @dataclass(frozen=True, eq=False)
 class Performance:
-    """How one gait does.
+    """The score and the measures of one gait.
 
     Attributes:
         score: under the experiment's fitness.
@@ -29,9 +28,8 @@ class Performance:
     terms: dict[str, float]
     measures: dict[str, tuple[float, str]]
 
-    @cached_property
-    def plain(self) -> dict[str, object]:
-        """For JSON."""
+    def to_dict(self) -> dict[str, object]:
+        """Return the numbers for JSON, without units."""
         return {
             "score": self.score,
             "terms": self.terms,
@@ -40,35 +38,35 @@ class Performance:
 
 
 def performance(experiment: Experiment, motion: Motion) -> Performance:
-    """How the one individual of a motion does.
+    """Evaluate and measure the one individual of a motion.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
     """
-    judged = evaluate_motion(experiment, motion, 1)
+    evaluation = evaluate_motion(experiment, motion, 1)
     with plugin_errors(experiment.entries["organism"], "measuring a gait"):
         measures = {
             str(name): (float(measure.values[0]), measure.unit)
             for name, measure in experiment.organism.measures(motion).items()
         }
-    terms = {name: float(values[0]) for name, values in judged.terms.items()}
-    return Performance(float(judged.scores[0]), terms, measures)
+    terms = {name: float(values[0]) for name, values in evaluation.terms.items()}
+    return Performance(float(evaluation.scores[0]), terms, measures)
 
 
-def played(experiment: Experiment, asked: Angles) -> tuple[Motion, Angles, int]:
-    """Play a gait on the body, which holds it to its limits.
+def played(experiment: Experiment, commanded: Angles) -> tuple[Motion, Angles, int]:
+    """Play a gait on the body, which limits its angles and speeds.
 
     Args:
         experiment: whose body plays.
-        asked: (frames, joints), radians.
+        commanded: (frames, joints), radians.
 
     Returns:
-        The motion; the angles as the body played them, (frames, joints); and how many of
-        them are not what was asked.
+        The motion, the angles that the body played, (frames, joints), and how many of them
+        differ from the commanded ones.
 
     Raises:
         GaitsimError: the body cannot play, or the gait is not for it.
     """
-    motion = play(experiment, asked[None])
+    motion = play(experiment, commanded[None])
     angles = np.asarray(motion["joint_angles"][0], dtype=np.float64)
-    return motion, angles, int(np.count_nonzero(np.abs(angles - asked) > TOLERANCE))
+    return motion, angles, int(np.count_nonzero(np.abs(angles - commanded) > TOLERANCE))
