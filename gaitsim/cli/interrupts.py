@@ -1,23 +1,39 @@
-"""Ctrl-C for commands that may stop at any moment, because what they write is whole."""
+"""Ctrl-C and SIGTERM: at once, or after the current generation."""
 
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+class Interrupts:
+    """A handler of SIGINT and SIGTERM that raises KeyboardInterrupt unless told to defer it.
+
+    Attributes:
+        deferred: whether the first signal only sets `requested`; the second one raises.
+        requested: whether the user asked to stop.
+        on_request: called when the first signal is deferred.
+    """
+
+    def __init__(self) -> None:
+        self.deferred = self.requested = False
+        self.on_request: Callable[[], None] = lambda: None
+
+    def __call__(self, _signal: int, _frame: FrameType | None) -> None:
+        if self.requested or not self.deferred:
+            raise KeyboardInterrupt
+        self.requested = True
+        with suppress(OSError, RuntimeError):  # the stream may be in use, or closed
+            self.on_request()
 
 
 @contextmanager
-def interruptible() -> Iterator[None]:
-    """Within, SIGINT and SIGTERM both raise KeyboardInterrupt, also in a script's background."""
-    before = {
-        number: signal.signal(number, _interrupt) for number in (signal.SIGINT, signal.SIGTERM)
-    }
+def interruptible() -> Iterator[Interrupts]:
+    """Handle SIGINT and SIGTERM in the block, also in the background of a script."""
+    handler = Interrupts()
+    before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield handler
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, old in before.items():
+            signal.signal(number, old)

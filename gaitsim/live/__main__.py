@@ -1,4 +1,4 @@
-"""`python -m gaitsim.live RUN`: evolve a run as standard input says; see the package."""
+"""`python -m gaitsim.live RUN`: evolve a run under the commands of standard input."""
 
 import argparse
 import signal
@@ -6,11 +6,11 @@ import sys
 from pathlib import Path
 
 from gaitsim.live.protocol import Command
-from gaitsim.live.stdio import claim, lines
+from gaitsim.live.stdio import isolate_stdio, lines
 
 
 def main() -> int:
-    """Evolve; 2 where that failed."""
+    """Evolve; return 2 where that failed."""
     parser = argparse.ArgumentParser("python -m gaitsim.live", allow_abbrev=False)
     parser.add_argument("run", type=Path)
     parser.add_argument("--generations", type=int)
@@ -20,32 +20,32 @@ def main() -> int:
     parser.add_argument("--any-version", action="store_true")
     given = parser.parse_args()
 
-    # First, as whoever steers may end it before the libraries are loaded.
+    # First, as the controlling process may end it before the libraries are loaded.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    commands, wire = claim()
-    from gaitsim.live.commands import Wishes
+    source, wire = isolate_stdio()
+    from gaitsim.live.commands import CommandQueue
     from gaitsim.live.reporter import Reporter
 
-    wishes = Wishes(paused=given.paused)
+    commands = CommandQueue(paused=given.paused)
 
     def stop(*_: object) -> None:
-        wishes.add(Command("stop"))
+        commands.add(Command("stop"))
 
     signal.signal(signal.SIGTERM, stop)
-    wishes.listen(lines(commands))
+    commands.listen(lines(source))
     reporter = Reporter(wire, lost=stop)
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import parse_assignments
-    from gaitsim.live.session import evolve_steered
+    from gaitsim.live.session import evolve_live
 
     try:
         overrides = parse_assignments(given.overrides)
     except GaitsimError as error:
         reporter.state("failed", error=error)
         return 2
-    state = evolve_steered(
+    state = evolve_live(
         given.run,
-        wishes,
+        commands,
         reporter,
         overrides=overrides,
         generations=given.generations,

@@ -1,31 +1,17 @@
-"""What whoever steers wishes, between two generations."""
+"""Commands queued by the controlling process, taken between two generations."""
 
 import queue
 import threading
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
-from gaitsim.experiment import Overrides
 from gaitsim.live.protocol import Command, State, read_command
 
 
-@dataclass(frozen=True)
-class Stop:
-    """To end, saved."""
-
-
-@dataclass(frozen=True)
-class Change:
-    """To continue with options changed by key."""
-
-    overrides: Overrides
-
-
-class Wishes:
-    """Commands as they come, and whether the search is paused.
+class CommandQueue:
+    """Commands as they arrive, and whether the search is paused.
 
     Args:
-        paused: whether it begins so.
+        paused: whether it begins paused.
     """
 
     def __init__(self, *, paused: bool = False) -> None:
@@ -34,11 +20,11 @@ class Wishes:
         self._stepping = False
 
     def add(self, command: Command) -> None:
-        """Take a command, in any thread or signal handler."""
+        """Add a command, from any thread or signal handler."""
         self._commands.put(command)
 
     def listen(self, lines: Iterable[bytes]) -> None:
-        """Take commands from lines in a thread, as long as there are any; then, a stop."""
+        """Add the commands of lines in a thread; a `stop` after the last line."""
 
         def read() -> None:
             try:
@@ -52,29 +38,27 @@ class Wishes:
 
         threading.Thread(target=read, daemon=True).start()
 
-    def granted(self, tell: Callable[[State], None]) -> Stop | Change | None:
-        """Wait while paused; returns what else is wished, None to make a generation.
+    def next(self, on_state: Callable[[State], None]) -> Command | None:
+        """Wait while paused; return a `stop` or `set`, or None to evolve a generation.
 
         Args:
-            tell: called with `paused` before it waits, and `running` before a generation.
+            on_state: called with `paused` before waiting, and `running` before a generation.
         """
         if self._stepping:
             self._stepping, self.paused = False, True
         while not self._stepping:
             if self.paused:
-                tell("paused")
+                on_state("paused")
             try:
                 command = self._commands.get(block=self.paused)
             except queue.Empty:
                 break
             match command.do:
-                case "stop":
-                    return Stop()
-                case "set":
-                    return Change(command.overrides)
+                case "stop" | "set":
+                    return command
                 case "step":
                     self._stepping = True
                 case verb:
                     self.paused = verb == "pause"
-        tell("running")
+        on_state("running")
         return None

@@ -128,6 +128,10 @@ class Reporter:
             self._events.append({"generation": generation, "kind": kind, "text": text})
         self._wake.set()
 
+    def warning(self, text: str) -> None:
+        """Report a warning about the generation that comes next."""
+        self.event(self._values["generation"], "warning", text)
+
     def state(self, state: State, reason: str = "", error: GaitsimError | None = None) -> None:
         """Tell the state; with one that ends, wait until all is written."""
         with self._lock:

@@ -1,4 +1,4 @@
-"""Standard input and output for commands and snapshots alone, whatever a plugin prints."""
+"""Standard input and output kept for commands and snapshots, whatever a plugin prints."""
 
 import os
 from collections.abc import Iterator
@@ -33,14 +33,14 @@ def lines(descriptor: int) -> Iterator[bytes]:
         yield from whole
 
 
-def claim() -> tuple[int, Wire]:
-    """Take standard input and output away from everything else in this process.
+def isolate_stdio() -> tuple[int, Wire]:
+    """Keep standard input and output to ourselves.
 
-    What others print goes to standard error; what they read is empty. Worker processes
-    inherit these, and not the ones that are taken.
+    Everything else in this process, and worker processes, print to standard error and read
+    nothing.
 
     Returns:
-        A descriptor to read commands from, and where to write snapshots.
+        A descriptor to read commands from, and a wire to write snapshots to.
     """
     commands, snapshots = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)

@@ -14,8 +14,8 @@ from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
 from gaitsim.individual import Individual
 from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.runs.files.folder import create_run, resumable
-from gaitsim.runs.writer import RunWriter
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.session import Session
 
 if TYPE_CHECKING:
     from gaitsim.notebook.run import Run
@@ -117,14 +117,12 @@ def _recorded(
     overrides: Overrides | None = None,
     generations: int | None = None,
 ) -> Iterator[Generation]:
-    with RunWriter(path, overrides=overrides, generations=generations) as writer:
-        if writer.warning:
-            _warn(writer.warning)
-        if writer.done:
-            return
-        with resumable(path), Evaluator(writer.experiment, workers, _warn) as evaluator:
-            evaluator.prepare()
-            yield from writer.evolve(evaluator.evaluate, island_map(evaluator))
+    with Session(
+        path, overrides=overrides, generations=generations, workers=workers, on_warning=_warn
+    ) as session:
+        if session.writer.warning:
+            _warn(session.writer.warning)
+        yield from session.evolve()
 
 
 def _warn(text: str) -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from gaitsim.experiment import Typed
-from gaitsim.live.commands import Wishes
+from gaitsim.live.commands import CommandQueue
 from gaitsim.live.protocol import Command, Snapshot, read_snapshot
 from gaitsim.live.reporter import Reporter
-from gaitsim.live.session import evolve_steered
+from gaitsim.live.session import evolve_live
 from gaitsim.runs import writer as writing
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.reader import Run
@@ -35,10 +35,10 @@ class Lines(list):
 
 def steer(path, *commands, **options):
     """Evolve a run under these commands, which are all given at once, and see what is told."""
-    wishes, lines = Wishes(), Lines()
+    queued, lines = CommandQueue(), Lines()
     for command in commands:
-        wishes.add(command if isinstance(command, Command) else Command(command))
-    state = evolve_steered(path, wishes, Reporter(lines, period=0), **options)
+        queued.add(command if isinstance(command, Command) else Command(command))
+    state = evolve_live(path, queued, Reporter(lines, period=0), **options)
     snapshots = lines.snapshots()
     assert snapshots[-1].state == state
     return snapshots
@@ -242,7 +242,7 @@ def test_a_failed_run_can_be_opened_by_whoever_is_told(begun, monkeypatch):
             raise FULL
 
     monkeypatch.setattr(writing.history, "row", fail)
-    assert evolve_steered(path, Wishes(), Reporter(Eager(), period=0)) == "failed"
+    assert evolve_live(path, CommandQueue(), Reporter(Eager(), period=0)) == "failed"
     assert opened == [None]
 
 
@@ -253,9 +253,9 @@ def test_a_reader_who_is_gone_stops_the_run(begun):
         def write(self, data):
             raise BrokenPipeError
 
-    wishes = Wishes()
-    reporter = Reporter(Gone(), lost=lambda: wishes.add(Command("stop")))
-    assert evolve_steered(path, wishes, reporter) == "stopped"
+    queued = CommandQueue()
+    reporter = Reporter(Gone(), lost=lambda: queued.add(Command("stop")))
+    assert evolve_live(path, queued, reporter) == "stopped"
 
 
 def test_the_best_of_each_island_is_told(begun):

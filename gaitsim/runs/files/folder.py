@@ -6,12 +6,12 @@ import secrets
 import shlex
 import shutil
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from itertools import chain, count
 from pathlib import Path
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.atomic import sync_folder, write_bytes, writing
 from gaitsim.runs.files.checkpoint import Champion, pack
@@ -31,17 +31,6 @@ _DRAFT = ".new-run-"
 def command(verb: str, path: Path, *more: object) -> str:
     """A gaitsim command on a run, as a shell takes it."""
     return shlex.join(["gaitsim", verb, str(path), *map(str, more)])
-
-
-@contextmanager
-def resumable(path: Path) -> Iterator[None]:
-    """Let an error in the block say how the run in `path` is gone on with."""
-    try:
-        yield
-    except GaitsimError as error:
-        if path.exists():
-            error.then(f"go on with: {command('resume', path)}")
-        raise
 
 
 def find_run(reference: str) -> Path:

@@ -1,0 +1,120 @@
+"""The evolution of one run: its writer, its evaluator and its search, opened and closed together.
+
+open ─▶ prepare ─▶ re-evaluate, if a stage asks for it ─▶ evolve ─▶ finished, stopped or failed
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Self
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import Evaluator, Executor
+from gaitsim.evolution import Generation, island_map
+from gaitsim.experiment import Overrides
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.writer import RunWriter
+
+
+class Session:
+    """A run that this process evolves; a context manager that ends its workers and its lock.
+
+    Errors inside the block say how to resume the run.
+
+    Attributes:
+        path: the folder of the run.
+        writer: of the run.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        overrides: Overrides | None = None,
+        generations: int | None = None,
+        any_version: bool = False,
+        workers: int | None = None,
+        cluster: Executor | None = None,
+        on_warning: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        """Open the run in `path`.
+
+        Args:
+            path: its folder.
+            overrides: options to change from here on, by key.
+            generations: the last generation to evolve; None as planned.
+            any_version: resume although a package has another version now.
+            workers: number of parallel workers; None for the usual number.
+            cluster: workers elsewhere; the caller closes it.
+            on_warning: called with messages about workers.
+
+        Raises:
+            RunError: the run cannot be written, is damaged, or would not continue.
+            ExperimentError: the experiment has problems.
+        """
+        self.path = path
+        self.writer = RunWriter(
+            path, overrides=overrides, generations=generations, any_version=any_version
+        )
+        self._workers, self._cluster, self._on_warning = workers, cluster, on_warning
+        self._evaluator: Evaluator | None = None
+        self._held = ExitStack()
+        self._held.enter_context(self.writer)
+        self._held.enter_context(_resumable(path))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self._held.__exit__(*raised)  # type: ignore[arg-type]
+
+    @property
+    def finished(self) -> str:
+        """Why there is nothing left to evolve, or ''."""
+        return self.writer.done
+
+    @property
+    def reevaluates(self) -> bool:
+        """Whether a new stage has yet to score the last generation."""
+        return self.writer.reevaluates
+
+    def prepare(self) -> Evaluator:
+        """Start the workers and compile the body's kernels; a second call does nothing.
+
+        Raises:
+            PluginError: the body or the fitness fails or breaks its contract.
+            GaitsimError: workers elsewhere lack a package, or have it in another version.
+        """
+        if self._evaluator is None:
+            self._evaluator = self._held.enter_context(
+                Evaluator(self.writer.experiment, self._workers, self._on_warning, self._cluster)
+            )
+            self._evaluator.prepare()
+        return self._evaluator
+
+    def reevaluate(self) -> None:
+        """Score the last generation under the new stage, where one asks for it."""
+        self.writer.begin(self.prepare().evaluate)
+
+    def evolve(self) -> Iterator[Generation]:
+        """Evolve to a stop condition; a generation that is yielded is on the disk.
+
+        Raises:
+            PluginError: a plugin fails or breaks its contract.
+            RunError: a generation cannot be written.
+        """
+        if self.finished:
+            return iter(())
+        evaluator = self.prepare()
+        return self.writer.evolve(evaluator.evaluate, island_map(evaluator))
+
+
+@contextmanager
+def _resumable(path: Path) -> Iterator[None]:
+    """Let an error in the block say how to resume the run in `path`."""
+    try:
+        yield
+    except GaitsimError as error:
+        if path.exists():
+            error.then(f"go on with: {command('resume', path)}")
+        raise

@@ -1,0 +1,75 @@
+"""The evolution of one run: opened, prepared, evolved and closed."""
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import PluginError, RunError
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.reader import Run
+from gaitsim.runs.session import Session
+
+
+@pytest.fixture
+def begun(puppet, tmp_path):
+    """Makes the folder of a run of puppets, five generations long."""
+
+    def begun(name="run", *overrides):
+        return create_run(puppet("evolution.generations=5", *overrides), tmp_path / name)
+
+    return begun
+
+
+def evolve(path, until=None, **options):
+    with Session(path, workers=1, **options) as session:
+        for generation in session.evolve():
+            if generation.number == until:
+                break
+        return session
+
+
+def test_a_stopped_run_continues_to_the_same_result(begun):
+    path, whole = begun(), begun("whole")
+    evolve(path, 2)
+    assert Run(path).generation == 2
+    evolve(path)
+    evolve(whole)
+    assert Run(path).fingerprint() == Run(whole).fingerprint()
+
+
+def test_a_finished_run_says_why_and_evolves_no_generation(begun):
+    path = begun()
+    evolve(path)
+    with Session(path) as session:
+        assert session.finished == "5 generations are done"
+        assert list(session.evolve()) == []
+    assert not is_locked(path)
+
+
+def test_a_stage_with_other_scores_is_reevaluated_once(begun):
+    path = begun()
+    evolve(path, 3)
+    with Session(path, overrides={"fitness.price": 3.0}, workers=1) as session:
+        before = session.writer.last.scores
+        assert session.reevaluates
+        session.reevaluate()
+        assert not session.reevaluates
+        assert not np.array_equal(session.writer.last.scores, before)
+        assert [generation.number for generation in session.evolve()] == [4, 5]
+
+
+def test_an_error_while_evolving_says_how_to_resume(begun, puppets, monkeypatch):
+    path = begun()
+    monkeypatch.setattr(puppets.Puppet, "move", lambda *_: 1 / 0)
+    with pytest.raises(PluginError) as raised:
+        evolve(path)
+    assert f"gaitsim resume {path}" in raised.value.remedy
+    assert not is_locked(path)
+
+
+def test_an_error_while_opening_leaves_the_run_unlocked(begun):
+    path = begun()
+    evolve(path)
+    with pytest.raises(RunError):
+        evolve(path, generations=2)
+    assert not is_locked(path)
