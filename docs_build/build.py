@@ -63,6 +63,7 @@ API = {
             "gaitsim.encoding.cpg",
             "gaitsim.encoding.amplitude_limit",
             "gaitsim.encoding.limit_steps",
+            "gaitsim.encoding.check_joint_angles",
             "gaitsim.testing.check",
             "gaitsim.testing.check_package",
             "gaitsim.testing.report.Report",

@@ -10,12 +10,13 @@ oscillator of each joint by its index, (joints,). Frequencies are in Hz, angles 
 
 from gaitsim.encoding.cpg import cpg
 from gaitsim.encoding.genes import GeneGroup, genome_space, split_genomes
-from gaitsim.encoding.limits import amplitude_limit, limit_steps
+from gaitsim.encoding.limits import amplitude_limit, check_joint_angles, limit_steps
 from gaitsim.encoding.sine import sine
 
 __all__ = [
     "GeneGroup",
     "amplitude_limit",
+    "check_joint_angles",
     "cpg",
     "genome_space",
     "limit_steps",

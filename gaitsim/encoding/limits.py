@@ -1,4 +1,4 @@
-"""Limits of joints: the largest amplitude they allow, and how far a servo turns in a frame."""
+"""Limits of joints: valid angles, the largest amplitude, and how far a servo turns in a frame."""
 
 import math
 from typing import Any
@@ -24,6 +24,22 @@ def amplitude_limit(
     """
     speed = np.asarray(speed_limit, np.float64) / (2 * math.pi * frequency)
     return np.asarray(np.minimum(np.asarray(angle_limit, np.float64), speed))
+
+
+def check_joint_angles(joint_angles: NDArray[Any], joints: int) -> None:
+    """Check the joint angles that a body is to play, (population, frames, joints) rad.
+
+    Raises:
+        ValueError: another shape, fewer than 2 frames, or angles that are not finite.
+    """
+    shape = joint_angles.shape
+    if len(shape) != 3 or shape[1] < 2 or shape[2] != joints:
+        raise ValueError(
+            f"joint_angles has the shape {shape}, expected (population, frames, joints) with at "
+            f"least 2 frames and {joints} joints"
+        )
+    if not np.isfinite(joint_angles).all():
+        raise ValueError("joint_angles holds values that are not finite")
 
 
 def limit_steps(angles: NDArray[np.floating[Any]], step_limit: float) -> NDArray[np.floating[Any]]:

@@ -21,6 +21,8 @@ from gaitsim.contracts import (
 )
 from gaitsim.network import ACTIVATION_CODES, gene_labels
 from gaitsim_fly import body
+from gaitsim_fly.measures import measures
+from gaitsim_fly.skeleton import skeleton
 from gaitsim_fly.starts import starts
 
 Layer = Annotated[int, Field(ge=1, le=256)]
@@ -273,56 +275,15 @@ class Fly(Organism):
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Altitude, drift, speed of climb, tilt and wing beat; means over the trials."""
-        position, rotation = motion["position"], motion["rotation"]
-        seconds = (position.shape[1] - 1) / motion.frame_rate
-        altitude = motion["altitude"] - motion["altitude"][:, :1]
-        x, y = rotation[..., 1], rotation[..., 2]
-        tilt = np.degrees(np.arccos(np.clip(1 - 2 * (x * x + y * y), -1, 1)))
-        away = np.linalg.norm(position[..., :2] - position[:, :1, :, :2], axis=-1)
-        return {
-            "final altitude": Measure(
-                altitude[:, -1].mean(axis=1), "m", f"above the start after {seconds:g} s"
-            ),
-            "mean altitude": Measure(altitude.mean(axis=(1, 2)), "m", "above the start"),
-            "lowest": Measure(altitude.min(axis=(1, 2)), "m", "lowest altitude above the start"),
-            "drift": Measure(away[:, -1].mean(axis=1), "m", "horizontal distance at the end"),
-            "largest tilt": Measure(tilt.max(axis=(1, 2)), "°", "of the body's axis to upright"),
-            "wing beats": Measure(
-                _beats(motion["wing_angles"][..., 0]) / seconds, "Hz", "strokes of the left wing"
-            ),
-        }
+        return measures(motion)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Body and wings in the world, in the first trial."""
-        position, rotation, angles = (
-            motion[name][individual, :, 0] for name in ("position", "rotation", "wing_angles")
-        )
-        whole = body.translation(position) @ body.rotation(rotation)  # M = T · R
-        edges = body.cuboid(self.length, self.width, self.height)
-        parts = [body.moved(whole, np.broadcast_to(edges.reshape(-1, 3), (len(whole), 24, 3)))]
-        for side, own in ((1, angles[:, :3]), (-1, angles[:, 3:])):
-            corners = body.wing_points(side, self.span, self.chord)
-            outline = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 3)
-            hinged = whole @ body.wing_matrix(own, side, self.width / 2)
-            parts.append(body.moved(hinged, np.broadcast_to(outline, (len(whole), 6, 3))))
-        segments = np.concatenate(parts, axis=1).reshape(len(whole), -1, 2, 3)
-        names = [f"body edge {number}" for number in range(1, 13)]
-        names += [
-            f"{side} wing {edge}"
-            for side in ("left", "right")
-            for edge in ("leading edge", "far edge", "trailing edge")
-        ]
-        return Skeleton(segments, tuple(names), motion.frame_rate, centre=position)
+        size = (self.length, self.width, self.height)
+        return skeleton(motion, individual, size, self.span, self.chord)
 
 
 def _divides(part: float, whole: float) -> bool:
     """Whether `whole` is a multiple of `part`, as far as decimals can be written as floats."""
     count = whole / part
     return round(count) >= 1 and math.isclose(count, round(count), rel_tol=1e-9)
-
-
-def _beats(flap: Array) -> Array:
-    """Strokes of a wing: half its changes of direction, mean over trials, (population,)."""
-    direction = np.sign(np.diff(flap, axis=1))
-    turned: Array = (direction[:, 1:] * direction[:, :-1] < 0).sum(axis=1) / 2
-    return np.asarray(turned.mean(axis=1))

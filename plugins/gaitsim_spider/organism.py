@@ -17,7 +17,7 @@ from gaitsim.contracts import (
     Skeleton,
     option,
 )
-from gaitsim.encoding import limit_steps
+from gaitsim.encoding import check_joint_angles, limit_steps
 from gaitsim_spider import body
 from gaitsim_spider.encodings import ENCODINGS, Angles
 from gaitsim_spider.layout import time_last, time_second
@@ -83,17 +83,7 @@ class Spider(Organism):
         Raises:
             ValueError: another shape, or angles that are not finite.
         """
-        if (
-            joint_angles.ndim != 3
-            or joint_angles.shape[1] < 2
-            or joint_angles.shape[2] != len(body.JOINTS)
-        ):
-            raise ValueError(
-                f"joint_angles has the shape {joint_angles.shape}, expected (population, frames, "
-                f"joints) with at least 2 frames and {len(body.JOINTS)} joints"
-            )
-        if not np.isfinite(joint_angles).all():
-            raise ValueError("joint_angles holds values that are not finite")
+        check_joint_angles(joint_angles, len(body.JOINTS))
         limit = np.float32(body.ANGLE_LIMIT)
         angles = np.clip(joint_angles, -limit, limit).astype(np.float32)
         return _walked(limit_steps(time_last(angles), body.STEP_LIMIT))

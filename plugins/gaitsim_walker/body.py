@@ -126,3 +126,10 @@ def points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) ->
         where[..., part + 1, 0] = where[..., part, 0] + LIMB * np.sin(angle)
         where[..., part + 1, 1] = where[..., part, 1] - LIMB * np.cos(angle)
     return where
+
+
+def in_space(flat: Floats) -> Floats:
+    """Put y = 0 between x and z, (…, 2) -> (…, 3)."""
+    whole = np.zeros((*flat.shape[:-1], 3))
+    whole[..., 0], whole[..., 2] = flat[..., 0], flat[..., 1]
+    return whole

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -18,15 +18,13 @@ from gaitsim.contracts import (
     Skeleton,
     option,
 )
-from gaitsim.encoding import GeneGroup, genome_space
-from gaitsim_walker import body
+from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
 from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, Plan
 from gaitsim_walker.encodings import commands, groups
 from gaitsim_walker.ground import ground
+from gaitsim_walker.measures import measures
+from gaitsim_walker.skeleton import skeleton
 from gaitsim_walker.world import STEP, World
-
-if TYPE_CHECKING:
-    from gaitsim_walker.rollout import Rollout
 
 REACH = 5.0  # m/s; ground is laid for walkers as fast as that
 XYZ = ("x", "y", "z")
@@ -140,14 +138,7 @@ class Walker(Organism):
         Raises:
             ValueError: another shape, or angles that are not finite.
         """
-        joints = len(self.plan.joints)
-        if joint_angles.ndim != 3 or joint_angles.shape[1] < 2 or joint_angles.shape[2] != joints:
-            raise ValueError(
-                f"joint_angles has the shape {joint_angles.shape}, expected (population, frames, "
-                f"joints) with at least 2 frames and {joints} joints"
-            )
-        if not np.isfinite(joint_angles).all():
-            raise ValueError("joint_angles holds values that are not finite")
+        check_joint_angles(joint_angles, len(self.plan.joints))
         limits = self.plan.limits
         return self._walked(
             (np.clip(told.astype(np.float64), -limits, limits) for told in joint_angles),
@@ -172,149 +163,19 @@ class Walker(Organism):
         )
 
     def _walked(self, courses: Iterable[Floats], frames: int) -> Motion:
-        """The motion by what the servos are told, (frames, joints) rad of each individual."""
-        from gaitsim_walker.rollout import roll_out
+        """Return the motion of walkers whose servos follow courses, (frames, joints) rad."""
+        from gaitsim_walker.motion import walked
 
-        world = self.world(frames)
-        told, rolled = [], []
-        for course in courses:
-            rollout = roll_out(world, course)
-            held = course.copy()
-            held[rollout.lasted :] = course[min(rollout.lasted, frames - 1)]
-            told.append(held)
-            rolled.append(rollout)
-        seen = [_seen(world, rollout) for rollout in rolled]
-
-        def all_of(name: str) -> Array:
-            return np.stack([getattr(rollout, name) for rollout in rolled])
-
-        position, velocity = (
-            _in_space(all_of("position")),
-            _in_space(all_of("velocity")),
-        )
-        load = all_of("load")
-        lasted = np.array([max(rollout.lasted, 1) - 1 for rollout in rolled]) / FRAME_RATE
-        return Motion(
-            FRAME_RATE,
-            {
-                "joint_angles": np.stack(told),
-                "joint_positions": all_of("joints"),
-                "torque": all_of("torque"),
-                "torso": position,
-                "torso_velocity": velocity,
-                "pitch": all_of("pitch"),
-                "height": np.stack([height for height, _, _ in seen]),
-                "foot_positions": np.stack([feet for _, feet, _ in seen]),
-                "stance": load[..., 1] > 0,
-                "load": load,
-                "slip": np.stack([slip for _, _, slip in seen]),
-                "energy": all_of("work"),
-                "lasted": lasted,
-            },
-            failures={i: rollout.failure for i, rollout in enumerate(rolled) if rollout.failure},
-        )
+        return walked(self.world(frames), courses)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Distance, how long it lasted, steadiness, effort, slip and duty factor."""
-        forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
-        lasted, energy = motion["lasted"], motion["energy"][:, -1]
-        weight = self.plan.mass * self.gravity
-        path = np.abs(np.diff(motion["torso"][..., 0], axis=1)).sum(axis=1)
-        pitch = np.degrees(motion["pitch"])
-        return {
-            "forward": Measure(forward, "m", "displacement of the torso"),
-            "body lengths": Measure(
-                forward / body.TORSO_LENGTH,
-                "",
-                f"forward in torsos of {body.TORSO_LENGTH:g} m",
-            ),
-            "lasted": Measure(lasted, "s", "before the fall, or the whole rollout"),
-            "cost of transport": Measure(
-                _ratio(energy, weight * np.abs(forward)),
-                "",
-                "work over weight times distance",
-            ),
-            "pitch range": Measure(
-                np.ptp(pitch, axis=1), "°", "between its highest and lowest nose"
-            ),
-            "torso height": Measure(
-                motion["height"].mean(axis=1), "m", "of its middle above the ground, mean"
-            ),
-            "slip ratio": Measure(
-                _ratio(motion["slip"].sum(axis=1), path),
-                "",
-                "slide of the stance feet over path",
-            ),
-            "duty factor": Measure(
-                motion["stance"].mean(axis=(1, 2)),
-                "",
-                "share of time that a foot is on the ground",
-            ),
-        }
+        return measures(motion, self.plan.mass * self.gravity)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Outline of the torso, and thigh and shank of each leg, in the plane y = 0.
 
         z = 0 is the lowest ground that there is.
         """
-        position, pitch = motion["torso"][individual], motion["pitch"][individual]
-        lie = self.world(len(pitch)).ground
-        half_x, half_z = self.plan.half
-        corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * [half_x, half_z]
-        cos, sin = np.cos(pitch)[:, None], np.sin(pitch)[:, None]
-        outline = np.stack(
-            [
-                cos * corners[:, 0] - sin * corners[:, 1],
-                sin * corners[:, 0] + cos * corners[:, 1],
-            ],
-            axis=-1,
-        )
-        outline += position[:, None, [0, 2]]
-        where = body.points(
-            self.plan, position[:, [0, 2]], pitch, motion["joint_positions"][individual]
-        )
-        limbs = np.stack([where[:, :, :-1], where[:, :, 1:]], axis=3)
-        edges = np.stack([outline, np.roll(outline, -1, axis=1)], axis=2)
-        segments = np.concatenate([edges, limbs.reshape(len(pitch), -1, 2, 2)], axis=1)
-        names = [f"{leg.name} {part}" for leg in self.plan.legs for part in ("thigh", "shank")]
-        return Skeleton(
-            _in_space(segments),
-            ("front", "bottom", "back", "top", *names),
-            motion.frame_rate,
-            contacts=motion["foot_positions"][individual],
-            touching=motion["stance"][individual],
-            contact_names=tuple(leg.name for leg in self.plan.legs),
-            centre=position,
-            ground=np.column_stack([lie.x, lie.z]) if self.roughness else None,
-        )
-
-
-def _seen(world: World, rollout: "Rollout") -> tuple[Floats, Floats, Floats]:
-    """Height, (frames,), feet, (frames, legs, 3), and slip, (frames,), of one walker.
-
-    Worked out for each alone, so that all arrays have one shape whoever else is moved.
-    """
-    plan = world.plan
-    feet = body.points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
-    turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
-    # A round foot that rolls without sliding goes back as its shank turns forward.
-    slid = np.abs(np.diff(feet[..., 0], axis=0) + body.FOOT_RADIUS * np.diff(turned, axis=0))
-    stance = rollout.load[..., 1] > 0
-    standing = stance[1:] & stance[:-1]
-    slip = np.zeros(len(feet))
-    slip[1:] = (slid * standing).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
-    below = [world.ground.height(x) for x in rollout.position[:, 0].tolist()]
-    return rollout.position[:, 1] - np.array(below), _in_space(feet), slip
-
-
-def _in_space(flat: Array) -> Array:
-    """Put y = 0 between x and z, (…, 2) -> (…, 3)."""
-    whole = np.zeros((*flat.shape[:-1], 3))
-    whole[..., 0], whole[..., 2] = flat[..., 0], flat[..., 1]
-    return whole
-
-
-def _ratio(part: Array, whole: Array) -> Array:
-    """Part over whole; infinite where there is no whole."""
-    ratio: Array = np.divide(part, whole, out=np.full(len(part), math.inf), where=whole > 0)
-    return ratio
+        drawn = self.world(motion["pitch"].shape[1]).ground if self.roughness else None
+        return skeleton(self.plan, drawn, motion, individual)

@@ -1,0 +1,36 @@
+"""Measures of how a fly flew, for people."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gaitsim.contracts import Array, Measure, Motion
+
+
+def measures(motion: Motion) -> Mapping[str, Measure]:
+    """Return altitude, drift, speed of climb, tilt and wing beat; means over the trials."""
+    position, rotation = motion["position"], motion["rotation"]
+    seconds = (position.shape[1] - 1) / motion.frame_rate
+    altitude = motion["altitude"] - motion["altitude"][:, :1]
+    x, y = rotation[..., 1], rotation[..., 2]
+    tilt = np.degrees(np.arccos(np.clip(1 - 2 * (x * x + y * y), -1, 1)))
+    away = np.linalg.norm(position[..., :2] - position[:, :1, :, :2], axis=-1)
+    return {
+        "final altitude": Measure(
+            altitude[:, -1].mean(axis=1), "m", f"above the start after {seconds:g} s"
+        ),
+        "mean altitude": Measure(altitude.mean(axis=(1, 2)), "m", "above the start"),
+        "lowest": Measure(altitude.min(axis=(1, 2)), "m", "lowest altitude above the start"),
+        "drift": Measure(away[:, -1].mean(axis=1), "m", "horizontal distance at the end"),
+        "largest tilt": Measure(tilt.max(axis=(1, 2)), "°", "of the body's axis to upright"),
+        "wing beats": Measure(
+            _beats(motion["wing_angles"][..., 0]) / seconds, "Hz", "strokes of the left wing"
+        ),
+    }
+
+
+def _beats(flap: Array) -> Array:
+    """Strokes of a wing: half its changes of direction, mean over trials, (population,)."""
+    direction = np.sign(np.diff(flap, axis=1))
+    turned: Array = (direction[:, 1:] * direction[:, :-1] < 0).sum(axis=1) / 2
+    return np.asarray(turned.mean(axis=1))

@@ -1,0 +1,76 @@
+"""The motion of a population of walkers, recorded from their rollouts."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from gaitsim.contracts import Array, Motion
+from gaitsim_walker import body
+from gaitsim_walker.body import FRAME_RATE, Floats
+from gaitsim_walker.rollout import Rollout, roll_out
+from gaitsim_walker.world import World
+
+
+def walked(world: World, courses: Iterable[Floats]) -> Motion:
+    """Return the motion of walkers in a world, one after the other.
+
+    Args:
+        world: what each walks in, alone.
+        courses: commands to the servos of each, (frames, joints) rad.
+    """
+    commanded, rolled = [], []
+    for course in courses:
+        rollout = roll_out(world, course)
+        held = course.copy()
+        held[rollout.lasted :] = course[min(rollout.lasted, len(course) - 1)]
+        commanded.append(held)
+        rolled.append(rollout)
+    measured = [_measured(world, rollout) for rollout in rolled]
+
+    def all_of(name: str) -> Array:
+        return np.stack([getattr(rollout, name) for rollout in rolled])
+
+    position, velocity = (
+        body.in_space(all_of("position")),
+        body.in_space(all_of("velocity")),
+    )
+    load = all_of("load")
+    lasted = np.array([max(rollout.lasted, 1) - 1 for rollout in rolled]) / FRAME_RATE
+    return Motion(
+        FRAME_RATE,
+        {
+            "joint_angles": np.stack(commanded),
+            "joint_positions": all_of("joints"),
+            "torque": all_of("torque"),
+            "torso": position,
+            "torso_velocity": velocity,
+            "pitch": all_of("pitch"),
+            "height": np.stack([height for height, _, _ in measured]),
+            "foot_positions": np.stack([feet for _, feet, _ in measured]),
+            "stance": load[..., 1] > 0,
+            "load": load,
+            "slip": np.stack([slip for _, _, slip in measured]),
+            "energy": all_of("work"),
+            "lasted": lasted,
+        },
+        failures={i: rollout.failure for i, rollout in enumerate(rolled) if rollout.failure},
+    )
+
+
+def _measured(world: World, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
+    """Return height (frames,), feet (frames, legs, 3) and slip (frames,) of one walker.
+
+    One walker at a time, so that the shapes of arrays, and with them the bits, do not depend on
+    the population.
+    """
+    plan = world.plan
+    feet = body.points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
+    turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
+    # A round foot that rolls without sliding goes back as its shank turns forward.
+    slid = np.abs(np.diff(feet[..., 0], axis=0) + body.FOOT_RADIUS * np.diff(turned, axis=0))
+    stance = rollout.load[..., 1] > 0
+    standing = stance[1:] & stance[:-1]
+    slip = np.zeros(len(feet))
+    slip[1:] = (slid * standing).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
+    below = [world.ground.height(x) for x in rollout.position[:, 0].tolist()]
+    return rollout.position[:, 1] - np.array(below), body.in_space(feet), slip
