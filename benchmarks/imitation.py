@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from timing import medians, print_figure, print_machine, stopwatch, times
 
 from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.playing import play
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.imitation import SETTINGS, Settings, learn
+from gaitsim.imitation.imitating import TOLERANCE
 from gaitsim.imitation.learning import prepare
-from gaitsim.imitation.performance import performance, played
+from gaitsim.individual import Individual
 from gaitsim.network import Network
 
 EPOCHS, SAMPLE = 1000, 3  # of the compiled training, and of the one in NumPy
@@ -100,23 +102,25 @@ def main() -> None:
 
 def print_walks(experiment: Experiment, expert: NDArray[np.float64], settings: Settings) -> None:
     """How far and how well it goes on its own, at once and later, beside its expert."""
-    frames, body = len(expert), experiment.organism
-    motion = played(experiment, expert)[0]
-    whole = float(body.measures(motion)["forward"].values[0])
-    score = performance(experiment, motion).score
+    frames = len(expert)
+
+    def played(angles: NDArray[np.float64]) -> Individual:
+        return Individual.of_motion(experiment, play(experiment, angles[None]))
+
+    walked = played(expert)
+    whole = walked.measures["forward"]
     for seed in SEEDS:
         imitator, _ = learn(expert, replace(settings, seed=seed))
         commanded = imitator.free_run(expert[0], LATER * frames)
-        first, _, beyond = played(experiment, commanded[:frames])
-        last, _, _ = played(experiment, commanded[-frames:])
-        forward, late = (
-            float(body.measures(gait)["forward"].values[0]) / whole for gait in (first, last)
-        )
-        reached = performance(experiment, first).score
+        first, last = played(commanded[:frames]), played(commanded[-frames:])
+        assert first.joint_angles is not None
+        beyond = np.count_nonzero(np.abs(first.joint_angles - commanded[:frames]) > TOLERANCE)
+        forward, late = (gait.measures["forward"] / whole for gait in (first, last))
         print_figure(
             f"- seed {seed}: forward kept; after {LATER - 1} times as long",
             f"{forward:.1%} {late:.1%}",
-            f"score {reached:.2f} of {score:.2f}, {beyond} of {commanded[:frames].size} limited",
+            f"score {first.score:.2f} of {walked.score:.2f}, "
+            f"{beyond} of {commanded[:frames].size} limited",
         )
 
 

@@ -56,8 +56,10 @@ class Individual(ReprMixin):
         Raises:
             PluginError: the fitness cannot evaluate it.
         """
-        terms = score_terms(experiment, motion)
-        return cls(experiment, sum(terms.values()), terms, source=source, played=motion)
+        evaluation = evaluate_motion(experiment, motion, 1)
+        terms = {name: float(values[0]) for name, values in evaluation.terms.items()}
+        score = float(evaluation.scores[0])  # −inf of a motion that failed
+        return cls(experiment, score, terms, source=source, played=motion)
 
     @property
     def title(self) -> str:

@@ -11,8 +11,9 @@ from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPr
 from gaitsim.cli.run import Json
 
 if TYPE_CHECKING:
-    from gaitsim.imitation.imitating import Expert, Result
+    from gaitsim.imitation.imitating import Result
     from gaitsim.imitation.learning import Settings
+    from gaitsim.individual import Individual
 
 
 def imitate(
@@ -72,10 +73,11 @@ def imitate(
     import sys
 
     from gaitsim.cli.console import print_json, wrote
-    from gaitsim.cli.imitation_view import files_of, plain, print_results, write_results
+    from gaitsim.cli.imitation_view import print_results
     from gaitsim.gait.files.writer import check_folder
-    from gaitsim.imitation.imitating import expert_of
+    from gaitsim.imitation.imitating import learnable_gait
     from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
+    from gaitsim.imitation.results import files_of, to_dict, write_results
     from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 
@@ -93,7 +95,8 @@ def imitate(
     chosen = replace(
         SETTINGS[settings], **{name: value for name, value in given.items() if value is not None}
     )
-    expert = expert_of(opened.individual(generation))
+    expert = opened.individual(generation)
+    learnable_gait(expert)  # before the training compiles its kernel
     names = [chosen.activation]
     if compare_activations:
         names += [name for name in ACTIVATIONS if name != chosen.activation]
@@ -101,15 +104,15 @@ def imitate(
     if results is None:
         sys.exit(130)
     files = files_of(out or opened.exports(), format, compare_activations)
-    write_results(expert, results, files)
+    write_results(results, files)
     wrote(*files.values())
     if json:
-        print_json(plain(expert, results, files))
+        print_json(to_dict(results, files))
     else:
-        print_results(expert, results, files, preset=settings)
+        print_results(results, files, preset=settings)
 
 
-def _train(expert: "Expert", every: "list[Settings]", quiet: bool) -> "list[Result] | None":
+def _train(expert: "Individual", every: "list[Settings]", quiet: bool) -> "list[Result] | None":
     """Train with each of the settings, with a progress bar; None when the user stopped it."""
     import time
 

@@ -11,8 +11,8 @@ from gaitsim.contracts import Channel, Motion
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
-from gaitsim.imitation import SETTINGS, load_imitator
-from gaitsim.imitation.imitating import expert_of, imitate
+from gaitsim.imitation import SETTINGS, Settings, load_imitator
+from gaitsim.imitation.imitating import imitate
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
@@ -40,37 +40,29 @@ def puppet_run(puppet, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
 def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
-    expert = expert_of(spider.individual())
+    expert = spider.individual()
     result = imitate(expert, settings)
-    whole, reached = (
-        performance.measures["forward"][0]
-        for performance in (expert.performance, result.performance)
-    )
+    whole, reached = (individual.measures["forward"] for individual in (expert, result.played))
     assert whole > 2.0
+    assert result.forward_kept == reached / whole
     assert reached >= 0.9 * whole
     assert result.imitation.commanded.shape == (300, 24)
     # It walks rather than repeats: every joint that the expert moves is moved by it.
-    moved = np.ptp(expert.gait.angles, axis=0) > 0.1
+    moved = np.ptp(expert.joint_angles, axis=0) > 0.1
     assert (np.ptp(result.imitation.commanded, axis=0)[moved] > 0.05).all()
     assert result.one_step < 1e-5
     assert result.free_running < 0.02
 
 
 def test_what_the_body_cannot_follow_is_counted(spider):
-    result = imitate(expert_of(spider.individual()), SETTINGS["source"])
+    result = imitate(spider.individual(), SETTINGS["source"])
     played, commanded = result.imitation.joint_angles, result.imitation.commanded
     assert result.beyond_limits == np.count_nonzero(np.abs(played - commanded) > 1e-6)
     assert np.abs(np.diff(played, axis=0)).max() <= np.radians(5) + 1e-6
     assert np.abs(played).max() <= np.radians(30) + 1e-6
 
 
-def test_the_expert_has_the_score_of_the_run(spider):
-    expert = expert_of(spider.individual())
-    assert expert.performance.score == expert.individual.score
-    assert sum(expert.performance.terms.values()) == pytest.approx(expert.individual.score)
-
-
-def test_the_command_writes_and_tells_all(spider, gaitsim, tmp_path):
+def test_the_command_writes_and_prints_everything(spider, gaitsim, tmp_path):
     said = json.loads(gaitsim("imitate", spider.path, "--json", "--epochs", 40).stdout)
     files = said["files"]
     imitation = load_imitator(spider.path / "exports" / "imitator.npz")
@@ -131,6 +123,16 @@ def test_a_third_partys_body_with_play(puppet_run, puppets, monkeypatch, gaitsim
     plain = json.loads(gaitsim("imitate", puppet_run.path, "--epochs", 2, "--json").stdout)
     assert set(plain["imitator"]["terms"]) == {"reach", "price"}
     assert plain["forward_kept"] is None
+
+
+def test_an_imitator_whose_motion_fails_scores_minus_infinity(puppet_run, puppets, monkeypatch):
+    def play(self, joint_angles):
+        reach = joint_angles[:, -1].sum(axis=1)
+        return Motion(4.0, {"joint_angles": joint_angles, "reach": reach}, None, {0: "fell apart"})
+
+    monkeypatch.setattr(puppets.Puppet, "play", play)
+    result = imitate(puppet_run.individual(), Settings(epochs=2))
+    assert result.played.score == -np.inf
 
 
 def test_a_body_without_joint_angles_is_one_message(puppets, puppet_run, monkeypatch, gaitsim):
