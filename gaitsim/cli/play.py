@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from gaitsim.individual import Individual
     from gaitsim.render.terminal.body import Figure
-    from gaitsim.render.terminal.view import View as Camera
+    from gaitsim.render.terminal.view import Viewpoint as Camera
 
 FPS = 20
 SPEEDS = 0.01, 100.0
@@ -47,7 +47,7 @@ def play(
     """
     from gaitsim.errors import GaitsimError
     from gaitsim.render.terminal.body import Figure
-    from gaitsim.render.terminal.view import View as Camera
+    from gaitsim.render.terminal.view import Viewpoint as Camera
     from gaitsim.runs.files.folder import find_run
     from gaitsim.runs.reader import Run
 

@@ -156,15 +156,15 @@ class GaitsimApp(App[None]):
 
         self.push_screen(Plugins())
 
-    def open_making(self, run: Path) -> None:
+    def open_export(self, run: Path) -> None:
         """Ask what is to be made of a run: a gait file, a plot, a video, an analysis."""
-        from gaitsim.tui.screens.export_dialog import Making
+        from gaitsim.tui.screens.export_dialog import ExportDialog
 
         def begin(arguments: Sequence[str] | None) -> None:
             if arguments:
                 self.begin_task(arguments)
 
-        self.push_screen(Making(run), begin)
+        self.push_screen(ExportDialog(run), begin)
 
     def begin_task(self, arguments: Sequence[str]) -> None:
         """Run a gaitsim command in the background."""

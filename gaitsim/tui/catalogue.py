@@ -1,4 +1,4 @@
-"""What is installed, read once: plugins' classes, what failed, the ready experiments."""
+"""What is installed, read once: plugins' classes, what failed, the presets."""
 
 import inspect
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from gaitsim.registry.presets import read_preset
 
 @dataclass(frozen=True)
 class Preset:
-    """A ready experiment.
+    """A preset.
 
     Attributes:
         name: what it is called.
@@ -37,7 +37,7 @@ class Catalogue:
     Attributes:
         classes: of the plugins that can be used, by kind and name.
         failures: what is wrong with the others, by kind and name.
-        presets: the ready experiments.
+        presets: the presets.
     """
 
     classes: Mapping[str, Mapping[str, type[Plugin]]]
@@ -54,7 +54,7 @@ class Catalogue:
         return known or PluginError(f"no installed package has the {kind} {name!r}")
 
     def preset_of(self, body: str) -> Preset | None:
-        """A ready experiment of a body; the one of its name, if there is one."""
+        """A preset of a body; the one of its name, if there is one."""
         found = [preset for preset in self.presets if preset.plugins.get("organism") == body]
         named = [preset for preset in found if preset.name == body]
         return next(iter([*named, *found]), None)

@@ -12,7 +12,7 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
-from gaitsim.render.terminal.view import NAMED, View
+from gaitsim.render.terminal.view import NAMED, Viewpoint
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
 
@@ -136,38 +136,38 @@ class TestDots:
 
 class TestView:
     def test_the_camera_stays_above_the_ground(self):
-        assert View().turned(0, -1000).elevation == 0
-        assert View().turned(0, 1000).elevation == 90
+        assert Viewpoint().turned(0, -1000).elevation == 0
+        assert Viewpoint().turned(0, 1000).elevation == 90
 
     def test_a_full_turn_is_none(self):
-        assert View().turned(360, 0) == View()
+        assert Viewpoint().turned(360, 0) == Viewpoint()
 
     def test_zoom_has_limits(self):
-        view = View()
+        view = Viewpoint()
         for _ in range(100):
             view = view.zoomed(2)
         assert view.zoom == 16
 
     def test_the_named_views_come_round(self):
-        view, names = View(), []
+        view, names = Viewpoint(), []
         for _ in range(len(NAMED)):
             names.append(view.name)
             view = view.next()
         assert names == list(NAMED)
-        assert view == View()
-        assert View().turned(3, 0).next().name == "iso"
+        assert view == Viewpoint()
+        assert Viewpoint().turned(3, 0).next().name == "iso"
 
 
 class TestPicture:
     def test_feet_on_the_ground_are_marked_and_no_others(self):
         figure = body.Figure(walker())
-        codes, inks = body.picture(figure, 0.0, View(), 60, 20)
+        codes, inks = body.picture(figure, 0.0, Viewpoint(), 60, 20)
         standing = int(figure.skeleton.touching[0].sum())
         assert (codes == body.STANCE).sum() == standing == 2
         assert set(inks[codes == body.STANCE]) == {body.FOOT + body.LEFT, body.FOOT + body.RIGHT}
 
     def test_left_and_right_have_their_inks(self):
-        _, inks = body.picture(body.Figure(walker()), 0.4, View(), 60, 20)
+        _, inks = body.picture(body.Figure(walker()), 0.4, Viewpoint(), 60, 20)
         limbs = inks[(inks >= body.BODY) & (inks < body.FOOT)]
         assert set((limbs - body.BODY) % body.SIDES) == {body.MIDDLE, body.LEFT, body.RIGHT}
 
@@ -179,21 +179,21 @@ class TestPicture:
     def test_a_body_that_is_followed_stays_in_the_middle(self):
         figure = body.Figure(walker(speed=5.0))
         for seconds in (0.5, 1.5, 2.5):
-            _, inks = body.picture(figure, seconds, View(), 60, 20)
+            _, inks = body.picture(figure, seconds, Viewpoint(), 60, 20)
             assert abs(np.argwhere(inks >= body.BODY).mean(axis=0)[1] - 30) < 6
 
     def test_the_whole_way_is_in_the_picture(self):
         figure = body.Figure(walker(speed=5.0))
         middles = []
         for seconds in (0.0, 3.0):
-            _, inks = body.picture(figure, seconds, View(follow=False).named("side"), 60, 20)
+            _, inks = body.picture(figure, seconds, Viewpoint(follow=False).named("side"), 60, 20)
             middles.append(np.argwhere(inks >= body.BODY).mean(axis=0)[1])
         assert 1 < middles[0] < 12
         assert 48 < middles[1] < 59
 
     def test_the_ground_stays_while_the_camera_stands(self):
         figure = body.Figure(walker())
-        view = View(follow=False).named("top")
+        view = Viewpoint(follow=False).named("top")
         grounds = [body.picture(figure, seconds, view, 60, 20) for seconds in (0.0, 0.1)]
         both = (grounds[0][1] == body.GROUND) & (grounds[1][1] == body.GROUND)
         assert both.sum() > 50
@@ -202,7 +202,7 @@ class TestPicture:
     @pytest.mark.parametrize(("columns", "rows"), [(0, 0), (1, 1), (3, 1), (30, 10), (200, 60)])
     @pytest.mark.parametrize("follow", [True, False])
     def test_any_size_can_be_drawn(self, columns, rows, follow):
-        view = View(follow=follow)
+        view = Viewpoint(follow=follow)
         codes, inks = body.picture(body.Figure(walker()), 1.0, view, columns, rows)
         assert codes.shape == inks.shape == (rows, columns)
 
@@ -210,7 +210,7 @@ class TestPicture:
     def test_a_body_without_extent_can_be_drawn(self, frames):
         figure = body.Figure(Skeleton(np.zeros((frames, 1, 2, 3)), ("point",), 1.0))
         for name in NAMED:
-            assert body.picture(figure, 0.0, View().named(name), 20, 8)[0].shape == (8, 20)
+            assert body.picture(figure, 0.0, Viewpoint().named(name), 20, 8)[0].shape == (8, 20)
 
     def test_numbers_that_are_not_finite_are_refused(self):
         segments = np.zeros((2, 1, 2, 3))
@@ -249,7 +249,7 @@ class TestWidget:
             await pilot.hover(canvas, (14, 7))
             await pilot.mouse_up(canvas, (14, 7))
             turned = canvas.view
-            assert turned != View()
+            assert turned != Viewpoint()
             await pilot.hover(canvas, (20, 3))
             assert canvas.view == turned
             canvas.post_message(wheel(canvas))
@@ -294,7 +294,7 @@ class TestWidget:
     def test_only_rows_that_changed_are_refreshed(self, monkeypatch):
         async def test(canvas, pilot):
             asked = []
-            canvas.view = View(follow=False).named("side")
+            canvas.view = Viewpoint(follow=False).named("side")
             await pilot.pause()
             monkeypatch.setattr(canvas, "refresh", lambda *regions: asked.append(regions))
             canvas.redraw()

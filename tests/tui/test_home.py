@@ -69,7 +69,12 @@ class TestTable:
             text = driver.text("#empty")
             assert "No runs in runs yet" in text
             assert "gaitsim run spider" in text
-            assert not driver.offered() & {"home.delete", "home.make", "home.replay", "home.filter"}
+            assert not driver.offered() & {
+                "home.delete",
+                "home.export",
+                "home.replay",
+                "home.filter",
+            }
             assert {"home.new", "home.plugins", "app.help", "app.quit"} <= driver.offered()
 
         drive(test)
@@ -89,7 +94,7 @@ class TestTable:
         async def test(driver):
             assert "✗ damaged" in rows(driver)[0]
             assert "not valid TOML" in driver.text("#details")
-            assert not driver.offered() & {"home.make", "home.replay"}
+            assert not driver.offered() & {"home.export", "home.replay"}
             assert "home.delete" in driver.offered()
             await driver.press("enter")
             assert isinstance(driver.screen, Home)

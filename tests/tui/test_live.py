@@ -21,10 +21,10 @@ from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
-from gaitsim.tui.screens import live_words as words
+from gaitsim.tui.screens import live_formatting as formatting
+from gaitsim.tui.screens.change_dialog import Change
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
-from gaitsim.tui.screens.live_change import Change
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.lines import Lines
@@ -143,7 +143,7 @@ class TestAtRest:
         async def test(screen, pilot):
             await until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
             assert offered(screen) == {
-                "go", "step", "change", "goal", "fork", "log", "replay", "make",
+                "go", "step", "change", "goal", "fork", "log", "replay", "export",
             }  # fmt: skip
             assert f"champion of generation {generation}: {score:.4f}" in text(
                 screen, "#live-champion"
@@ -214,9 +214,9 @@ class TestSteering:
             await pilot.press("space")
             await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
             assert screen.snapshot.generation == 150
-            kinds = [event.generation for event in screen.board.story.events]
+            kinds = [event.generation for event in screen.board.live.events]
             assert kinds == sorted(kinds)
-            assert len(set(screen.board.story.events)) == len(kinds)
+            assert len(set(screen.board.live.events)) == len(kinds)
 
         live(run, test)
         assert Run(run).fingerprint() == whole(make, gaitsim, generations=150)
@@ -226,7 +226,7 @@ class TestSteering:
             await pilot.press("space")
             await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
             await until(pilot, lambda: "Stop" not in footer(screen), 10)
-            assert {"Goal", "Change", "Fork", "Replay", "Make"} <= footer(screen)
+            assert {"Goal", "Change", "Fork", "Replay", "Export"} <= footer(screen)
 
         live(make(3), test, size=(160, 48))
 
@@ -363,7 +363,7 @@ class TestProblems:
         async def test(screen, pilot):
             await until(pilot, lambda: screen.snapshot.generation > 3)
             assert screen.state == "elsewhere"
-            assert offered(screen) == {"fork", "replay", "make", "log"}
+            assert offered(screen) == {"fork", "replay", "export", "log"}
             await until(pilot, lambda: "Another program" in text(screen, "#live-status"))
             before = screen.snapshot.generation
             await until(pilot, lambda: screen.snapshot.generation > before)
@@ -420,7 +420,7 @@ class TestProblems:
             await pilot.press("space")
             await until(pilot, lambda: screen.state == "failed" and screen._engine is None)
             assert "history.csv ends at generation 0" in problem(screen)
-            assert {"go", "fork", "replay", "make"} <= offered(screen)
+            assert {"go", "fork", "replay", "export"} <= offered(screen)
             await until(pilot, lambda: "failed  3/20" in text(screen, "#live-status"), 10)
             assert set(re.findall(r"\d+/\d+", " ".join(said))) == {"3/20"}
 
@@ -432,7 +432,7 @@ class TestProblems:
         def fail(*_):
             raise GaitsimError("[red] it cannot be drawn")
 
-        monkeypatch.setattr("gaitsim.tui.screens.live_source.skeleton_of", fail)
+        monkeypatch.setattr("gaitsim.individual.Individual.skeleton", property(fail))
 
         async def test(screen, pilot):
             canvas = screen.query_one(BodyCanvas)
@@ -499,12 +499,12 @@ class TestProblems:
 
     def test_rows_that_did_not_come_are_read(self, make):
         async def test(screen, pilot):
-            course = screen.board.story.course
-            screen.board.story.course = Course()
+            course = screen.board.live.course
+            screen.board.live.course = Course()
             rows = {"generation": np.array([7.0]), "best": np.array([0.0])}
             screen._take(Snapshot("stopped", rows=rows, generation=7, generations=20))
-            await until(pilot, lambda: not screen.board.story.gap)
-            read = screen.board.story.course
+            await until(pilot, lambda: not screen.board.live.gap)
+            read = screen.board.live.course
             np.testing.assert_array_equal(read["best"], course["best"])
 
         live(make(7), test)
@@ -579,16 +579,16 @@ class TestWords:
         course = Course(
             {name: np.arange(1, 9.0) for name in ("generation", "best", "mean", "diversity")}
         )
-        line = words.status(self.SNAPSHOT, "running", width, STYLES)
+        line = formatting.status(self.SNAPSHOT, "running", width, STYLES)
         assert line.cell_len <= width
         event = Event(3, "stage", "wide 宽宽宽宽\x1b[31m" * 9)
-        assert words.event_line(event, max(width, 12), STYLES).cell_len <= max(width, 12)
-        lines = words.table(self.SNAPSHOT, course, width, STYLES)
+        assert formatting.event_line(event, max(width, 12), STYLES).cell_len <= max(width, 12)
+        lines = formatting.table(self.SNAPSHOT, course, width, STYLES)
         if width >= 30:
             assert {line.cell_len for line in lines} <= set(range(width + 1))
 
     def test_the_status_says_how_long_it_takes(self):
-        line = words.status(self.SNAPSHOT, "running", 100, STYLES).plain
+        line = formatting.status(self.SNAPSHOT, "running", 100, STYLES).plain
         assert "1,234/100,000" in line
         assert "123,456 evaluations/s" in line
         assert "16:27 min left" in line
@@ -597,8 +597,8 @@ class TestWords:
     def test_the_table_says_the_best_of_each_island(self):
         snapshot = dataclasses.replace(self.SNAPSHOT, islands=(0.5, 2.25, np.nan, -1.0))
         for width, rows in ((55, 1), (38, 2), (30, 4), (9, 5)):
-            lines = [line.plain for line in words.table(snapshot, Course(), width, STYLES)]
-            found = [line.plain for line in words.islands(snapshot, width, STYLES)]
+            lines = [line.plain for line in formatting.table(snapshot, Course(), width, STYLES)]
+            found = [line.plain for line in formatting.islands(snapshot, width, STYLES)]
             assert lines[: len(found)] == found
             assert len(found) == rows
             assert all(len(line) <= width for line in found if width > 18)
@@ -606,7 +606,7 @@ class TestWords:
             assert " ".join(said) == "best of each island 0.500 2.250 – −1.000"
 
     def test_the_table_says_what_is_no_number(self):
-        lines = words.table(self.SNAPSHOT, Course(), 120, STYLES)
+        lines = formatting.table(self.SNAPSHOT, Course(), 120, STYLES)
         plain = [line.plain for line in lines]
         assert plain[1].split() == ["score", "–", *["1.500"] * 5]
         assert plain[2].split() == ["[red]reach", "–", *["2.000"] * 5]

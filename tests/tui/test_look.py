@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from gaitsim import registry
-from gaitsim.errors import RunError
+from gaitsim.errors import GaitsimError, RunError
 from gaitsim.registry import KINDS
 from gaitsim.runs.overview import Overview, Watch
 from gaitsim.tui.app import GaitsimApp
-from gaitsim.tui.screens.export_dialog import Making
+from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.help import Help
 from gaitsim.tui.screens.new import New
 from gaitsim.tui.screens.plugins import Plugins
@@ -140,13 +140,13 @@ def test_new(look, size, only_puppets, puppet_file):
     async def go(pilot):
         screen = New("./puppet.toml")
         await pilot.app.push_screen(screen)
-        await until(pilot, lambda: screen._reading is not None)
+        await until(pilot, lambda: screen._validation is not None)
         screen.query_one("#parts").active = "part-fitness"
         await until(pilot, lambda: screen.query("#part-fitness Field"))
         box = screen.query_one("#part-fitness Input")
-        before = screen._reading
+        before = screen._validation
         box.value = "-1"
-        await until(pilot, lambda: screen._reading is not before)
+        await until(pilot, lambda: screen._validation is not before)
 
     assert look(size, go)
 
@@ -162,9 +162,9 @@ def test_plugins(look, size, only_puppets):
     assert look(size, go)
 
 
-def test_making(look):
+def test_export(look):
     async def go(pilot):
-        await pilot.app.push_screen(Making(RUNS[0].path))
+        await pilot.app.push_screen(ExportDialog(RUNS[0].path))
         await pilot.press("down")
 
     assert look((80, 24), go)
@@ -201,7 +201,7 @@ def test_tasks(look, size):
                 ("imitate", "no [b]where"),
                 0.0,
                 "failed",
-                errors=["Error: there is no run"],
+                error=GaitsimError("there is no run", allowed="spider"),
                 ended=1.0,
             ),
         ]

@@ -96,14 +96,14 @@ class TestPalette:
         async def empty(driver):
             found = self.titles(driver)
             assert {"New", "Plugins", "Help", "Quit", "New run: spider"} <= set(found)
-            assert not {"Open", "Delete", "Compare", "Make", "Tasks"} & set(found)
+            assert not {"Open", "Delete", "Compare", "Export", "Tasks"} & set(found)
             assert len(found) == len(set(found))
 
         drive(empty)
         walk()
 
         async def one(driver):
-            assert {"Open", "Delete", "Make"} <= set(self.titles(driver))
+            assert {"Open", "Delete", "Export"} <= set(self.titles(driver))
 
         drive(one)
 
@@ -224,16 +224,16 @@ class TestKeys:
             assert (
                 '• key keys.app.quit: "" is not allowed; give a key in quotes, as "ctrl+d"' in told
             )
-            assert '• key keys.home.make: there is no key "notakey"; ' in told
+            assert '• key keys.home.export: there is no key "notakey"; ' in told
             assert "• section keys: the key n is given to home.new and to home.replay; " in told
             await driver.press("x")
             await driver.at("Confirm")
             await driver.press("escape")
             await driver.at("Home")
             await driver.press("e")
-            await driver.at("Making")
+            await driver.at("ExportDialog")
 
-        text = '[keys]\napp.quit = ""\nhome.make = "notakey"\nhome.delete = "nokey, x"\n'
+        text = '[keys]\napp.quit = ""\nhome.export = "notakey"\nhome.delete = "nokey, x"\n'
         drive(test, config=config(text + 'home.new = "nokey"\nhome.replay = "n"'))
 
     def test_a_key_that_is_given_twice_is_told(self, walk, drive, config):
@@ -242,12 +242,12 @@ class TestKeys:
         async def test(driver):
             await driver.until(lambda: "given to" in driver.told())
             assert "the key r is given to home.new and to home.replay" in driver.told()
-            assert "the key question_mark is given to app.help and to home.make" in driver.told()
+            assert "the key question_mark is given to app.help and to home.export" in driver.told()
             assert "live" not in driver.told()
             await driver.press("r")
             await driver.at("New")
 
-        drive(test, config=config('[keys]\nhome.new = "r"\nhome.make = "?"\nlive.go = "x"'))
+        drive(test, config=config('[keys]\nhome.new = "r"\nhome.export = "?"\nlive.go = "x"'))
 
 
 class TestEnding:

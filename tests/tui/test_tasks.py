@@ -174,9 +174,9 @@ class TestMaking:
         async def test(driver):
             assert "app.tasks" not in driver.offered()
             await driver.press("e")
-            screen = await driver.at("Making")
+            screen = await driver.at("ExportDialog")
             await driver.press("down")
-            line = str(screen.query_one("#making-command").render())
+            line = str(screen.query_one("#export-command").render())
             assert line == "$ gaitsim export 'runs/two words' --format csv"
             await driver.press("enter")
             await driver.at("Home")

@@ -14,7 +14,7 @@ from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
 from gaitsim.render.terminal.ticks import round_step
-from gaitsim.render.terminal.view import View, camera
+from gaitsim.render.terminal.view import Viewpoint, camera
 
 # Inks, the higher over the lower.
 GROUND, TRACK = 1, 2
@@ -88,7 +88,7 @@ def sides(names: Sequence[str]) -> NDArray[np.intp]:
 
 
 def picture(
-    figure: Figure, seconds: float, view: View, columns: int, rows: int
+    figure: Figure, seconds: float, view: Viewpoint, columns: int, rows: int
 ) -> tuple[NDArray[np.uint32], Inks]:
     """A body at a moment: the characters as code points, and their inks, both (rows, columns)."""
     dots = empty(columns, rows)

@@ -17,7 +17,7 @@ NAMED: dict[str, tuple[float, float]] = {
 
 
 @dataclass(frozen=True)
-class View:
+class Viewpoint:
     """A camera's direction and zoom.
 
     Attributes:
@@ -38,7 +38,7 @@ class View:
         here = (self.azimuth, self.elevation)
         return next((name for name, angles in NAMED.items() if angles == here), "")
 
-    def turned(self, azimuth: float, elevation: float) -> "View":
+    def turned(self, azimuth: float, elevation: float) -> "Viewpoint":
         """Turned by so many degrees; it never goes below the ground."""
         return replace(
             self,
@@ -46,26 +46,26 @@ class View:
             elevation=min(max(self.elevation + elevation, 0.0), 90.0),
         )
 
-    def zoomed(self, factor: float) -> "View":
+    def zoomed(self, factor: float) -> "Viewpoint":
         """Nearer by a factor, within limits."""
         return replace(self, zoom=min(max(self.zoom * factor, FARTHEST), CLOSEST))
 
-    def following(self, follow: bool) -> "View":
+    def following(self, follow: bool) -> "Viewpoint":
         """With a camera that goes with the body, or shows its whole way."""
         return replace(self, follow=follow, zoom=1.0)
 
-    def named(self, name: str) -> "View":
+    def named(self, name: str) -> "Viewpoint":
         """In the direction of one of `NAMED`."""
         azimuth, elevation = NAMED[name]
         return replace(self, azimuth=azimuth, elevation=elevation)
 
-    def next(self) -> "View":
+    def next(self) -> "Viewpoint":
         """In the direction of the next of `NAMED`; of the first where it is in none."""
         names = list(NAMED)
         return self.named(names[(names.index(self.name) + 1) % len(names) if self.name else 0])
 
 
-def camera(view: View, clip: Clip, pose: Pose, width: int, height: int) -> Camera:
+def camera(view: Viewpoint, clip: Clip, pose: Pose, width: int, height: int) -> Camera:
     """The camera of a picture of so many dots, y upwards from its lower edge."""
     right, up, ahead = axes(view.azimuth, view.elevation)
     if view.follow:

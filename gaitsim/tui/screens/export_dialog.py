@@ -46,7 +46,7 @@ PRODUCTS = (
 )
 
 
-class Making(ModalScreen[tuple[str, ...] | None]):
+class ExportDialog(ModalScreen[tuple[str, ...] | None]):
     """Asks what is to be made; dismissed with the arguments of the command that makes it.
 
     Args:
@@ -54,7 +54,7 @@ class Making(ModalScreen[tuple[str, ...] | None]):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "Cancel", id="making.cancel", tooltip="Make nothing"),
+        Binding("escape", "dismiss", "Cancel", id="export.cancel", tooltip="Make nothing"),
     ]
 
     def __init__(self, run: Path) -> None:
@@ -63,18 +63,18 @@ class Making(ModalScreen[tuple[str, ...] | None]):
 
     def compose(self) -> ComposeResult:
         """The list, and the command of what is chosen."""
-        with Vertical(classes="dialog", id="making") as box:
-            box.border_title = "Make"
+        with Vertical(classes="dialog", id="export") as box:
+            box.border_title = "Export"
             box.border_subtitle = "enter makes it, esc cancels"
             yield Static(Text(f"of {self._run}"), classes="dialog-about")
             yield OptionList(*(Option(Text(product.title)) for product in PRODUCTS))
-            yield Static(id="making-command", classes="command")
+            yield Static(id="export-command", classes="command")
 
     def on_option_list_option_highlighted(self, event: OptionList.OptionHighlighted) -> None:
         """Show the command."""
         product = PRODUCTS[event.option_index]
         line = command(product.verb, self._run, *product.more)
-        self.query_one("#making-command", Static).update(Text(f"$ {line}"))
+        self.query_one("#export-command", Static).update(Text(f"$ {line}"))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Make it."""

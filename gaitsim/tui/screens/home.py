@@ -44,7 +44,7 @@ followed as they go.
         Binding("n", "new", "New", id="home.new", tooltip="Assemble a new run"),
         Binding("r", "replay", "Replay", id="home.replay", tooltip="See champions move"),
         Binding("c", "compare", "Compare", id="home.compare", tooltip="Compare the marked runs"),
-        Binding("e", "make", "Make", id="home.make", tooltip="Gait files, plots, videos, …"),
+        Binding("e", "export", "Export", id="home.export", tooltip="Gait files, plots, videos, …"),
         Binding("slash", "filter", "Filter", id="home.filter", tooltip="Only runs with words"),
         Binding("d,delete", "delete", "Delete", show=False, id="home.delete", tooltip="For good"),
         Binding("p", "plugins", "Plugins", show=False, id="home.plugins", tooltip="Installed ones"),
@@ -159,7 +159,7 @@ followed as they go.
 
     def _offer(self) -> None:
         """Bring the footer up to date where other keys work now."""
-        actions = ("delete", "replay", "compare", "make", "filter", "back")
+        actions = ("delete", "replay", "compare", "export", "filter", "back")
         offers = [self.check_action(name, ()) for name in actions]
         if offers != self._offers:
             self._offers = offers
@@ -233,11 +233,11 @@ followed as they go.
         """Compare the marked runs."""
         self.gaitsim.open_compare(self._marked())
 
-    def action_make(self) -> None:
+    def action_export(self) -> None:
         """Make something of the run."""
         run = self._run()
         if run is not None:
-            self.gaitsim.open_making(run.path)
+            self.gaitsim.open_export(run.path)
 
     @work(group="delete", exclusive=True)
     async def action_delete(self) -> None:
@@ -292,7 +292,7 @@ followed as they go.
                 return bool(self.filter) or bool(self.is_mounted and self.query("#filter:focus"))
             case "delete":
                 return run is not None and run.state != "running"
-            case "replay" | "make":
+            case "replay" | "export":
                 return run is not None and run.generation > 0 and run.problem is None
             case "compare":
                 return len(self._marked()) >= 2

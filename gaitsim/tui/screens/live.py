@@ -22,7 +22,7 @@ from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.reader import Run
 from gaitsim.tui.screens.live_board import Board
-from gaitsim.tui.screens.live_dialogs import Asking
+from gaitsim.tui.screens.live_dialogs import LiveDialogs
 from gaitsim.tui.screens.live_source import about
 
 PATIENCE = 20.0  # seconds that a run gets to finish its generation when the screen is left
@@ -36,7 +36,7 @@ HINTS = {
 }
 
 
-class Live(Asking):
+class Live(LiveDialogs):
     """A run: evolved here, in a process of its own; followed while another program writes it;
     or at rest.
 
@@ -72,7 +72,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
         Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run under other options"),
         Binding("r", "replay", "Replay", id="live.replay", tooltip="See any generation move"),
         Binding("g", "goal", "Goal", id="live.goal", tooltip="How many generations it has"),
-        Binding("e", "make", "Make", id="live.make", tooltip="Gait files, plots, videos, …"),
+        Binding("e", "export", "Export", id="live.export", tooltip="Gait files, plots, videos, …"),
         Binding("l", "log", "Events", id="live.log", tooltip="What happened, or the terms"),
     ]
     AUTO_FOCUS = ""
@@ -103,7 +103,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
     @property
     def snapshot(self) -> Snapshot:
         """The latest."""
-        return self.board.story.snapshot
+        return self.board.live.snapshot
 
     @property
     def state(self) -> str:
@@ -162,10 +162,10 @@ the app in any way, and the run can be gone on with exactly where it stood.
     def _take(self, snapshot: Snapshot) -> None:
         """Take what is new; all but the state is drawn by and by."""
         board = self.board
-        board.story.take(snapshot)
+        board.live.take(snapshot)
         if snapshot.error is not None:
             board.problem(snapshot.error)
-        if board.story.gap:
+        if board.live.gap:
             self._reread()
         self._changed()
 
@@ -187,7 +187,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
     @work(thread=True, group="reread", exclusive=True)
     def _reread(self) -> None:
         with suppress(GaitsimError):
-            self.app.call_from_thread(self.board.story.reread, Course(Run(self.run).history))
+            self.app.call_from_thread(self.board.live.reread, Course(Run(self.run).history))
 
     # Steering
 
@@ -233,9 +233,9 @@ the app in any way, and the run can be gone on with exactly where it stood.
         """Replay the run."""
         self.gaitsim.open_replay(self.run)
 
-    def action_make(self) -> None:
+    def action_export(self) -> None:
         """Make something of it."""
-        self.gaitsim.open_making(self.run)
+        self.gaitsim.open_export(self.run)
 
     def action_log(self) -> None:
         """Show events in place of the terms, where there is no room for both."""
@@ -295,6 +295,6 @@ the app in any way, and the run can be gone on with exactly where it stood.
                 return state in ("running", "paused") if here else state in (*RESTING, "finished")
             case "fork":
                 return state != "failed" or self.snapshot.generation > 0
-            case "replay" | "make":
+            case "replay" | "export":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)

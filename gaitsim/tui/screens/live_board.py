@@ -19,8 +19,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best
 from gaitsim.render.terminal.text import visible_lines
 from gaitsim.tui.formatting import number
-from gaitsim.tui.screens import live_words as words
-from gaitsim.tui.screens.live_source import Stage, Story
+from gaitsim.tui.screens import live_formatting as formatting
+from gaitsim.tui.screens.live_source import ChampionMover, LiveState
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.lines import Lines
@@ -46,7 +46,7 @@ class Board(Vertical):
         clock: seconds that pass, for the body and for how often a champion is shown.
 
     Attributes:
-        story: what is known of the run.
+        live: what is known of the run.
         state: of the run, as it is told.
         hint: what is said below it; '' says what happened last.
         curves: of the best score and the mean.
@@ -62,14 +62,14 @@ class Board(Vertical):
         self._status, self._champion = Lines(id="live-status"), Lines(id="live-champion")
         self._table, self._log = Lines(id="live-table"), Lines(id="live-events")
         self._problem = Static(id="live-problem")
-        self.story = Story()
+        self.live = LiveState()
         self.state = "stopped"
         self.hint = ""
         self.drawn = self._ticks = 0
         self._stale = True
         self._widths = (0, 0, 0, 0)  # of what was drawn last; 0 draws all
-        self._styles: words.Styles = {}
-        self._stage: Stage | None = None
+        self._styles: formatting.Styles = {}
+        self._stage: ChampionMover | None = None
         self._shown: Best | None = None
         self._moving = False
         self._moved = -CHAMPION_EVERY
@@ -138,23 +138,23 @@ class Board(Vertical):
             return False
         all_of_it = all_of_it or widths != self._widths
         styles = self._styles = self._styles or self._theme()
-        story, snapshot = self.story, self.story.snapshot
-        if self.hint or not story.events:
+        live, snapshot = self.live, self.live.snapshot
+        if self.hint or not live.events:
             said = Text(self.hint, styles["dim"], no_wrap=True, end="")
         else:
-            said = words.event_line(story.events[-1], width, styles)
-        self._status.show([words.status(snapshot, self.state, width, styles), said])
+            said = formatting.event_line(live.events[-1], width, styles)
+        self._status.show([formatting.status(snapshot, self.state, width, styles), said])
         if not all_of_it:
             return True
         self._stale, self._widths = False, widths
-        table.show(words.table(snapshot, story.course, table.size.width, styles))
-        latest = islice(reversed(story.events), log.size.height)
-        log.show([words.event_line(event, log.size.width, styles) for event in latest])
+        table.show(formatting.table(snapshot, live.course, table.size.width, styles))
+        latest = islice(reversed(live.events), log.size.height)
+        log.show([formatting.event_line(event, log.size.width, styles) for event in latest])
         self._curves()
         return True
 
     def _curves(self) -> None:
-        course, first = self.story.course, self.story.snapshot.scored_from
+        course, first = self.live.course, self.live.snapshot.scored_from
         if not len(course):
             return
         part = slice(first - 1, None) if len(course) >= first else slice(None)
@@ -167,18 +167,18 @@ class Board(Vertical):
 
     def _show_champion(self) -> None:
         """Move the newest champion, in a thread, if there is one and it is time."""
-        best, now = self.story.snapshot.champion, self._clock()
+        best, now = self.live.snapshot.champion, self._clock()
         if best is None or best == self._shown or self._moving:
             return
         if now - self._moved < CHAMPION_EVERY:
             return
         self._moving, self._moved = True, now
-        self._move(best, self.story.snapshot.stage)
+        self._move(best, self.live.snapshot.stage)
 
     @work(thread=True, group="champion")
     def _move(self, best: Best, stage: int) -> None:
         if self._stage is None or self._stage.number != stage:
-            self._stage = Stage(self._run, stage)
+            self._stage = ChampionMover(self._run, stage)
         found: Skeleton | GaitsimError
         try:
             found = self._stage.move(best)
@@ -197,7 +197,7 @@ class Board(Vertical):
         said = f"champion of generation {best.generation:,}: {number(best.score)}"
         self._champion.show([Text(said, end="", no_wrap=True)])
 
-    def _theme(self) -> words.Styles:
+    def _theme(self) -> formatting.Styles:
         variables = self.app.theme_variables
         styles = {
             name: Style(color=Color.parse(variables[colour]).rich_color)

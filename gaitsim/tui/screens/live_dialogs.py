@@ -11,7 +11,7 @@ from gaitsim.live.protocol import Snapshot
 from gaitsim.tui.screens.base import GaitScreen
 
 
-class Asking(GaitScreen):
+class LiveDialogs(GaitScreen):
     """A screen on a run that can be changed, go further, and be copied.
 
     Attributes:
@@ -45,7 +45,7 @@ class Asking(GaitScreen):
     @work(group="ask", exclusive=True)
     async def action_change(self) -> None:
         """Ask for changes; they hold from the next generation on."""
-        from gaitsim.tui.screens.live_change import Change
+        from gaitsim.tui.screens.change_dialog import Change
 
         typed = ""
         if self.state == "finished":  # a stage has to have a generation
@@ -83,7 +83,7 @@ class Asking(GaitScreen):
     @work(group="ask", exclusive=True)
     async def action_fork(self) -> None:
         """Ask for a copy's changes, and go on with the copy."""
-        from gaitsim.tui.screens.live_change import Change
+        from gaitsim.tui.screens.change_dialog import Change
 
         self.action_pause()
         wanted = await self.app.push_screen_wait(Change(self.run, fork=True))

@@ -18,7 +18,7 @@ from gaitsim.toml import parse
 EVENTS_KEPT = 200
 
 
-class Story:
+class LiveState:
     """All that the live screen knows of a run: the latest snapshot, the course, the events.
 
     Attributes:
@@ -57,7 +57,7 @@ def about(run: Path) -> str:
         return ""
 
 
-class Stage:
+class ChampionMover:
     """Moves the champions of one stage of a run.
 
     Args:

@@ -1,4 +1,4 @@
-"""New run: a ready experiment, any part of it changed, checked as it is typed."""
+"""New run: a preset, any part of it changed, checked as it is typed."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -15,15 +15,22 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import RUNS, create_run, free_name
+from gaitsim.tui.builder import (
+    SECTIONS,
+    ExperimentBuilder,
+    Validation,
+    choose_plugin,
+    load_preset,
+    validate,
+)
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
-from gaitsim.tui.draft import SECTIONS, Draft, Reading, choose, load_ready, read
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.confirm import Confirm
 from gaitsim.tui.screens.files import ask_load, ask_save
+from gaitsim.tui.widgets.experiment_status import ExperimentStatus
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.toml_view import coloured
-from gaitsim.tui.widgets.verdict import Verdict
 
 FIRST = "spider"  # the preset that is taken where none is asked for
 TITLES = {"evolution": "Search", "islands": "Islands", "organism": "Body"} | {
@@ -43,7 +50,7 @@ class New(GaitScreen):
     SUB_TITLE = "new run"
     CSS_PATH = "new.tcss"
     HELP_TEXT = """
-Begin with a ready experiment and change what you like. Each tab is a part of it, with the options
+Begin with a preset and change what you like. Each tab is a part of it, with the options
 that its plugin declares; what is wrong is said below the option as you type, and a ✗ marks the
 tab. Only plugins that work with the body are offered; another body brings parts that work with it.
 
@@ -65,8 +72,8 @@ What you change is shown as the **command** that does the same, and as the exper
         super().__init__()
         self._asked = experiment or FIRST
         self._catalogue: Catalogue | None = None
-        self._draft: Draft | None = None
-        self._reading: Reading | None = None
+        self._builder: ExperimentBuilder | None = None
+        self._validation: Validation | None = None
         self._serial = 0
         self._timer: Timer | None = None
 
@@ -88,7 +95,7 @@ What you change is shown as the **command** that does the same, and as the exper
                     yield Static(id="toml-tab", classes="toml")
             with VerticalScroll(id="beside"):
                 yield Static(id="toml-beside", classes="toml")
-        yield Verdict("Reading what is installed …")
+        yield ExperimentStatus("Reading what is installed …")
         yield Footer()
 
     def on_mount(self) -> None:
@@ -96,24 +103,24 @@ What you change is shown as the **command** that does the same, and as the exper
         self.query_one("#parts").disabled = True
         self._begin(self._asked)
 
-    # Reading, in threads
+    # Validation, in threads
 
     @work(thread=True, exclusive=True, group="ready")
     def _begin(self, reference: str) -> None:
-        """Take a ready experiment."""
+        """Take a preset."""
         try:
             catalogue = self._catalogue or read_catalogue()
             self._catalogue = catalogue
-            draft = Draft(load_ready(reference))
-            found = read(draft, catalogue)
+            builder = ExperimentBuilder(load_preset(reference))
+            found = validate(builder, catalogue)
         except GaitsimError as error:
             self.app.call_from_thread(self._not_begun, reference, error)
             return
         self.app.call_from_thread(self._take, found)
 
     def _not_begun(self, reference: str, error: GaitsimError) -> None:
-        self._fill_presets(reference if self._draft is None else self._draft.ready.reference)
-        self.query_one(Verdict).tell(str(error), wrong=True)
+        self._fill_presets(reference if self._builder is None else self._builder.preset.reference)
+        self.query_one(ExperimentStatus).tell(str(error), wrong=True)
 
     def _check_soon(self) -> None:
         if self._timer is not None:
@@ -121,27 +128,27 @@ What you change is shown as the **command** that does the same, and as the exper
         self._timer = self.set_timer(CALM, self._check)
 
     def _check(self) -> None:
-        if self._draft is not None:
+        if self._builder is not None:
             self._serial += 1
-            self._read(self._draft, self._serial)
+            self._read(self._builder, self._serial)
 
     @work(thread=True, exclusive=True, group="read")
-    def _read(self, draft: Draft, serial: int) -> None:
+    def _read(self, builder: ExperimentBuilder, serial: int) -> None:
         assert self._catalogue is not None
-        found = read(draft, self._catalogue)
+        found = validate(builder, self._catalogue)
         self.app.call_from_thread(self._checked, found, serial)
 
-    def _checked(self, found: Reading, serial: int) -> None:
+    def _checked(self, found: Validation, serial: int) -> None:
         if serial == self._serial:  # else something was typed meanwhile
             self._show(found)
 
     # Showing
 
-    def _take(self, found: Reading) -> None:
-        """Show a ready experiment from the start."""
-        self._draft = found.draft
-        self._fill_presets(found.draft.ready.reference)
-        values = found.draft.ready.values
+    def _take(self, found: Validation) -> None:
+        """Show a preset from the start."""
+        self._builder = found.builder
+        self._fill_presets(found.builder.preset.reference)
+        values = found.builder.preset.values
         for key in ("name", "seed"):
             with self.prevent(Input.Changed):
                 self.query_one(f"#{key}", Input).value = str(values[key])
@@ -156,8 +163,8 @@ What you change is shown as the **command** that does the same, and as the exper
             select.set_options([(Text(visible(name)), name) for name in names])
             select.value = reference
 
-    def _show(self, found: Reading) -> None:
-        self._reading = found
+    def _show(self, found: Validation) -> None:
+        self._validation = found
         self._show_part()
         for key in ("name", "seed"):
             self.query_one(f"#{key}").set_class(key in found.problems, "-wrong")
@@ -170,16 +177,16 @@ What you change is shown as the **command** that does the same, and as the exper
         for place in ("#toml-tab", "#toml-beside"):
             self.query_one(place, Static).update(text if found.toml else "Once all is right.")
         run = self._run() if found.problems else free_name(self._run())
-        self.query_one(Verdict).show(found, run, self.command_line())
+        self.query_one(ExperimentStatus).show(found, run, self.command_line())
         self.refresh_bindings()
 
     @on(TabbedContent.TabActivated)
     def _show_part(self) -> None:
         """Bring the part that is in sight up to date."""
         active = self.query_one("#parts", TabbedContent).active_pane
-        if self._reading is not None and active is not None:
+        if self._validation is not None and active is not None:
             for part in active.query(Part):
-                part.show(self._reading)
+                part.show(self._validation)
 
     # Changing
 
@@ -190,20 +197,22 @@ What you change is shown as the **command** that does the same, and as the exper
     @on(Input.Changed, "#name,#seed")
     def _head_changed(self, event: Input.Changed) -> None:
         key = str(event.input.id)
-        if self._draft is not None:
-            same = event.value == str(self._draft.ready.values[key])
+        if self._builder is not None:
+            same = event.value == str(self._builder.preset.values[key])
             self._assign(key, None if same else event.value)
 
     def _assign(self, key: str, text: str | None) -> None:
-        if self._draft is not None:
-            self._draft = self._draft.assign(key, text)
+        if self._builder is not None:
+            self._builder = self._builder.assign(key, text)
             self._serial += 1
             self._check_soon()
 
     @on(Part.PluginChosen)
     def _plugin_chosen(self, event: Part.PluginChosen) -> None:
-        if self._reading is not None and self._catalogue is not None:
-            self._draft = choose(self._reading, event.section, event.name, self._catalogue)
+        if self._validation is not None and self._catalogue is not None:
+            self._builder = choose_plugin(
+                self._validation, event.section, event.name, self._catalogue
+            )
             self._check()
 
     @on(Select.Changed, "#preset")
@@ -212,9 +221,9 @@ What you change is shown as the **command** that does the same, and as the exper
 
     @work(group="replace", exclusive=True)
     async def _replace(self, reference: str) -> None:
-        """Begin with another ready experiment, if what was changed may go."""
-        if self._draft is not None:
-            count, before = len(self._draft.changes), self._draft.ready.reference
+        """Begin with another preset, if what was changed may go."""
+        if self._builder is not None:
+            count, before = len(self._builder.changes), self._builder.preset.reference
             about = "1 change is dropped." if count == 1 else f"{count} changes are dropped."
             question = Confirm(f"Begin with {reference}?", "Begin", about)
             if count and not await self.app.push_screen_wait(question):
@@ -224,8 +233,8 @@ What you change is shown as the **command** that does the same, and as the exper
 
     def action_reset(self) -> None:
         """Take all changes back."""
-        if self._draft is not None:
-            self._replace(self._draft.ready.reference)
+        if self._builder is not None:
+            self._replace(self._builder.preset.reference)
 
     def action_tab(self, by: int) -> None:
         """Go to another part."""
@@ -236,18 +245,18 @@ What you change is shown as the **command** that does the same, and as the exper
     # Leaving with something
 
     def _run(self) -> Path:
-        name = self._reading.name if self._reading else FIRST
+        name = self._validation.name if self._validation else FIRST
         return self.gaitsim.folder / name
 
     def command_line(self) -> str:
         """What begins the same run."""
-        return self._reading.draft.command(self._run()) if self._reading else ""
+        return self._validation.builder.command(self._run()) if self._validation else ""
 
-    def _whole(self) -> Reading | None:
+    def _whole(self) -> Validation | None:
         """The experiment as it stands now; None, and said why, where it is wrong."""
-        if self._draft is None or self._catalogue is None:
+        if self._builder is None or self._catalogue is None:
             return None
-        found = read(self._draft, self._catalogue)
+        found = validate(self._builder, self._catalogue)
         self._serial += 1
         self._show(found)
         if found.experiment is None:
@@ -272,7 +281,7 @@ What you change is shown as the **command** that does the same, and as the exper
             self._create(found)
 
     @work(thread=True, exclusive=True, group="create")
-    def _create(self, found: Reading) -> None:
+    def _create(self, found: Validation) -> None:
         assert found.experiment is not None
         wanted = self._run()
         try:

@@ -1,4 +1,4 @@
-"""What is installed: bodies, fitness functions, operators, ready experiments, and from where."""
+"""What is installed: bodies, fitness functions, operators, presets, and from where."""
 
 from typing import Any, ClassVar
 
@@ -18,8 +18,8 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.conformance import checked, verdict_view
 from gaitsim.tui.widgets.plugin_view import plugin_view, preset_view
 
-TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "ready experiments"}
-NOUNS = {"organism": "body", EXPERIMENTS: "ready experiment"}
+TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "presets"}
+NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
 
 
 class Plugins(GaitScreen):
@@ -32,7 +32,7 @@ Everything that a run is made of comes from installed packages: the bundled ones
 On the left is what there is, a ✗ before what cannot be used; on the right where it comes from,
 what it is, and its options with their defaults and bounds.
 
-Enter begins a **new run** with a body or a ready experiment. c **checks** whether what is
+Enter begins a **new run** with a body or a preset. c **checks** whether what is
 highlighted keeps its contract, and says what is to be mended.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -150,7 +150,7 @@ highlighted keeps its contract, and says what is to be mended.
             self.gaitsim.open_new(experiment)
 
     def _experiment(self) -> str | None:
-        """The ready experiment that goes with what is highlighted."""
+        """The preset that goes with what is highlighted."""
         chosen = self._chosen()
         if chosen is None or self._catalogue is None:
             return None

@@ -73,7 +73,7 @@ The best individual of any generation, as it moves.
                 tooltip="Measures, terms and the curve of the best score"),
         Binding("s", "split", "Split", id="replay.split",
                 tooltip="A second body beside this one, or one alone"),
-        Binding("e", "make", "Make", show=False, id="replay.make",
+        Binding("e", "export", "Export", show=False, id="replay.export",
                 tooltip="Gait files, plots, videos, …"),
     ]  # fmt: skip
     DEFAULT_CSS = """
@@ -246,9 +246,9 @@ The best individual of any generation, as it moves.
         self._panes.append(pane)
         await self.query_one("#panes").mount(pane)
 
-    def action_make(self) -> None:
+    def action_export(self) -> None:
         """Make something of the run."""
-        self.gaitsim.open_making(self.pane.run)
+        self.gaitsim.open_export(self.pane.run)
 
     def command_line(self) -> str:
         """What plays the same in a terminal."""
@@ -265,7 +265,7 @@ The best individual of any generation, as it moves.
         match action:
             case "play" | "frame" | "speed" | "camera":
                 return self.leader.skeleton is not None
-            case "measures" | "make":
+            case "measures" | "export":
                 return pane.shown is not None
             case "generation" | "best":
                 return pane.shown is not None or pane.problem is not None

@@ -14,7 +14,7 @@ from textual.reactive import reactive
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal import body
-from gaitsim.render.terminal.view import View
+from gaitsim.render.terminal.view import Viewpoint
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 FPS = 20
@@ -78,7 +78,7 @@ class BodyCanvas(Cells, can_focus=True):
     ]  # fmt: skip
 
     seconds: reactive[float] = reactive(0.0, repaint=False, init=False)
-    view: reactive[View] = reactive(View(), repaint=False, init=False)
+    view: reactive[Viewpoint] = reactive(Viewpoint(), repaint=False, init=False)
     playing: reactive[bool] = reactive(False, repaint=False, init=False)
     speed: reactive[float] = reactive(1.0, repaint=False, init=False)
 
@@ -102,7 +102,7 @@ class BodyCanvas(Cells, can_focus=True):
     class ViewChanged(Message):
         """The camera was moved."""
 
-        def __init__(self, canvas: "BodyCanvas", view: View) -> None:
+        def __init__(self, canvas: "BodyCanvas", view: Viewpoint) -> None:
             super().__init__()
             self.canvas, self.view = canvas, view
 
@@ -201,7 +201,7 @@ class BodyCanvas(Cells, can_focus=True):
         """Draw the moment."""
         self.redraw()
 
-    def watch_view(self, view: View) -> None:
+    def watch_view(self, view: Viewpoint) -> None:
         """Draw from there."""
         self.redraw()
         if self.is_mounted:
@@ -245,7 +245,7 @@ class BodyCanvas(Cells, can_focus=True):
 
     def action_reset(self) -> None:
         """Look as in the beginning."""
-        self.view = View()
+        self.view = Viewpoint()
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
         """Take hold of the body."""

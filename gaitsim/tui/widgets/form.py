@@ -13,7 +13,7 @@ from textual.widgets import Input, Label, Select, Static
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import options
 from gaitsim.render.terminal.text import visible
-from gaitsim.tui.draft import Option
+from gaitsim.tui.builder import Option
 from gaitsim.tui.formatting import clip
 
 NAME = 22  # cells of an option's name
@@ -44,7 +44,7 @@ class Field(Vertical):
 
         Attributes:
             key: of the option.
-            text: what it is now; None where it is as in the ready experiment.
+            text: what it is now; None where it is as in the preset.
         """
 
         def __init__(self, key: str, text: str | None) -> None:
@@ -78,7 +78,7 @@ class Field(Vertical):
 
     def on_mount(self) -> None:
         """Say whether it is changed."""
-        self.set_class(self.option.text != self.option.ready, "-changed")
+        self.set_class(self.option.text != self.option.preset, "-changed")
 
     def _about(self) -> Text:
         field: FieldInfo = self.option.field
@@ -104,14 +104,14 @@ class Field(Vertical):
         self._tell(str(event.value))
 
     def _tell(self, text: str) -> None:
-        changed = text != self.option.ready
+        changed = text != self.option.preset
         self.set_class(changed, "-changed")
         self.post_message(self.Changed(self.option.key, text if changed else None))
 
 
 def _empty(option: Option) -> str:
     """What an empty input stands for: that the option is not set, or is as it was."""
-    return options.NOT_SET if options.optional(option.field) else option.ready
+    return options.NOT_SET if options.optional(option.field) else option.preset
 
 
 def _told(problem: GaitsimError) -> str:

@@ -9,7 +9,7 @@ from textual.widgets import Input, Label, Select, Static
 
 from gaitsim.registry import KINDS
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.tui.draft import Reading
+from gaitsim.tui.builder import Validation
 from gaitsim.tui.widgets.form import Field, choice
 
 
@@ -37,14 +37,14 @@ class Part(VerticalScroll):
         super().__init__(can_focus=False)
         self.section = section
         self._made_of: tuple[object, ...] = ()
-        self._reading: Reading | None = None
+        self._validation: Validation | None = None
         self._asked = ""
 
-    def show(self, found: Reading) -> None:
-        """Show the section of a reading."""
-        self._reading = found
+    def show(self, found: Validation) -> None:
+        """Show the section of a validation."""
+        self._validation = found
         form = found.forms[self.section]
-        made_of = (found.draft.ready, form.plugin, found.offered.get(self.section))
+        made_of = (found.builder.preset, form.plugin, found.offered.get(self.section))
         if made_of != self._made_of:
             self._made_of = made_of
             self._build(found)
@@ -53,11 +53,11 @@ class Part(VerticalScroll):
 
     def _show_problems(self) -> None:
         for field in self.query(Field):
-            if self._reading is not None:
-                field.show_problem(self._reading.problems.get(field.option.key))
+            if self._validation is not None:
+                field.show_problem(self._validation.problems.get(field.option.key))
 
     @work(exclusive=True, group="build")
-    async def _build(self, found: Reading) -> None:
+    async def _build(self, found: Validation) -> None:
         form = found.forms[self.section]
         # One after the other: the fields that are taken away stay until they are.
         await self.remove_children()
@@ -91,5 +91,5 @@ class Part(VerticalScroll):
     def _chosen(self, event: Select.Changed) -> None:
         event.stop()
         name = str(event.value)
-        if self._reading is not None and name != self._reading.forms[self.section].plugin:
+        if self._validation is not None and name != self._validation.forms[self.section].plugin:
             self.post_message(self.PluginChosen(self.section, name))

@@ -63,7 +63,7 @@ def _options(plugin: type[Plugin], colours: Mapping[str, str]) -> RenderableType
 
 
 def preset_view(name: str, catalogue: Catalogue, colours: Mapping[str, str]) -> RenderableType:
-    """A ready experiment: its description and its file."""
+    """A preset: its description and its file."""
     preset = next((preset for preset in catalogue.presets if preset.name == name), None)
     about = Text((visible(preset.description) if preset else "") + "\n")
     try:

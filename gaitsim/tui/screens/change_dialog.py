@@ -29,7 +29,7 @@ CALM = 0.15  # seconds without a key before what is typed is checked
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ChangeRequest:
     """What was asked for.
 
     Attributes:
@@ -42,7 +42,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownOption:
     """An option that can be changed: its key, its value now, what it takes and means."""
 
     key: str
@@ -50,7 +50,7 @@ class Known:
     about: str
 
 
-def known_options(run: Run) -> list[Known]:
+def known_options(run: Run) -> list[KnownOption]:
     """All options of a run's experiment, rates and weights before the choice of plugins.
 
     Raises:
@@ -69,9 +69,9 @@ def known_options(run: Run) -> list[Known]:
                 continue  # of a run that goes on, it stays
             value = options.written(declared, given[name]) if name in given else options.NOT_SET
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"
-            found.append(Known(f"{section}.{name}", value, about))
+            found.append(KnownOption(f"{section}.{name}", value, about))
     chosen = [
-        Known(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"another {kind}")
+        KnownOption(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"another {kind}")
         for kind in KINDS
     ]
     return [*found, *chosen]
@@ -89,7 +89,7 @@ def words_of(text: str) -> tuple[str, ...]:
         raise GaitsimError("a quotation mark is not closed") from None
 
 
-class Change(ModalScreen[Wanted | None]):
+class Change(ModalScreen[ChangeRequest | None]):
     """Asks for changes of the experiment; dismissed with what is wanted.
 
     Args:
@@ -120,7 +120,7 @@ class Change(ModalScreen[Wanted | None]):
     def __init__(self, run: Path, *, fork: bool = False, typed: str = "") -> None:
         super().__init__()
         self._run, self._fork = run, fork
-        self._known: list[Known] = []
+        self._known: list[KnownOption] = []
         self._checked: str | None = None  # the text that was found right
         self._submitted = False
         self._timer: Timer | None = None
@@ -159,7 +159,7 @@ class Change(ModalScreen[Wanted | None]):
             return
         self.app.call_from_thread(self._take, known)
 
-    def _take(self, known: list[Known]) -> None:
+    def _take(self, known: list[KnownOption]) -> None:
         self._known = known
         if self.is_attached:
             self._check_now()
@@ -284,6 +284,6 @@ class Change(ModalScreen[Wanted | None]):
     def _done(self) -> None:
         overrides = parse_assignments(words_of(self._text))
         if overrides or self._fork:
-            self.dismiss(Wanted(overrides, self._out()))
+            self.dismiss(ChangeRequest(overrides, self._out()))
         else:
             self.dismiss(None)

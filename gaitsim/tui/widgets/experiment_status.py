@@ -8,10 +8,10 @@ from textual.containers import Vertical
 from textual.widgets import Static
 
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.tui.draft import Reading
+from gaitsim.tui.builder import Validation
 
 
-class Verdict(Vertical):
+class ExperimentStatus(Vertical):
     """The two of them, below the forms.
 
     Args:
@@ -27,8 +27,8 @@ class Verdict(Vertical):
         yield Static(self._text, id="status")
         yield Static(id="command", classes="command")
 
-    def show(self, found: Reading, run: Path, command: str) -> None:
-        """Say how a draft stands, whose run would be `run`."""
+    def show(self, found: Validation, run: Path, command: str) -> None:
+        """Say how a builder stands, whose run would be `run`."""
         self.query_one("#command", Static).update(Text(visible(f"$ {command}")))
         if not found.problems:
             self.tell(f"✓ It can run, as {run}")

@@ -1,6 +1,7 @@
 """What is put together in the forms, and that the command line makes the same of it."""
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,10 +12,10 @@ from pydantic import create_model
 from gaitsim.contracts import option
 from gaitsim.experiment import load_experiment, parse_assignments
 from gaitsim.registry import options
+from gaitsim.tui.builder import ExperimentBuilder, choose_plugin, load_preset, validate
 from gaitsim.tui.catalogue import read_catalogue
-from gaitsim.tui.draft import Draft, choose, load_ready, read
 
-SPIDER = load_ready("spider")
+SPIDER = load_preset("spider")
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +24,8 @@ def catalogue():
 
 
 def drafted(**changes):
-    return Draft(SPIDER, {key.replace("__", "."): text for key, text in changes.items()})
+    changed = {key.replace("__", "."): text for key, text in changes.items()}
+    return ExperimentBuilder(SPIDER, changed)
 
 
 class TestCommand:
@@ -35,85 +37,96 @@ class TestCommand:
         assert command == "gaitsim run spider --out elsewhere/spider"
 
     def test_it_makes_the_same_experiment(self, catalogue):
-        draft = drafted(
+        builder = drafted(
             seed="12", name="odd name", evolution__population="40", organism__encoding="cpg"
         )
-        words = shlex.split(draft.command(Path("runs/odd name")))
+        words = shlex.split(builder.command(Path("runs/odd name")))
         overrides = words[words.index("--set") :][1::2]
-        found = read(draft, catalogue)
+        found = validate(builder, catalogue)
         assert found.experiment == load_experiment(words[2], parse_assignments(overrides))
-        assert found.toml == load_experiment("spider", draft.overrides).to_toml()
+        assert found.toml == load_experiment("spider", builder.overrides).to_toml()
         assert (found.experiment.seed, found.name) == (12, "odd name")
 
     def test_taking_a_change_back_leaves_nothing(self):
-        draft = drafted().assign("seed", "3").assign("seed", None)
-        assert draft == drafted()
+        builder = drafted().assign("seed", "3").assign("seed", None)
+        assert builder == drafted()
 
 
-class TestRead:
+class TestValidate:
     def test_each_problem_is_where_its_option_is(self, catalogue):
-        found = read(drafted(evolution__population="x", mutation__rate="7", seed="-1"), catalogue)
+        found = validate(
+            drafted(evolution__population="x", mutation__rate="7", seed="-1"), catalogue
+        )
         assert set(found.problems) == {"evolution.population", "mutation.rate", "seed"}
         assert found.experiment is None
         assert found.toml == ""
 
+    def test_words_of_the_path_are_not_taken_for_keys(self, catalogue, tmp_path):
+        file = tmp_path / "key west" / "section x.toml"
+        file.parent.mkdir()
+        file.write_text(SPIDER.text)
+        builder = ExperimentBuilder(replace(SPIDER, reference=str(file)), {"mutation.rate": "7"})
+        assert set(validate(builder, catalogue).problems) == {"mutation.rate"}
+        broken = replace(SPIDER, reference=str(file), text=SPIDER.text.replace("elites", "elite"))
+        assert set(validate(ExperimentBuilder(broken), catalogue).problems) == {"evolution.elite"}
+
     def test_options_that_do_not_fit_each_other(self, catalogue):
-        found = read(drafted(evolution__elites="300"), catalogue)
+        found = validate(drafted(evolution__elites="300"), catalogue)
         assert set(found.problems) == {"evolution.elites"}
 
     def test_forms_have_every_option_as_it_is(self, catalogue):
-        found = read(drafted(fitness__yaw_weight="9"), catalogue)
+        found = validate(drafted(fitness__yaw_weight="9"), catalogue)
         texts = {option.key: option.text for option in found.forms["fitness"].options}
         assert texts["fitness.yaw_weight"] == "9"
         plugin = load_experiment("spider").fitness
         assert set(texts) == {f"fitness.{name}" for name in type(plugin).model_fields}
         for one in found.forms["fitness"].options:
-            assert options.parse_value(one.ready) == getattr(plugin, one.key.split(".")[1])
+            assert options.parse_value(one.preset) == getattr(plugin, one.key.split(".")[1])
 
     def test_all_texts_of_all_presets_are_read_back_as_they_were(self, catalogue):
         for preset in catalogue.presets:
-            ready = load_ready(preset.name)
-            found = read(Draft(ready), catalogue)
+            loaded = load_preset(preset.name)
+            found = validate(ExperimentBuilder(loaded), catalogue)
             texts = {o.key: o.text for form in found.forms.values() for o in form.options if o.text}
-            again = read(Draft(ready, texts), catalogue)
+            again = validate(ExperimentBuilder(loaded, texts), catalogue)
             assert again.experiment == found.experiment, preset.name
 
     def test_a_plugin_that_is_not_there(self, catalogue):
-        found = read(drafted(fitness__plugin="nothing"), catalogue)
+        found = validate(drafted(fitness__plugin="nothing"), catalogue)
         assert "fitness.plugin" in found.problems
         assert "nothing" in found.forms["fitness"].problem.what
 
 
 class TestOffers:
     def test_only_what_works_with_the_body(self, catalogue):
-        found = read(drafted(), catalogue)
+        found = validate(drafted(), catalogue)
         assert set(found.offered["fitness"]) == {"spider-walk", "spider-classic"}
         assert "bit-flip" not in found.offered["mutation"]
         for kind in ("fitness", "selection", "crossover", "mutation"):
             for name in found.offered[kind]:
-                other = read(choose(found, kind, name, catalogue), catalogue)
+                other = validate(choose_plugin(found, kind, name, catalogue), catalogue)
                 assert not {f"{kind}.plugin"} & set(other.problems), (kind, name)
 
     def test_every_body_brings_parts_that_work(self, catalogue):
-        found = read(drafted(), catalogue)
+        found = validate(drafted(), catalogue)
         for body in found.offered["organism"]:
-            other = read(choose(found, "organism", body, catalogue), catalogue)
+            other = validate(choose_plugin(found, "organism", body, catalogue), catalogue)
             assert other.experiment is not None, (body, other.problems)
             assert other.chosen("organism") == body
 
     def test_what_works_stays(self, catalogue):
-        found = read(drafted(mutation__plugin="reset"), catalogue)
-        other = read(choose(found, "organism", "fly", catalogue), catalogue)
+        found = validate(drafted(mutation__plugin="reset"), catalogue)
+        other = validate(choose_plugin(found, "organism", "fly", catalogue), catalogue)
         assert other.chosen("mutation") == "reset"
 
     def test_back_to_the_ready_one_is_no_change(self, catalogue):
-        found = read(drafted(crossover__plugin="blend"), catalogue)
-        assert choose(found, "crossover", "uniform", catalogue) == drafted()
+        found = validate(drafted(crossover__plugin="blend"), catalogue)
+        assert choose_plugin(found, "crossover", "uniform", catalogue) == drafted()
 
     def test_another_plugin_drops_the_options_of_the_old_one(self, catalogue):
-        found = read(drafted(mutation__rate="0.5"), catalogue)
-        draft = choose(found, "mutation", "reset", catalogue)
-        assert dict(draft.changes) == {"mutation.plugin": "reset"}
+        found = validate(drafted(mutation__rate="0.5"), catalogue)
+        builder = choose_plugin(found, "mutation", "reset", catalogue)
+        assert dict(builder.changes) == {"mutation.plugin": "reset"}
 
     def test_a_broken_plugin_is_not_offered(self, install):
         install("broken_body", "raise RuntimeError('no')", {"fitness": {"bad": "Bad"}})

@@ -1,10 +1,9 @@
-"""An experiment that is being put together: a ready one, and what is changed in it.
+"""An experiment being put together: a preset, and the changes to it.
 
-What is changed is kept as the command line's assignments, so the UI can make nothing that
-`gaitsim run … --set …` cannot. Pure: no screen, no file but those read.
+The changes are kept as the command line's assignments, so the UI can build nothing that
+`gaitsim run … --set …` cannot. Nothing here knows of a screen.
 """
 
-import re
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -31,13 +30,11 @@ from gaitsim.runs.files.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 
 SECTIONS = ("evolution", "islands", *KINDS)
-_KEY = re.compile(r"\bkey ([\w.-]+)")
-_SECTION = re.compile(r"\bsection (\w+)")
 
 
 @dataclass(frozen=True, eq=False)
-class Ready:
-    """A ready experiment: a preset or a file.
+class LoadedPreset:
+    """A preset, or an experiment file, that was read.
 
     Attributes:
         reference: a preset's name or a file's path, as `gaitsim run` takes it.
@@ -50,30 +47,30 @@ class Ready:
     values: Mapping[str, Any]
 
     def plugin(self, kind: str) -> str:
-        """The name of its plugin of a kind."""
+        """Return the name of its plugin of a kind."""
         return str(self.values[kind][PLUGIN])
 
 
-def load_ready(reference: str) -> Ready:
-    """The ready experiment of a preset's name or a file's path.
+def load_preset(reference: str) -> LoadedPreset:
+    """Read a preset by its name, or an experiment file by its path.
 
     Raises:
         GaitsimError: there is none, or it has problems.
     """
     text = load_experiment(reference).to_toml()
-    return Ready(reference, text, toml.parse(text, reference))
+    return LoadedPreset(reference, text, toml.parse(text, reference))
 
 
 @dataclass(frozen=True)
-class Draft:
-    """A ready experiment, and what is changed in it.
+class ExperimentBuilder:
+    """A preset, and the changes to it.
 
     Attributes:
-        ready: the ready experiment.
-        changes: what is assigned, as text, by key; in the order in which it was.
+        preset: where it began.
+        changes: the texts typed, by key, in the order of typing.
     """
 
-    ready: Ready
+    preset: LoadedPreset
     changes: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -82,20 +79,20 @@ class Draft:
         keys = sorted(self.changes, key=lambda key: not key.endswith(f".{PLUGIN}"))
         return {key: Typed(self.changes[key].strip()) for key in keys}
 
-    def assign(self, key: str, text: str | None) -> "Draft":
-        """With an option changed; None leaves it as it is in the ready experiment."""
+    def assign(self, key: str, text: str | None) -> "ExperimentBuilder":
+        """Return it with an option changed; None takes the preset's value back."""
         changes = {name: value for name, value in self.changes.items() if name != key}
         return replace(self, changes=changes if text is None else changes | {key: text})
 
-    def choose(self, kind: str, name: str) -> "Draft":
-        """With another plugin; what was changed of the old one's options is dropped."""
+    def choose(self, kind: str, name: str) -> "ExperimentBuilder":
+        """Return it with another plugin; changes of the old one's options are dropped."""
         changes = {k: v for k, v in self.changes.items() if not k.startswith(f"{kind}.")}
-        chosen = {} if name == self.ready.plugin(kind) else {f"{kind}.{PLUGIN}": name}
+        chosen = {} if name == self.preset.plugin(kind) else {f"{kind}.{PLUGIN}": name}
         return replace(self, changes=changes | chosen)
 
     def command(self, run: Path) -> str:
-        """The command that evolves it, its run in the folder `run`."""
-        words = ["gaitsim", "run", self.ready.reference]
+        """Return the command that evolves it into the run folder `run`."""
+        words = ["gaitsim", "run", self.preset.reference]
         for key in self.overrides:
             words += ["--set", f"{key}={self.changes[key]}"]
         if run.parent != RUNS:
@@ -110,13 +107,13 @@ class Option:
     Attributes:
         key: as `--set` takes it.
         field: its declaration.
-        ready: its text where it is not changed.
+        preset: its text before any change.
         text: its text now.
     """
 
     key: str
     field: FieldInfo
-    ready: str
+    preset: str
     text: str
 
 
@@ -127,7 +124,7 @@ class Form:
     Attributes:
         section: its name.
         plugin: the name of its plugin; '' for evolution.
-        about: what the plugin is.
+        about: the plugin's documentation.
         options: its options.
         problem: why there are none.
     """
@@ -140,19 +137,19 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Reading:
-    """What a draft says.
+class Validation:
+    """The result of checking an experiment that is being built.
 
     Attributes:
-        draft: what was read.
-        experiment: as it would be evolved; None where it has problems.
-        problems: all of them, by the key or section where they are; '' for any other place.
+        builder: the experiment's builder.
+        experiment: the experiment; None where it has problems.
+        problems: all of them, by the key or section that is wrong; '' for any other place.
         forms: the sections, by name.
         offered: the plugins that work with the rest, by kind.
         toml: the experiment file; '' where it has problems.
     """
 
-    draft: Draft
+    builder: ExperimentBuilder
     experiment: Experiment | None
     problems: Mapping[str, GaitsimError]
     forms: Mapping[str, Form]
@@ -162,65 +159,62 @@ class Reading:
     @property
     def name(self) -> str:
         """Of the experiment."""
-        return self.draft.changes.get("name", str(self.draft.ready.values["name"]))
+        return self.builder.changes.get("name", str(self.builder.preset.values["name"]))
 
     def chosen(self, kind: str) -> str:
         """The plugin of a kind."""
         return self.forms[kind].plugin
 
 
-def read(draft: Draft, catalogue: Catalogue) -> Reading:
-    """Read a draft, with all its problems."""
-    ready = draft.ready
+def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
+    """Check an experiment, and find all its problems."""
+    preset = builder.preset
     problems: dict[str, GaitsimError] = {}
     experiment = None
     try:
-        experiment = parse_experiment(ready.text, ready.reference, draft.overrides)
+        experiment = parse_experiment(preset.text, preset.reference, builder.overrides)
         written = experiment.to_toml()
     except ExperimentError as error:
         written = ""
         for problem in error.problems:
-            problems.setdefault(key_of(problem), problem)
+            problems.setdefault(problem.key, problem)
     except GaitsimError as error:
         written, problems[""] = "", error
-    forms = {section: _form(section, draft, catalogue) for section in SECTIONS}
+    forms = {section: _form(section, builder, catalogue) for section in SECTIONS}
     offered = catalogue.offered(forms["organism"].plugin, experiment)
-    return Reading(draft, experiment, problems, forms, offered, written)
+    return Validation(builder, experiment, problems, forms, offered, written)
 
 
-def choose(reading: Reading, kind: str, name: str, catalogue: Catalogue) -> Draft:
-    """The draft with another plugin; another body brings parts that work with it.
+def choose_plugin(
+    validation: Validation, kind: str, name: str, catalogue: Catalogue
+) -> ExperimentBuilder:
+    """Return the builder with another plugin.
 
-    What does not work with a body gives way to what a ready experiment of that body has.
+    With another organism, parts that do not work with it are replaced by those of a preset of
+    that organism.
     """
-    draft = reading.draft.choose(kind, name)
+    builder = validation.builder.choose(kind, name)
     if kind != "organism":
-        return draft
+        return builder
     offered = catalogue.offered(name, None)
     model = catalogue.preset_of(name)
     for other in ("fitness", "crossover", "mutation"):
         works = offered[other]
-        if works and reading.chosen(other) not in works:
+        if works and validation.chosen(other) not in works:
             usual = model.plugins.get(other, "") if model else ""
             best = usual if usual in works else works[0]
-            draft = draft.choose(other, best)
-    return draft
+            builder = builder.choose(other, best)
+    return builder
 
 
-def key_of(problem: GaitsimError) -> str:
-    """The key or section where a problem is, by its own words."""
-    found = _KEY.search(problem.where) or _SECTION.search(problem.where)
-    return found[1] if found else ""
-
-
-def _form(section: str, draft: Draft, catalogue: Catalogue) -> Form:
+def _form(section: str, builder: ExperimentBuilder, catalogue: Catalogue) -> Form:
     model: type[BaseModel] = Islands if section == "islands" else Evolution
     plugin = about = ""
-    values: Mapping[str, Any] = draft.ready.values[section]
+    values: Mapping[str, Any] = builder.preset.values[section]
     if section in KINDS:
-        ready = draft.ready.plugin(section)
-        plugin = draft.changes.get(f"{section}.{PLUGIN}", ready)
-        if plugin != ready:
+        preset = builder.preset.plugin(section)
+        plugin = builder.changes.get(f"{section}.{PLUGIN}", preset)
+        if plugin != preset:
             values = {}
         known = catalogue.classes[section].get(plugin)
         if known is None:
@@ -231,7 +225,7 @@ def _form(section: str, draft: Draft, catalogue: Catalogue) -> Form:
     for name, declared in model.model_fields.items():
         key = f"{section}.{name}"
         text = options.written(declared, values[name]) if name in values else _default(declared)
-        made.append(Option(key, declared, text, draft.changes.get(key, text)))
+        made.append(Option(key, declared, text, builder.changes.get(key, text)))
     return Form(section, plugin, about, tuple(made))
 
 
