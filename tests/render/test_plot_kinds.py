@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from gaitsim.gait.contact import feet_of
 from gaitsim.render.plots import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.components import lines_of
+from gaitsim.render.plots.convergence import plot_convergence
 from gaitsim.render.plots.footfall import footfall_figure
 from gaitsim.render.plots.joints import joints_figure, legs_of
 from gaitsim.render.plots.kinds import KINDS, draw, file_stem
@@ -25,6 +27,7 @@ from gaitsim.render.plots.request import LackingError, Request, stretch
 from gaitsim.render.plots.scenery import nice
 from gaitsim.render.plots.stability import margin_of, stability_figure
 from gaitsim.render.plots.terms import terms_figure
+from gaitsim.study.comparison import Sample
 
 SPACE = ("x", "y", "z")
 
@@ -106,12 +109,24 @@ def test_nothing_drawn_leaves_the_picture(spider_run, kind):
     assert room.y1 < figure.get_figheight() + 0.02
 
 
-def test_users_settings_do_not_change_a_plot(spider_run):
-    import matplotlib
+OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
 
+
+def test_users_settings_do_not_change_a_plot(spider_run):
     plain = picture(draw("terms", asked(spider_run)), "svg", LIGHT)
-    with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}):
+    with matplotlib.rc_context(OWN_SETTINGS):
         assert picture(draw("terms", asked(spider_run)), "svg", LIGHT) == plain
+
+
+def test_users_settings_do_not_change_a_comparison(spider_run, tmp_path):
+    rising = np.maximum.accumulate(np.random.default_rng(1).random((4, 9)), axis=1)
+    samples = {"a": Sample(spider_run.experiment, rising, np.arange(1, 10) * 20)}
+    plot_convergence(samples, tmp_path / "plain.svg")
+    with matplotlib.rc_context(OWN_SETTINGS):
+        plot_convergence(samples, tmp_path / "own.svg")
+    plain = (tmp_path / "plain.svg").read_text()
+    assert (tmp_path / "own.svg").read_text() == plain
+    assert "<!-- median and quartiles of 4 repeats -->" in plain
 
 
 def test_colours_and_dashes_of_the_first_lines_differ():

@@ -7,11 +7,16 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.render.plots import fitness_figure, plot_fitness
+from gaitsim.render.plots import fitness_figure, save
 from gaitsim.render.plots.kinds import draw
 from gaitsim.render.plots.request import Request
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
+
+
+def plot_fitness(run, path):
+    save(fitness_figure(run), path)
+
 
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 

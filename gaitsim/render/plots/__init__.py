@@ -1,6 +1,6 @@
 """Plots for papers and screens: a file a kind, one style for all."""
 
-from gaitsim.render.plots.fitness import fitness_figure, plot_fitness
+from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.style import (
     COLOURS,
     DARK,
@@ -26,7 +26,6 @@ __all__ = [
     "check_target",
     "fitness_figure",
     "picture",
-    "plot_fitness",
     "save",
     "styled",
 ]

@@ -1,15 +1,14 @@
 """Scores over the generations."""
 
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.plots.labels import head, heading_of_experiment, numeral
-from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
-from gaitsim.runs.files.folder import CHAMPIONS
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+from gaitsim.runs.files.folder import kept_champions
 from gaitsim.runs.reader import Run
 
 if TYPE_CHECKING:
@@ -17,17 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 History = dict[str, NDArray[np.float64]]
-
-
-def plot_fitness(run: Run, path: Path, theme: Theme = LIGHT) -> None:
-    """Write the picture of `fitness_figure`.
-
-    Raises:
-        RunError: no generation is finished yet, or the file cannot be written.
-        GaitsimError: the file's name ends with no known format.
-    """
-    check_target(path)
-    save(fitness_figure(run, theme), path, theme)
 
 
 def fitness_figure(
@@ -122,9 +110,7 @@ def _draw_islands(
 
 def _mark_champions(axes: "Axes", run: Run, history: History, theme: Theme) -> None:
     """Mark the champions that the run kept, and the best one of all."""
-    stems = (file.stem for file in (run.path / CHAMPIONS).glob("generation-*.pickle"))
-    numbers = (int(number) for number in (stem.split("-")[1] for stem in stems) if number.isdigit())
-    kept = np.array(sorted(number for number in numbers if number <= len(history["best"])), int)
+    kept = np.array([one for one in kept_champions(run.path) if one <= len(history["best"])], int)
     style: dict[str, Any] = {"linestyle": "", "color": theme.ink, "clip_on": False, "zorder": 3}
     if len(kept):
         axes.plot(

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,39 +10,26 @@ from gaitsim.render.plots.labels import head, shortened
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
 from gaitsim.study.compare_runs import Course
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 def plot_overlay(
     courses: Sequence[Course], quantity: str, by: str, path: Path, theme: Theme = LIGHT
 ) -> None:
-    """Write the picture of `overlay_figure`.
-
-    Raises:
-        RunError: none of the runs has a generation yet, or the file cannot be written.
-        GaitsimError: the file's name ends with no known format.
-    """
-    check_target(path)
-    save(overlay_figure(courses, quantity, by, theme), path, theme)
-
-
-def overlay_figure(
-    courses: Sequence[Course], quantity: str, by: str, theme: Theme = LIGHT
-) -> "Figure":
-    """A line a run, with a dot where a stage begins.
+    """Draw a line a run, with a dot where a stage begins.
 
     Args:
         courses: of the runs.
         quantity: one of `gaitsim.study.compare_runs.QUANTITIES`.
         by: one of `gaitsim.study.compare_runs.BY`.
+        path: the file.
         theme: its colours.
 
     Raises:
-        RunError: none of the runs has a finished generation yet.
+        RunError: none of the runs has a generation yet, or the file cannot be written.
+        GaitsimError: the file's name ends with no known format.
     """
     from matplotlib.figure import Figure
 
+    check_target(path)
     drawn = [one for one in courses if one.history]
     if not drawn:
         raise RunError("none of these runs has a finished generation yet")
@@ -66,4 +52,4 @@ def overlay_figure(
         axes.set_xlabel(f"{by} (s)" if by == "seconds" else by)
         axes.set_ylabel(quantity if quantity == "diversity" else f"{quantity} score")
         head(figure, f"{len(drawn)} runs", *axes.get_legend_handles_labels())
-    return figure
+    save(figure, path, theme)

@@ -66,13 +66,11 @@ def path_figure(request: Request) -> "Figure":
     if low[2] > -1e-9 and low[2] < high[2] - low[2]:
         low[2] = 0.0  # the ground, not just what is lowest
     with styled(theme):
-        space, above, scale = _panels(low, high)
-        figure = space.get_figure(root=True)
-        assert figure is not None, "they are the panels of one"
+        figure, space, above, scale = _panels(low, high)
         _corner_view(space, scene, low, high, scale, theme)
         _top_view(above, scene, theme)
         # What is written takes room; what is left for the scene tells which numbers fit.
-        scale = _measured(space)
+        scale = _measured(figure, space)
         space.clear()
         _corner_view(space, scene, low, high, scale, theme)
         text = heading_of([individual])
@@ -110,8 +108,8 @@ def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
     return Scene(path, bodies, at, factor)
 
 
-def _panels(low: Floats, high: Floats) -> tuple["Axes", "Axes", float]:
-    """Panels for the views from a corner and from above, and about how many points a metre is.
+def _panels(low: Floats, high: Floats) -> tuple["Figure", "Axes", "Axes", float]:
+    """Make panels for the views from a corner and from above; about how many points a metre is.
 
     One is over the other; beside each other for what is tall and slim.
     """
@@ -124,19 +122,17 @@ def _panels(low: Floats, high: Floats) -> tuple["Axes", "Axes", float]:
         figure = Figure(figsize=(WIDTH, 4.0))
         left, right = figure.subplots(1, 2)
         right.set_aspect("equal", adjustable="box")
-        return left, right, 72 * 3.0 / height
+        return figure, left, right, 72 * 3.0 / height
     scale = min(2.75 / width, 2.8 / height)
     second = float(np.clip(2.7 * deep / max(across, 1e-9), 0.5, 1.6))
     figure = Figure(figsize=(WIDTH, 1.35 + scale * height + second))
     top, bottom = figure.subplots(2, 1, height_ratios=(scale * height + 0.35, second + 0.2))
     bottom.set_aspect("equal", adjustable="datalim")  # fills the width
-    return top, bottom, 72 * scale
+    return figure, top, bottom, 72 * scale
 
 
-def _measured(axes: "Axes") -> float:
-    """Points on paper a metre, once all is laid out."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None, "it is one of its panels"
+def _measured(figure: "Figure", axes: "Axes") -> float:
+    """Return the points on paper a metre, once the layout is computed."""
     figure.draw_without_rendering()
     (left, _), (right, _) = axes.transData.transform([(0, 0), (1, 0)])
     return float((right - left) * 72 / figure.dpi)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.render.plots import save
+from gaitsim.render.plots.style import LIGHT, save, styled
 from gaitsim.study.file import EXPERIMENT, Cell, Study
 from gaitsim.study.running import Best, recorded
 
@@ -61,38 +61,40 @@ def plot_surface(
     means[~np.isfinite(means)] = np.nan  # where a repeat has no score, the surface has a hole
     if means.shape[1] < 2 or np.isnan(means).all():
         return
-    figure = Figure(figsize=(5.4, 4.2))
-    axes = figure.add_axes((0.0, -0.02, 0.96, 1.0), projection="3d")
-    x, y = np.meshgrid(generations, along)
-    axes.plot_surface(  # type: ignore[attr-defined]
-        x,
-        y,
-        means,
-        cmap="viridis",
-        rcount=len(along),
-        ccount=len(generations),
-        linewidth=0.1,
-        antialiased=True,
-    )
-    axes.set_xlabel("generations")
-    axes.set_ylabel(
-        axis.removeprefix("evolution.").replace("_", " ")
-        + " size" * (axis == "evolution.population")
-    )
-    axes.set_zlabel("mean best score")  # type: ignore[attr-defined]
-    lowest, highest = min(0.0, float(np.nanmin(means))), float(np.nanmax(means))
-    low, *_, high = MaxNLocator(5).tick_values(lowest, highest)
-    axes.set_zlim(low, high)  # type: ignore[attr-defined]
-    for one in (axes.xaxis, axes.yaxis, axes.zaxis):  # type: ignore[attr-defined]
-        one.set_major_locator(MaxNLocator(5))
-    axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
-    if (along % 1 == 0).all():
-        axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
-    axes.set_box_aspect(None, zoom=0.88)  # type: ignore[call-arg]
-    axes.view_init(elev=24, azim=-128)  # type: ignore[attr-defined]
-    axes.set_title(
-        f"{experiment}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}",
-        fontsize="medium",
-        y=0.95,
-    )
+    with styled(LIGHT):
+        figure = Figure(figsize=(5.4, 4.2))
+        figure.set_layout_engine("none")  # it cannot place axes in 3D
+        axes = figure.add_axes((0.0, -0.02, 0.96, 1.0), projection="3d")
+        x, y = np.meshgrid(generations, along)
+        axes.plot_surface(  # type: ignore[attr-defined]
+            x,
+            y,
+            means,
+            cmap="viridis",
+            rcount=len(along),
+            ccount=len(generations),
+            linewidth=0.1,
+            antialiased=True,
+        )
+        axes.set_xlabel("generations")
+        axes.set_ylabel(
+            axis.removeprefix("evolution.").replace("_", " ")
+            + " size" * (axis == "evolution.population")
+        )
+        axes.set_zlabel("mean best score")  # type: ignore[attr-defined]
+        lowest, highest = min(0.0, float(np.nanmin(means))), float(np.nanmax(means))
+        low, *_, high = MaxNLocator(5).tick_values(lowest, highest)
+        axes.set_zlim(low, high)  # type: ignore[attr-defined]
+        for one in (axes.xaxis, axes.yaxis, axes.zaxis):  # type: ignore[attr-defined]
+            one.set_major_locator(MaxNLocator(5))
+        axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
+        if (along % 1 == 0).all():
+            axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+        axes.set_box_aspect(None, zoom=0.88)  # type: ignore[call-arg]
+        axes.view_init(elev=24, azim=-128)  # type: ignore[attr-defined]
+        axes.set_title(
+            f"{experiment}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}",
+            fontsize="medium",
+            y=0.95,
+        )
     save(figure, path)
