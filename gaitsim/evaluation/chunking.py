@@ -1,14 +1,15 @@
-"""Whether it pays to share a population among workers, and in how many chunks.
+"""Whether workers evaluate a population faster than this process, and in how many chunks.
 
-    here:    first + (n − 1) · more
-    shared:  latency + chunks · task + rounds · (first + (n / chunks − 1) · more)
+    local:   first + (n − 1) · more
+    remote:  latency + chunks · task + rounds · (first + (n / chunks − 1) · more)
 
-with rounds = chunks / workers, at least 1. All are measured while a run goes on: `first` and `more`
-of the body, as one individual costs more than each further one where a body moves whole
+with rounds = chunks / workers, at least 1. All are measured during the run: `first` and `more`
+of the body, as the first individual costs more than each further one if a body moves whole
 arrays; `latency` and `task` of the workers, by tasks that do nothing.
 """
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,21 +17,21 @@ import numpy as np
 from gaitsim.evaluation.executors import Executor
 
 GAIN = 0.9
-"""Sharing pays where it takes less than this part of the time."""
+"""Workers get a population if they take less than this part of the local time."""
 
 STARTUP = 1.5
-"""Seconds that worker processes take to begin: imports, and loading compiled code."""
+"""Seconds that worker processes take to start: imports, and loading compiled code."""
 
 DOUBT = 0.1
-"""Seconds that workers that were asked for have to save before they get anything: a busy
-machine makes a single measurement many times too long."""
+"""Seconds that workers have to save first if the user asked for them: on a busy machine a
+single measurement is many times too long."""
 
-PINGS = 32  # tasks to measure the workers by
+PINGS = 32  # empty tasks, to measure the workers
 
 
 @dataclass(frozen=True)
 class Overhead:
-    """What sharing costs beyond the work, seconds.
+    """What workers cost beyond the work itself, seconds.
 
     Attributes:
         latency: once a population.
@@ -42,11 +43,11 @@ class Overhead:
 
 
 PROCESS_OVERHEAD = Overhead(0.0005, 0.0003)
-"""Of worker processes that are not begun yet."""
+"""Of worker processes that have not started yet."""
 
 
 def measure_overhead(executor: Executor) -> Overhead:
-    """The pace of workers, which are begun by it."""
+    """Measure the overhead of workers; starts them."""
     executor.map(_ping, range(PINGS))
     one = min(_seconds(executor, 1) for _ in range(5))
     all_ = min(_seconds(executor, PINGS) for _ in range(3))
@@ -65,10 +66,12 @@ def _seconds(executor: Executor, tasks: int) -> float:
 
 
 class CostModel:
-    """How long one worker takes over a population, by its size, as far as is known. Seconds.
+    """The seconds that one worker takes over a population, by its size.
 
     Attributes:
-        known: whether any but a single individual was timed.
+        first: of the first individual, fixed costs of a call included.
+        more: of each further individual.
+        known: whether `more` was measured: whether a batch was timed.
     """
 
     def __init__(self) -> None:
@@ -76,14 +79,14 @@ class CostModel:
         self.known = False
 
     def learn(self, individuals: float, seconds: float, workers: int = 1) -> None:
-        """Take in a measurement; later ones count for more, as genomes change.
+        """Learn from a measurement; later ones count for more, as genomes change.
 
-        A lower one counts wholly: what else the machine does only adds to it.
+        A lower one replaces the former: other load on the machine only adds to it.
 
         Args:
-            individuals: how many were moved.
-            seconds: it took.
-            workers: among how many in one process they were shared.
+            individuals: how many were evaluated.
+            seconds: how long it took.
+            workers: how many threads of one process evaluated them.
         """
         if individuals <= 1:
             self.first = min(self.first, seconds) if self.first else seconds
@@ -94,14 +97,14 @@ class CostModel:
         self.known = True
 
     def seconds(self, individuals: float, workers: int = 1) -> float:
-        """What to expect; while only one individual was timed, the most that it can be."""
+        """Return the expected time; its upper bound while only one individual was timed."""
         more = self.more if self.known else self.first
         return self.first + (individuals - 1) * more / workers
 
 
 @dataclass(frozen=True)
 class ChunkPlan:
-    """A way to cut a population, and the seconds it is expected to take."""
+    """A number of chunks, and the seconds that a population is expected to take so."""
 
     chunks: int
     seconds: float
@@ -110,10 +113,10 @@ class ChunkPlan:
 def best_plan(
     individuals: int, workers: int, cost_model: CostModel, overhead: Overhead
 ) -> ChunkPlan:
-    """The best number of chunks, two or more.
+    """Return the best number of chunks, two or more.
 
-    Of those that take about as long the largest, as it evens out that some individuals take
-    longer than others, and some workers.
+    Of plans that take about as long, return the one with most chunks: it evens out that some
+    individuals take longer than others, and some workers.
     """
     wanted = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 12))}
     numbers = sorted({min(max(number, 2), individuals) for number in wanted})
@@ -131,15 +134,15 @@ def best_plan(
 
 
 def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
-    """Where to cut a population into chunks that are handed out in their order.
+    """Return where to cut a population into chunks, which workers take in order.
 
-    All workers begin with equal, large ones. Each round's are smaller, in equal steps, so that
-    those at the end, in which a worker that is late makes the others wait, are
-    small, without more of them. After Tzeng and Ni, "Trapezoid self-scheduling" (1993).
+    The first round has equal, large chunks. Those of each further round are smaller, in equal
+    steps, so that the last ones, where workers wait for the slowest, are short without more of
+    them in all. After Tzeng and Ni, "Trapezoid self-scheduling" (1993).
 
     Args:
-        individuals: how many there are.
-        chunks: how many are wanted; where they would be less than an individual, they are fewer.
+        individuals: size of the population.
+        chunks: how many to make; fewer where one would be empty.
         workers: how many take them.
 
     Returns:
@@ -152,47 +155,91 @@ def cuts(individuals: int, chunks: int, workers: int) -> list[int]:
 
 
 class Scheduler:
-    """Decides, population by population, whether workers get it.
+    """Decides, population by population, whether workers get it, and in how many chunks.
 
-    Attributes:
-        line: what is known of the body.
-        pace: of the workers.
-        workers: how many would work at a time, if it were shared. Some may come or go.
+    Workers start once they would have saved as much time as their start takes, so that the
+    start at most doubles what a run loses without them.
 
     Args:
-        near: how many work at a time where the work is not shared.
-        workers: at the beginning.
-        wanted: whether workers were asked for, whatever their beginning costs.
+        local: how many individuals this process evaluates at a time.
+        remote: the workers; some may come or go.
+        wanted: whether the user asked for workers, whatever their start costs.
+        on_idle: called once, with a message for the user, if workers that the user asked for
+            would not be faster.
+
+    Attributes:
+        cost_model: what is known of the body.
+        overhead: of the workers; None until they are measured, when they first get work.
     """
 
-    def __init__(self, local: int, workers: int, wanted: bool) -> None:
-        self.cost_model, self.overhead = CostModel(), PROCESS_OVERHEAD
-        self._local, self.workers = local, workers
+    def __init__(
+        self,
+        local: int,
+        remote: Executor,
+        wanted: bool,
+        on_idle: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.cost_model = CostModel()
+        self.overhead: Overhead | None = None
+        self._local, self.remote = local, remote
         self._threshold = DOUBT if wanted else STARTUP
+        self._on_idle = on_idle if wanted else None
         self._lost = 0.0  # seconds that workers would have saved so far
 
     def local_seconds(self, individuals: int) -> float:
-        """Seconds that a population is expected to take where it is not shared."""
+        """Return how long this process is expected to take over a population."""
         return self.cost_model.seconds(individuals, self._local)
 
     def plan(self, individuals: int) -> ChunkPlan | None:
-        """How to cut a population; None where workers would not be faster."""
+        """Return how to cut a population for the workers; None if they would not be faster."""
         if individuals < 2:
             return None
-        plan = best_plan(individuals, self.workers, self.cost_model, self.overhead)
+        overhead = self.overhead or PROCESS_OVERHEAD
+        plan = best_plan(individuals, self.remote.workers, self.cost_model, overhead)
         return plan if plan.seconds <= GAIN * self.local_seconds(individuals) else None
 
-    def chunks(self, individuals: int) -> int:
-        """Into how many chunks to cut a population; 1 where it is not to be shared yet.
+    def trial(self, individuals: int) -> int:
+        """Return how many individuals to evaluate here first, to learn what many take; or 0.
 
-        Workers are begun when they would have saved what that takes: so the beginning at
-        the most doubles what a run loses without them.
+        The time of one individual is no guide: a body that moves whole arrays takes as long
+        over a hundred. Even if it does not, the trial takes no longer than workers to start.
         """
-        # One individual does not tell what many take, unless that is very long.
+        first = self.cost_model.first
+        if self.cost_model.known or self.local_seconds(individuals) < STARTUP or first >= STARTUP:
+            return 0
+        size = max(2, int(STARTUP / first))
+        return size if size < individuals else 0
+
+    def chunks(self, individuals: int) -> int:
+        """Return into how many chunks to cut a population; 1 keeps it in this process.
+
+        Raises:
+            WorkerLostError: a worker died again and again while it was measured.
+        """
+        chunks = self._decide(individuals)
+        if chunks > 1 and self.overhead is None:
+            self.overhead = measure_overhead(self.remote)
+            chunks = self._decide(individuals)
+        if self._on_idle and self.cost_model.known and self.plan(individuals) is None:
+            workers = self.remote.workers
+            self._on_idle(
+                ("1 worker" if workers == 1 else f"{workers:,} workers")
+                + f" would not be faster: this process moves {individuals:,} individuals in "
+                f"{1000 * self.local_seconds(individuals):.2f} ms"
+            )
+            self._on_idle = None
+        return chunks
+
+    def _decide(self, individuals: int) -> int:
         if not self.cost_model.known and self.local_seconds(individuals) < STARTUP:
             return 1
         plan = self.plan(individuals)
         if plan is None:
             return 1
         self._lost += self.local_seconds(individuals) - plan.seconds
-        return plan.chunks if self._lost > self._threshold else 1
+        if self._lost <= self._threshold:
+            return 1
+        if not self.cost_model.known:
+            # If a chunk takes as long as an individual, each worker pays that once.
+            return min(plan.chunks, max(2, self.remote.workers))
+        return plan.chunks

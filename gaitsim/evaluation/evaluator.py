@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitsim.contracts import Genomes
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.chunking import Scheduler, cuts, measure_overhead
+from gaitsim.evaluation.chunking import Scheduler, cuts
 from gaitsim.evaluation.executors import (
     Executor,
     Result,
@@ -30,8 +30,8 @@ from gaitsim.evaluation.serialized import SerializedExperiment, prepare
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_context
 
-# Individuals a chunk of a compiled body: few enough for its arrays to stay in the cache, and for
-# the memory allocator not to ask the system for them each time. 100 recurrence spiders on
+# Individuals in a chunk of a compiled body: few enough for its arrays to stay in the cache, and
+# for the memory allocator not to ask the system for them each time. 100 recurrence spiders on
 # two cores take 1.7 ms so, 2.6 ms as two chunks; on one core 3.2 ms, 5.1 ms as one chunk. A
 # power of two, as kernels that move as many lanes at once waste none: 100 flies of three starts
 # take 54 ms, 64 ms in four chunks of 25.
@@ -42,15 +42,15 @@ class Evaluator:
     """Scores populations of one experiment; a context manager that ends its workers.
 
     A body that releases the interpreter's lock is moved in threads, any other in worker
-    processes where they are faster.
+    processes if they are faster.
 
     Args:
         experiment: whose body and fitness to use.
         workers: how many work at a time; None for as many as there are cores. Worker
-            processes are no more than these, but two at least.
+            processes are at most as many as cores, but at least two.
         on_warning: called with a message for the user when a worker died, and when the workers
             asked for are idle or more than the cores.
-        cluster: workers elsewhere, for what is worth the way; whoever made it ends it.
+        cluster: other workers for large populations; the caller closes them.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Evaluator:
             self._local = ThreadExecutor(cores() if cluster else asked)
         self._own = None
         if not (cluster or threads or asked == 1):
-            # No more than cores: 1,000 on two took ten times as long as two, to begin 32 of them.
+            # Starting 32 of 1,000 processes on two cores took ten times as long as starting two.
             # Two on a single core, too, so that runs there can be checked in the same way.
             most = max(2, cores())
             if asked > most:
@@ -76,19 +76,23 @@ class Evaluator:
                     f"{asked:,} workers are more than the cores here can use; {most} are used"
                 )
             self._own = ProcessExecutor(min(asked, most), on_warning)
-        self._remote = cluster or self._own
         self._wanted = cluster is not None or workers is not None
-        self._scheduler = Scheduler(self._local.workers, self.workers, self._wanted)
-        # The same of other tasks, as if one were an individual.
-        self._task_scheduler = Scheduler(self._local.workers, self.workers, self._wanted)
-        self._paced = False
-        self._on_warning = on_warning if self._wanted else None
+        self._scheduler = self._task_scheduler = None
+        if remote := cluster or self._own:
+            local = self._local.workers
+            self._scheduler = Scheduler(local, remote, self._wanted, on_warning)
+            self._task_scheduler = Scheduler(local, remote, self._wanted)
         self._serialized = SerializedExperiment(experiment)
 
     @property
     def workers(self) -> int:
-        """How many work at a time where a population is shared; those of a cluster come and go."""
-        return (self._remote or self._local).workers
+        """How many work at a time if a population is shared; those of a cluster come and go."""
+        return (self._scheduler.remote if self._scheduler else self._local).workers
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether workers are other processes, for which few large requests are faster."""
+        return self._scheduler is not None
 
     def __enter__(self) -> Self:
         return self
@@ -103,13 +107,13 @@ class Evaluator:
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: workers elsewhere lack a package, or have it in another version.
+            GaitsimError: remote workers lack a package, or have another version of it.
         """
         prepare(self.experiment)
-        if self._remote is not None:
-            self._remote.check([self.experiment])
+        if self._scheduler is not None:
+            self._scheduler.remote.check([self.experiment])
             start = time.perf_counter()
-            prepare(self.experiment)  # once more: compiling is not what moving costs
+            prepare(self.experiment)  # once more, without compiling
             self._scheduler.cost_model.learn(1, time.perf_counter() - start)
 
     def evaluate(self, genomes: Genomes) -> Evaluation:
@@ -117,34 +121,43 @@ class Evaluator:
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: workers died over the same individuals again and again, or those
-                elsewhere cannot be reached any more.
+            GaitsimError: workers died over the same individuals again and again, or remote
+                workers cannot be reached any more.
         """
-        chunks = self._chunks(len(genomes))
-        if chunks > 1 and self._remote is not None:
-            ends = cuts(len(genomes), chunks, self.workers)
-            return self._there(self._remote, np.split(genomes, ends))
+        scheduler = self._scheduler
+        if scheduler is None:
+            return self._evaluate_locally(genomes)
+        trial = scheduler.trial(len(genomes))
+        first = [self._evaluate_locally(genomes[:trial])] if trial else []
+        rest = genomes[trial:]
+        with self._lost_workers_named():
+            chunks = scheduler.chunks(len(rest))
+        if chunks == 1:
+            return joined(self.experiment, [*first, self._evaluate_locally(rest)])
+        populations = np.split(rest, cuts(len(rest), chunks, self.workers))
+        results = self._map_remotely(scheduler, _timed, populations)
+        seconds = sum(seconds for seconds, _ in results)
+        scheduler.cost_model.learn(len(rest) / len(results), seconds / len(results))
+        return joined(self.experiment, [*first, *(part for _, part in results)])
+
+    def _evaluate_locally(self, genomes: Genomes) -> Evaluation:
         start = time.perf_counter()
         parts = self._local.map(partial(evaluate, self.experiment), self._cut(genomes))
-        seconds = time.perf_counter() - start
-        self._scheduler.cost_model.learn(len(genomes), seconds, self._local.workers)
+        if self._scheduler is not None:
+            seconds = time.perf_counter() - start
+            self._scheduler.cost_model.learn(len(genomes), seconds, self._local.workers)
         return joined(self.experiment, parts)
-
-    @property
-    def elsewhere(self) -> bool:
-        """Whether workers are other processes, which would rather be asked seldom."""
-        return self._remote is not None
 
     def map(
         self, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
     ) -> list[Result]:
         """Do something else with the experiment over the same workers.
 
-        Worker processes that were not asked for are begun when they would have paid.
+        Worker processes that the user did not ask for start once they would have paid.
 
         Args:
             function: is called with the experiment and a task; a function of a module, or
-                a `functools.partial` of one. What it gives depends on these two alone.
+                a `functools.partial` of one. Its result depends on these two alone.
             tasks: picklable, as are the results. Both stay as they are.
 
         Returns:
@@ -153,17 +166,20 @@ class Evaluator:
         Raises:
             GaitsimError: the function did, or a task ended its workers again and again.
         """
-        self._task_scheduler.workers = self.workers
-        shared = self._wanted or self._task_scheduler.chunks(len(tasks)) > 1
-        if self._remote is not None and shared and len(tasks) > 1:
-            return self._over(self._remote, function, tasks)
+        scheduler = self._task_scheduler
+        if scheduler is not None and len(tasks) > 1:
+            with self._lost_workers_named():
+                shared = self._wanted or scheduler.chunks(len(tasks)) > 1
+            if shared:
+                return self._map_remotely(scheduler, function, tasks)
         start = time.perf_counter()
         results = self._local.map(partial(function, self.experiment), tasks)
-        self._task_scheduler.cost_model.learn(len(tasks), time.perf_counter() - start)
+        if scheduler is not None:
+            scheduler.cost_model.learn(len(tasks), time.perf_counter() - start)
         return results
 
     def _cut(self, genomes: Genomes) -> list[Genomes]:
-        """The chunks for this process."""
+        """Return the chunks for this process."""
         if not self.experiment.organism.threads:
             return [genomes]
         workers = self._local.workers
@@ -172,48 +188,21 @@ class Evaluator:
         full = np.split(genomes[:whole], range(IN_CACHE, whole, IN_CACHE)) if whole else []
         return [*full, *np.array_split(genomes[whole:], min(workers, rest))] if rest else full
 
-    def _chunks(self, individuals: int) -> int:
-        """How many chunks workers get; 1 where they would not be faster."""
-        if self._remote is None:
-            return 1
-        self._scheduler.workers = self.workers
-        chunks = self._scheduler.chunks(individuals)
-        if chunks > 1 and not self._paced:
-            with self._naming():
-                self._scheduler.overhead, self._paced = measure_overhead(self._remote), True
-            chunks = self._scheduler.chunks(individuals)
-        known = self._scheduler.cost_model.known
-        if self._on_warning is not None and known and self._scheduler.plan(individuals) is None:
-            one = self.workers == 1
-            several = "1 worker" if one else f"{self.workers:,} workers"
-            self._on_warning(
-                f"{several} would not be faster here, where moving {individuals:,} individuals "
-                f"takes {1000 * self._scheduler.local_seconds(individuals):.2f} ms; "
-                + ("it idles" if one else "they idle")
-            )
-            self._on_warning = None
-        return chunks
-
-    def _there(self, remote: Executor, chunks: Sequence[Genomes]) -> Evaluation:
-        results = self._over(remote, _timed, chunks)
-        individuals = sum(map(len, chunks)) / len(chunks)
-        seconds = sum(seconds for seconds, _ in results) / len(chunks)
-        self._scheduler.cost_model.learn(individuals, seconds)
-        return joined(self.experiment, [part for _, part in results])
-
-    def _over(
+    def _map_remotely(
         self,
-        remote: Executor,
+        scheduler: Scheduler,
         function: Callable[[Experiment, Task], Result],
         tasks: Sequence[Task],
     ) -> list[Result]:
-        entry = self.experiment.entries["organism"]
-        with self._naming(), plugin_context(entry, "moving a population in worker processes"):
-            return remote.map(partial(_apply, self._serialized, function), tasks)
+        context = plugin_context(
+            self.experiment.entries["organism"], "moving a population in worker processes"
+        )
+        with self._lost_workers_named(), context:
+            return scheduler.remote.map(partial(_apply, self._serialized, function), tasks)
 
     @contextmanager
-    def _naming(self) -> Iterator[None]:
-        """Where workers die again and again, name the body that they were for, and what to try."""
+    def _lost_workers_named(self) -> Iterator[None]:
+        """If workers die again and again, name the body that they moved, and what to try."""
         try:
             yield
         except WorkerLostError as error:

@@ -1,9 +1,13 @@
 """Each rule finds what it is for, and says so; what is right passes."""
 
+import sys
+from types import SimpleNamespace
+
 import pytest
 
 from gaitsim.registry import find
 from gaitsim.testing.examine import examine, outcome
+from gaitsim.testing.rules import bodies
 
 NAMES = {
     "organism": "Body",
@@ -404,3 +408,22 @@ def test_options_are_taken(examined):
     entry = find("organism", "x")
     assert outcome(entry, {"legs": 4}) != outcome(entry, {"legs": 6})
     assert outcome(entry, {"legs": 4}) == outcome(entry, {})
+
+
+@pytest.mark.parametrize(("first", "more", "slow"), [(0.6, 0.001, False), (0.6, 0.6, True)])
+def test_only_a_body_that_takes_long_in_large_batches_too_is_slow(
+    examined, monkeypatch, first, more, slow
+):
+    def clock():
+        moved = sys.modules["fake"].calls
+        return sum(first + (individuals - 1) * more for individuals in moved)
+
+    monkeypatch.setattr(bodies, "time", SimpleNamespace(perf_counter=clock))
+    report = examined(
+        "organism",
+        "def move(self, genomes):\n    calls.append(len(genomes))\n"
+        "    return super().move(genomes)",
+        base="Body",
+    )
+    assert report.ok
+    assert ("speed" in {finding.rule for finding in report.advice}) == slow

@@ -10,6 +10,13 @@ from gaitsim.evaluation.chunking import (
     best_plan,
     cuts,
 )
+from gaitsim.evaluation.executors import SerialExecutor
+
+
+class Workers(SerialExecutor):
+    def __init__(self, workers):
+        self.workers = workers
+
 
 FREE, FAST, SLOW = Overhead(0, 0), Overhead(0.0005, 0.0003), Overhead(0.02, 0.003)
 
@@ -22,12 +29,12 @@ def cost_model(first, more):
 
 
 def scheduler(first, more, overhead=FAST, workers=2, local=1, wanted=True):
-    made = Scheduler(local, workers, wanted)
+    made = Scheduler(local, Workers(workers), wanted)
     made.cost_model, made.overhead = cost_model(first, more), overhead
     return made
 
 
-def test_a_line_goes_through_what_was_measured():
+def test_the_cost_model_goes_through_the_measurements():
     made = CostModel()
     made.learn(1, 3.0)
     made.learn(1, 2.0)
@@ -43,7 +50,7 @@ def test_a_line_goes_through_what_was_measured():
     assert (made.first, made.more) == (1.0, 0.0)
 
 
-def test_a_line_of_what_several_did_is_that_of_one():
+def test_times_of_several_threads_are_converted_to_one():
     made = CostModel()
     made.learn(1, 1.0)
     made.learn(101, 51.0, workers=2)
@@ -51,13 +58,13 @@ def test_a_line_of_what_several_did_is_that_of_one():
     assert made.seconds(101, 2) == 51
 
 
-def test_work_without_overhead_is_cut_small():
+def test_without_overhead_there_are_many_chunks():
     plan = best_plan(100, 4, cost_model(1.0, 1.0), FREE)
     assert plan.chunks == 12 * 4
     assert plan.seconds == pytest.approx(25)
 
 
-def test_the_costlier_a_chunk_the_fewer():
+def test_costlier_chunks_are_fewer():
     counts = [
         best_plan(100, 4, cost_model(0.01, 0.01), Overhead(0, cost)).chunks for cost in (0, 0.01, 1)
     ]
@@ -69,7 +76,7 @@ def test_no_more_chunks_than_individuals():
     assert best_plan(3, 100, cost_model(1.0, 1.0), FAST).chunks == 3
 
 
-def test_a_thousand_workers_are_not_all_given_little_things():
+def test_small_work_does_not_go_to_all_of_a_thousand_workers():
     plan = best_plan(1000, 1000, cost_model(0.01, 0.01), Overhead(0.02, 0.001))
     assert 2 < plan.chunks < 500
 
@@ -90,7 +97,7 @@ def test_a_single_round_is_equal():
 
 @pytest.mark.parametrize("chunks", [2, 3, 7, 24, 48])
 @pytest.mark.parametrize("individuals", [2, 3, 10, 100, 10_001])
-def test_everyone_is_in_one_chunk_and_none_is_empty(individuals, chunks):
+def test_each_individual_is_in_one_chunk_and_no_chunk_is_empty(individuals, chunks):
     made = sizes(individuals, chunks, 4)
     assert sum(made) == individuals
     assert min(made) >= 1
@@ -107,7 +114,7 @@ def test_everyone_is_in_one_chunk_and_none_is_empty(individuals, chunks):
         (0.5, 1e-5, FAST, False),  # whole arrays at once: half of them takes as long
     ],
 )
-def test_sharing_pays_or_not(first, more, overhead, pays):
+def test_workers_get_a_population_only_if_they_are_faster(first, more, overhead, pays):
     decided = scheduler(first, more, overhead)
     for _ in range(10):  # until there is no doubt
         chunks = decided.chunks(100)
@@ -118,20 +125,20 @@ def test_sharing_pays_or_not(first, more, overhead, pays):
         )
 
 
-def test_threads_here_are_counted():
+def test_local_threads_count():
     assert scheduler(0.01, 0.01, local=1).chunks(100) > 1
     assert scheduler(0.01, 0.01, local=2).chunks(100) == 1  # two here do what two there would
 
 
-def test_one_measurement_that_is_too_long_begins_no_workers():
+def test_one_measurement_on_a_busy_machine_starts_no_workers():
     doubtful = scheduler(1e-5, 2e-4)  # as a busy machine makes it
     assert doubtful.chunks(100) == 1
     doubtful.cost_model.learn(100, 1e-3)
     assert [doubtful.chunks(100) for _ in range(100)] == [1] * 100
 
 
-def test_while_one_individual_alone_was_timed_only_long_work_is_shared():
-    made = Scheduler(1, 2, wanted=True)
+def test_after_one_individual_only_long_work_is_shared():
+    made = Scheduler(1, Workers(2), wanted=True)
     made.cost_model.learn(1, STARTUP / 200)
     assert made.chunks(100) == 1
     made.cost_model.learn(1, STARTUP / 200)
@@ -142,7 +149,7 @@ def test_a_single_individual_is_not_cut():
     assert scheduler(100.0, 100.0).chunks(1) == 1
 
 
-def test_workers_begin_when_they_would_have_paid():
+def test_workers_start_once_they_would_have_paid():
     undecided = scheduler(0.01, 0.01, FREE, wanted=False)  # 1 s alone, 0.52 s shared
     counts = [undecided.chunks(100) for _ in range(6)]
     saved = 1 - best_plan(100, 2, undecided.cost_model, FREE).seconds
@@ -150,3 +157,21 @@ def test_workers_begin_when_they_would_have_paid():
     assert counts[:rests] == [1] * rests
     assert all(count > 1 for count in counts[rests:])
     assert scheduler(1.0, 1.0, wanted=False).chunks(100) > 1  # at once, as it is so much
+
+
+@pytest.mark.parametrize(
+    ("first", "individuals", "trial"),
+    [
+        (STARTUP / 5, 100, 5),
+        (STARTUP / 1.5, 100, 2),
+        (STARTUP / 5, 4, 0),  # all of them take no longer
+        (STARTUP, 100, 0),  # even one takes longer than workers to start
+        (STARTUP / 200, 100, 0),
+    ],
+)
+def test_a_trial_takes_no_longer_than_workers_to_start(first, individuals, trial):
+    made = Scheduler(1, Workers(2), wanted=True)
+    made.cost_model.learn(1, first)
+    assert made.trial(individuals) == trial
+    made.cost_model.learn(5, 2 * first)
+    assert made.trial(individuals) == 0

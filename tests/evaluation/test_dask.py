@@ -88,7 +88,7 @@ def shared(monkeypatch):
 
     monkeypatch.setattr(Scheduler, "chunks", chunks)
     monkeypatch.setattr(
-        "gaitsim.evaluation.evaluator.measure_overhead", lambda executor: PROCESS_OVERHEAD
+        "gaitsim.evaluation.chunking.measure_overhead", lambda executor: PROCESS_OVERHEAD
     )
     return events
 

@@ -1,5 +1,6 @@
 import os
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evaluation import evaluator as module
 from gaitsim.evaluation.chunking import Scheduler
-from gaitsim.evaluation.executors import SerialExecutor, WorkerLostError
+from gaitsim.evaluation.executors import Executor, SerialExecutor, WorkerLostError
 from gaitsim.evolution import initial_population
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import plugin_errors
@@ -90,22 +91,26 @@ def slow(puppet, installed, install, monkeypatch):
     return lambda cost: puppet("organism.plugin=slow", f"organism.cost={cost}")
 
 
-def chunks(evaluator, population=40):
-    """How many chunks a population of puppets is cut into."""
-    over = evaluator._over
-    counts = []
+@pytest.fixture
+def chunks(monkeypatch):
+    """Evaluates a population of puppets; returns how many chunks workers got, 1 for none."""
+    counts, map_ = [], Executor.map
 
-    def counted(remote, function, tasks):
-        counts.append(len(tasks))
-        return over(remote, function, tasks)
+    def counted(executor, function, tasks):
+        if type(executor) is not SerialExecutor and isinstance(tasks, list):
+            counts.append(len(tasks))
+        return map_(executor, function, tasks)
 
-    evaluator._over = counted
-    evaluator.evaluate(np.zeros((population, 3)))
-    evaluator._over = over
-    return sum(counts) or 1
+    def evaluated(evaluator):
+        counts.clear()
+        evaluator.evaluate(np.zeros((40, 3)))
+        return sum(counts) or 1
+
+    monkeypatch.setattr(Executor, "map", counted)
+    return evaluated
 
 
-def test_costly_bodies_are_shared_when_workers_are_asked_for(slow):
+def test_costly_bodies_are_shared_when_workers_are_asked_for(slow, chunks):
     told = []
     with Evaluator(slow(0.01), 2, told.append) as evaluator:
         evaluator.prepare()
@@ -114,7 +119,7 @@ def test_costly_bodies_are_shared_when_workers_are_asked_for(slow):
     assert not told
 
 
-def test_nothing_is_told_while_it_is_in_doubt_that_workers_pay(slow):
+def test_no_warning_while_it_is_in_doubt_that_workers_are_faster(slow, chunks):
     told = []
     with Evaluator(slow(0.002), 2, told.append) as evaluator:
         evaluator.prepare()
@@ -124,20 +129,20 @@ def test_nothing_is_told_while_it_is_in_doubt_that_workers_pay(slow):
     assert not told
 
 
-def test_cheap_bodies_are_not_shared_and_it_is_told_once(puppet):
+def test_cheap_bodies_are_not_shared_with_one_warning(puppet, chunks):
     told = []
     with Evaluator(puppet(), 2, told.append) as evaluator:
         evaluator.prepare()
         assert [chunks(evaluator) for _ in range(50)] == [1] * 50
     assert len(told) == 1
-    assert "2 workers would not be faster here" in told[0]
+    assert told[0].startswith("2 workers would not be faster")
 
 
 class Joined(SerialExecutor):
     """Workers that come and go: they do in this thread what they are given."""
 
 
-def test_workers_that_come_later_get_their_part(slow):
+def test_workers_that_join_later_receive_work(slow, chunks):
     told, cluster = [], Joined()
     with Evaluator(slow(0.01), None, told.append, cluster) as evaluator:
         evaluator.prepare()
@@ -148,8 +153,59 @@ def test_workers_that_come_later_get_their_part(slow):
         cluster.workers = 1
         assert chunks(evaluator) == 1
     assert len(told) == 1
-    assert told[0].startswith("1 worker would not be faster here, where moving 40 individuals")
-    assert told[0].endswith("; it idles")
+    assert told[0].startswith("1 worker would not be faster")
+    assert "40 individuals" in told[0]
+
+
+@pytest.fixture
+def timed(puppet, puppets, monkeypatch):
+    """Makes an evaluator of a body that takes times as given, by a clock of its own.
+
+    With it comes the list of the sizes of the batches that the body moves.
+    """
+    now, sizes, move = [0.0], [], puppets.Puppet.move
+    monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+
+    def make(first, more):
+        def moved(self, genomes):
+            sizes.append(len(genomes))
+            now[0] += first + (len(genomes) - 1) * more
+            return move(self, genomes)
+
+        monkeypatch.setattr(puppets.Puppet, "move", moved)
+        cluster = Joined()
+        cluster.workers = 2
+        evaluator = Evaluator(puppet(), cluster=cluster)
+        evaluator.prepare()
+        sizes.clear()
+        return evaluator, sizes
+
+    return make
+
+
+def test_a_body_that_moves_whole_arrays_is_not_taken_for_a_slow_one(puppet, timed):
+    evaluator, sizes = timed(0.28, 0.0005)  # 28 s, if each took as long as the first
+    genomes = initial_population(puppet("evolution.population=100"), puppet().space())
+    found = evaluator.evaluate(genomes)
+    assert sizes == [5, 95]
+    assert_same(found, evaluate(puppet(), genomes))
+    sizes.clear()
+    evaluator.evaluate(genomes)
+    assert sizes == [100]
+
+
+def test_a_slow_body_is_shared_after_a_trial(timed):
+    evaluator, sizes = timed(0.28, 0.28)
+    evaluator.evaluate(np.zeros((100, 3)))
+    assert sizes[0] == 5
+    assert len(sizes) > 10
+    assert sum(sizes) == 100
+
+
+def test_before_a_batch_was_timed_each_worker_pays_fixed_costs_once(timed):
+    evaluator, sizes = timed(2.0, 0.01)
+    evaluator.evaluate(np.zeros((100, 3)))
+    assert sizes == [50, 50]
 
 
 def test_no_more_processes_are_begun_than_there_are_cores(puppet, installed, shared, monkeypatch):
@@ -167,7 +223,7 @@ def test_no_more_processes_are_begun_than_there_are_cores(puppet, installed, sha
     assert len(told) == 1
 
 
-def test_no_workers_are_begun_unasked_before_they_would_have_paid(slow, monkeypatch):
+def test_workers_not_asked_for_start_once_they_would_have_paid(slow, chunks, monkeypatch):
     monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
     told = []
     with Evaluator(slow(0.01), None, told.append) as evaluator:
@@ -225,16 +281,16 @@ def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, insta
         assert told
 
 
-def test_workers_that_die_while_they_are_timed_are_told_of_in_the_same_way(
-    puppet, shared, monkeypatch
-):
+def test_workers_that_die_while_they_are_measured_name_the_body(slow, monkeypatch):
     def die(executor):
         raise WorkerLostError("a worker process died 3 times over the same work")
 
-    monkeypatch.setattr(module, "measure_overhead", die)
-    with Evaluator(puppet(), 2) as evaluator:
-        with pytest.raises(GaitsimError, match="organism 'puppet' of package") as error:
-            evaluator.evaluate(np.zeros((4, 3)))
+    monkeypatch.setattr("gaitsim.evaluation.chunking.measure_overhead", die)
+    with Evaluator(slow(0.01), 2) as evaluator:
+        evaluator.prepare()
+        evaluator.evaluate(np.zeros((40, 3)))
+        with pytest.raises(GaitsimError, match="organism 'slow' of package") as error:
+            evaluator.evaluate(np.zeros((40, 3)))
         assert "--workers 1" in error.value.remedy
 
 

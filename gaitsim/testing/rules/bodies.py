@@ -16,6 +16,8 @@ from gaitsim.testing.rules.repeats import repeated
 from gaitsim.testing.rules.views import drawn, measured, played
 
 COUNT = 6  # individuals that are moved
+BATCH = 32  # individuals in the largest batch that is timed
+LONG = 0.5  # seconds that tell how long a batch takes
 SLOW = 0.5  # seconds for an individual: 300 generations of 100 take 4 hours
 
 _REAL = "biuf"  # kinds of dtype that are real numbers
@@ -206,11 +208,15 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
 
 
 def _speed(body: Organism, space: GenomeSpace, figures: dict[str, float]) -> Iterator[Finding]:
-    many = some_genomes(space, 32)
-    _, seconds = _timed(body, many[:1])
-    few = many if seconds < 1 / len(many) else many[:2]
-    _, seconds = _timed(body, few)
-    each = seconds / len(few)
+    """Time batches of growing size, until an individual costs no less in a larger one."""
+    genomes = some_genomes(space, BATCH)
+    count, (_, each) = 1, _timed(body, genomes[:1])
+    while count < BATCH:
+        before, count = each, 2 * count
+        _, seconds = _timed(body, genomes[:count])
+        each = seconds / count
+        if each > 0.75 * before and seconds > LONG:
+            break
     figures["individuals_per_second"] = 1 / max(each, 1e-9)
     if each > SLOW:
         yield advice(
