@@ -1,4 +1,4 @@
-"""The command line. One file a command; heavy imports wait until a command needs them."""
+"""The command line: one file a command, imported when that command is used."""
 
 import errno
 import gc

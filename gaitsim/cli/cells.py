@@ -1,15 +1,12 @@
 """Pictures of characters as lines for the terminal, in its own sixteen colours."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.text import Text
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from gaitsim.render.terminal.braille import Inks
+from gaitsim.render.terminal.braille import Inks, runs
 
 _SIDES = ("white", "cyan", "yellow")  # middle, left, right, as in the footfall diagram
 # No ink, ground, track, limbs from the far ones to the near ones, feet.
@@ -23,7 +20,7 @@ BODY = (
 LINES = ("cyan", "yellow", "green", "red", "white", "blue")  # of curves, in their order
 
 
-def lines(codes: "NDArray[np.uint32]", inks: "Inks", styles: Sequence[str]) -> list[Text]:
+def lines(codes: NDArray[np.uint32], inks: Inks, styles: Sequence[str]) -> list[Text]:
     """A line a row.
 
     Args:
@@ -31,8 +28,6 @@ def lines(codes: "NDArray[np.uint32]", inks: "Inks", styles: Sequence[str]) -> l
         inks: of each, the same.
         styles: of each ink.
     """
-    from gaitsim.render.terminal.braille import runs
-
     return [
         Text.assemble(*((text, styles[ink]) for text, ink in runs(row, own)), no_wrap=True, end="")
         for row, own in zip(codes, inks, strict=True)

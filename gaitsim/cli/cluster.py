@@ -2,21 +2,19 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from gaitsim.evaluation import Executor
+from gaitsim.cli.console import errors, notice
+from gaitsim.evaluation import Executor
+from gaitsim.evaluation.dask import LOCAL, DaskExecutor
 
 
 def warn(text: str) -> None:
     """Say what a user should know of the workers."""
-    from gaitsim.cli.console import notice
-
     notice(f"Warning: {text}")
 
 
 @contextmanager
-def cluster(address: str | None, workers: int | None) -> "Iterator[Executor | None]":
+def cluster(address: str | None, workers: int | None) -> Iterator[Executor | None]:
     """The cluster at an address, 'local' for one of our own; None where none is asked for.
 
     Raises:
@@ -25,8 +23,6 @@ def cluster(address: str | None, workers: int | None) -> "Iterator[Executor | No
     if address is None:
         yield None
         return
-    from gaitsim.cli.console import errors
-    from gaitsim.evaluation.dask import LOCAL, DaskExecutor
 
     console = errors()
     doing = "Starting Dask workers …" if address == LOCAL else f"Connecting to {address} …"

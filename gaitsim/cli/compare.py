@@ -1,16 +1,38 @@
 """`gaitsim compare`."""
 
+import shlex
+import sys
+from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from shutil import rmtree
+from typing import Annotated
 
 import typer
 
-from gaitsim.cli.run import Dask, Json, Set, Workers
-
-if TYPE_CHECKING:
-    from gaitsim.evaluation import Executor
-    from gaitsim.experiment import Experiment
-    from gaitsim.study.comparison import Findings, Sample
+from gaitsim.cli.cluster import cluster, warn
+from gaitsim.cli.console import notice, output, print_json, table, wrote
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.options import Dask, Json, Set, Workers
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import Executor
+from gaitsim.experiment import Experiment, parse_assignments
+from gaitsim.render.plots.convergence import plot_convergence
+from gaitsim.runs.files.folder import create_folder
+from gaitsim.study.comparison import (
+    FIGURE,
+    REPORT,
+    TABLE,
+    Findings,
+    Sample,
+    find,
+    load_all,
+    methods,
+    sample,
+    tables,
+    to_dict,
+    write_comparison,
+)
 
 
 def compare(
@@ -42,27 +64,13 @@ def compare(
 
     gaitsim compare spider mine.toml --repeats 20 --generations 200 --target 2.0
     """
-    import shlex
-    import sys
-    from math import isfinite
-    from shutil import rmtree
-
-    from gaitsim.cli.cluster import cluster
-    from gaitsim.cli.console import notice, print_json, wrote
-    from gaitsim.cli.interrupts import interruptible
-    from gaitsim.errors import GaitsimError
-    from gaitsim.experiment import parse_assignments
-    from gaitsim.render.plots.convergence import plot_convergence
-    from gaitsim.runs.files.atomic import write_bytes
-    from gaitsim.runs.files.folder import create_folder
-    from gaitsim.study.comparison import find, load_all, plain, report, results
-
     if target is not None and not isfinite(target):
-        raise GaitsimError(f"{target} is no score to reach", where="--target", allowed="a number")
+        raise GaitsimError(f"{target} is not a score", where="--target", allowed="a number")
     short = {"evolution.generations": generations, "evolution.population": population}
     given = {key: value for key, value in short.items() if value is not None}
     loaded = load_all(experiments, {**given, **parse_assignments(set_ or ())})
-    if len({repr(one.fitness) for one in loaded.values()}) > 1:
+    first, *others = loaded.values()
+    if any(one.fitness != first.fitness for one in others):
         notice("Warning: the experiments differ in their fitness; their scores may not compare.")
     texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
     name = "-against-".join(one.name for one in loaded.values())[:150]
@@ -80,30 +88,24 @@ def compare(
     shown = f"./{folder}" if str(folder).startswith("-") else str(folder)
     again = ["gaitsim", "compare", *(f"{shown}/{text}" for text in texts)]
     again += ["--repeats", str(repeats), *(["--target", str(target)] if target is not None else [])]
-    figure = folder / "convergence.png"
-    plot_convergence(findings.samples, figure)
     command = shlex.join(again)
-    write_bytes(folder / "results.csv", results(findings).encode())
-    write_bytes(folder / "report.md", report(findings, command, figure.name).encode())
-    wrote(*(folder / name for name in ("report.md", "results.csv", figure.name)))
+    plot_convergence(findings.samples, folder / FIGURE)
+    write_comparison(folder, findings, command)
+    wrote(*(folder / name for name in (REPORT, TABLE, FIGURE)))
     if json:
-        print_json({"folder": str(folder), **plain(findings), "command": command})
-        return
-    _show(folder, findings, command)
+        print_json({"folder": str(folder), **to_dict(findings), "command": command})
+    else:
+        _print(folder, findings, command)
 
 
 def _samples(
-    loaded: "dict[str, Experiment]",
+    loaded: dict[str, Experiment],
     repeats: int,
     workers: int | None,
-    cluster: "Executor | None",
+    cluster: Executor | None,
     quiet: bool,
-) -> "dict[str, Sample]":
+) -> dict[str, Sample]:
     """Repeat each experiment, with a progress bar or a line now and then."""
-    from gaitsim.cli.cluster import warn
-    from gaitsim.cli.progress_bar import Progress
-    from gaitsim.study.comparison import sample
-
     found = {}
     for label, experiment in loaded.items():
         total = experiment.evolution.generations
@@ -113,10 +115,7 @@ def _samples(
     return found
 
 
-def _show(folder: Path, findings: "Findings", command: str) -> None:
-    from gaitsim.cli.console import output, table
-    from gaitsim.study.comparison import methods, tables
-
+def _print(folder: Path, findings: Findings, command: str) -> None:
     console = output()
     for title, columns, rows in tables(findings):
         console.print(f"\n{title}", style="bold")
@@ -125,5 +124,5 @@ def _show(folder: Path, findings: "Findings", command: str) -> None:
             made.add_row(*row)
         console.print(made, markup=False)
     console.print(f"\n{methods(findings)}\n", style="dim", markup=False)
-    console.print(f"Report: {folder / 'report.md'}", markup=False)
+    console.print(f"Report: {folder / REPORT}", markup=False)
     console.print(f"Again:  {command}", markup=False, soft_wrap=True)

@@ -2,16 +2,22 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
+from rich.text import Text
 
 from gaitsim.choices import Axis, Quantity, Theme
-from gaitsim.cli.console import echo
-from gaitsim.cli.run import Json
-
-if TYPE_CHECKING:
-    from gaitsim.study.compare_runs import Course
+from gaitsim.cli.cells import LINES, lines
+from gaitsim.cli.console import echo, output, print_json, table
+from gaitsim.cli.options import Json
+from gaitsim.render.plots import THEMES, check_target
+from gaitsim.render.plots.overlay import plot_overlay
+from gaitsim.render.terminal.curves import SAMPLES, Series, plot
+from gaitsim.render.terminal.text import visible
+from gaitsim.runs.files.folder import find_run
+from gaitsim.study.compare_runs import Course, options, read
+from gaitsim.study.compare_runs import table as rows_of
 
 ROWS = 14  # of the curves in the terminal
 WIDEST = 100  # columns of them
@@ -39,28 +45,18 @@ def differences(
 
     gaitsim differences spider spider-2 --by evaluations --plot curves.pdf
     """
-    from gaitsim.runs.files.folder import find_run
-    from gaitsim.study.compare_runs import options, read
-
     if plot is not None:
-        from gaitsim.render.plots import check_target
-
         check_target(plot)
     courses = read([find_run(run) for run in runs])
     for one in courses:
         if one.problem is not None:
             raise one.problem
     if plot is not None:
-        from gaitsim.render.plots import THEMES
-        from gaitsim.render.plots.overlay import plot_overlay
-
         plot_overlay(courses, quantity, by, plot, THEMES[theme])
     if json:
-        from gaitsim.cli.console import print_json
-
         print_json(
             {
-                "runs": [_plain(one) for one in courses],
+                "runs": [one.to_dict() for one in courses],
                 "options": {row.key: list(row.values) for row in options(courses)},
                 "plot": None if plot is None else str(plot),
             }
@@ -71,27 +67,7 @@ def differences(
         echo(f"\n{plot}")
 
 
-def _plain(course: "Course") -> dict[str, Any]:
-    champion = course.champion
-    return {
-        "run": str(course.path),
-        "generations": course.generation,
-        "score": course.history["best"][champion - 1].item() if champion else None,
-        "generation": champion,
-        "evaluations": int(course.history["evaluations"][-1]) if course.history else 0,
-        "seconds": float(course.history["seconds"].sum()) if course.history else 0.0,
-    }
-
-
-def _show(courses: "Sequence[Course]", quantity: str, by: str) -> None:
-    from rich.text import Text
-
-    from gaitsim.cli.cells import LINES, lines
-    from gaitsim.cli.console import output, table
-    from gaitsim.render.terminal.curves import SAMPLES, Series, plot
-    from gaitsim.render.terminal.text import visible
-    from gaitsim.study.compare_runs import table as rows_of
-
+def _show(courses: Sequence[Course], quantity: str, by: str) -> None:
     console = output()
     drawn = [one for one in courses if one.history]
     heads: list[Text] = []

@@ -1,25 +1,26 @@
 """`gaitsim export`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import typer
 
 from gaitsim.choices import GaitFormat
-from gaitsim.cli.console import echo
-
-if TYPE_CHECKING:
-    from gaitsim.gait.files.servo import ServoRange
-    from gaitsim.gait.files.writer import Gait
-
+from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.options import BestOf, RunName
+from gaitsim.cli.parsing import file_format
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
+from gaitsim.gait.files.writer import Gait, check_folder, gait_of, write_gait
+from gaitsim.runs.files.folder import find_run
+from gaitsim.runs.reader import Run
 
 Format = Literal[GaitFormat, "servo"]
-_ENDINGS: dict[str, GaitFormat] = {f".{known}": known for known in get_args(GaitFormat)}
 _SERVO = "Servo table"  # where --help shows the options
 
 
 def export(
-    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    run: RunName,
     format: Annotated[
         Format | None,
         typer.Option(
@@ -30,9 +31,7 @@ def export(
     out: Annotated[
         Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
     ] = None,
-    generation: Annotated[
-        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
-    ] = None,
+    generation: BestOf = None,
     keyframe_ms: Annotated[
         int | None,
         typer.Option(
@@ -77,18 +76,13 @@ def export(
 
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
     """
-    from gaitsim.cli.console import wrote
-    from gaitsim.errors import GaitsimError
-    from gaitsim.gait.files.writer import check_folder, gait_of, write_gait
-    from gaitsim.runs.files.folder import find_run
-    from gaitsim.runs.reader import Run
-
     opened = Run(find_run(run))
     if out is not None:
         check_folder(out)
         if format is None and not out.suffix:
             out = out.with_suffix(".mat")
-    chosen = _format(format, out)
+    table = format == "servo"
+    chosen = file_format("csv" if table else format, out, get_args(GaitFormat), "mat", "gaits")
     servo = {
         "--keyframe-ms": keyframe_ms,
         "--centre": centre,
@@ -97,13 +91,13 @@ def export(
         "--clip": clip or None,
     }
     idle = [name for name, value in servo.items() if value is not None]
-    if idle and chosen != "servo":
+    if idle and not table:
         raise GaitsimError(
-            f"a {chosen} file takes no {' and no '.join(idle)}",
+            f"a {chosen} file does not take {' and '.join(idle)}",
             where="--format",
             allowed="servo, with these options",
         )
-    servos = _servos(centre or 0.0, low, high) if chosen == "servo" else None
+    servos = ServoRange.around(centre or 0.0, low, high) if table else None
     gait = gait_of(opened.individual(generation))
     ends = "servo.csv" if servos else chosen
     path = out or opened.exports() / f"gait-generation-{gait.generation}.{ends}"
@@ -116,44 +110,9 @@ def export(
     echo(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
 
 
-def _format(format: Format | None, out: Path | None) -> Format:
-    """The format asked for, or the one that the file's name ends with."""
-    from gaitsim.errors import GaitsimError
-
-    if out is None:
-        return format or "mat"
-    says = _ENDINGS.get(out.suffix.lower())
-    if format is None and says is None:
-        raise GaitsimError(
-            f"{out} does not end with a format of gaits",
-            where="--out",
-            allowed=", ".join(_ENDINGS),
-            remedy="give it such an ending, or say which with --format",
-        )
-    if format and says and says != ("csv" if format == "servo" else format):
-        raise GaitsimError(
-            f"{out} ends with {out.suffix.lower()}, but --format says {format}",
-            remedy="leave one of the two out",
-        )
-    return format or says or "mat"
-
-
-def _servos(centre: float, low: float | None, high: float | None) -> "ServoRange":
-    from gaitsim.gait.files.servo import REACH, ServoRange
-
-    return ServoRange(
-        centre,
-        centre - REACH if low is None else low,
-        centre + REACH if high is None else high,
-    )
-
-
 def _export_servo(
-    gait: "Gait", servos: "ServoRange", keyframe_ms: int | None, clip: bool, path: Path
+    gait: Gait, servos: ServoRange, keyframe_ms: int | None, clip: bool, path: Path
 ) -> None:
-    from gaitsim.cli.console import notice, wrote
-    from gaitsim.gait.files.servo import servo_table, write_servo
-
     table = servo_table(gait, servos, keyframe_ms, clip=clip)
     write_servo(table, path)
     wrote(path)
@@ -161,7 +120,7 @@ def _export_servo(
     if table.clipped:
         notice(
             f"{table.clipped:,} of {table.degrees.size:,} angles were beyond {servos.low:g}° to "
-            f"{servos.high:g}°, and held to it: this is not the gait that was evolved"
+            f"{servos.high:g}° and were clipped: this is not the gait that was evolved"
         )
     echo(
         f"{path}: {keyframes} keyframes × {joints} joints in {table.milliseconds[-1] / 1000:g} s, "

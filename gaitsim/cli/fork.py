@@ -5,12 +5,16 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.console import echo
-from gaitsim.cli.run import Json, Set
+from gaitsim.cli.console import echo, notice, print_json
+from gaitsim.cli.options import Json, RunName, Set
+from gaitsim.experiment import parse_assignments
+from gaitsim.runs.files.folder import command, find_run
+from gaitsim.runs.fork import fork_run
+from gaitsim.runs.reader import Run
 
 
 def fork(
-    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    run: RunName,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the copy. Default: beside the run, with a number."),
@@ -40,12 +44,6 @@ def fork(
 
     gaitsim fork spider --out runs/bold --set mutation.rate=0.2
     """
-    from gaitsim.cli.console import notice, print_json
-    from gaitsim.experiment import parse_assignments
-    from gaitsim.runs.files.folder import command, find_run
-    from gaitsim.runs.fork import fork_run
-    from gaitsim.runs.reader import Run
-
     source = find_run(run)
     changes = parse_assignments(set_ or ())
     path = fork_run(source, out, changes, generations=generations, any_version=any_version)

@@ -1,26 +1,33 @@
 """`gaitsim imitate`."""
 
+import sys
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPreset
-from gaitsim.cli.run import Json
-
-if TYPE_CHECKING:
-    from gaitsim.imitation.imitating import Result
-    from gaitsim.imitation.learning import Settings
-    from gaitsim.individual import Individual
+from gaitsim.cli.console import errors, notice, print_json, wrote
+from gaitsim.cli.imitation_view import print_results
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.options import BestOf, Json, RunName
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.imitation.imitating import Result, learnable_gait
+from gaitsim.imitation.imitating import imitate as imitated
+from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS, Settings, prepare
+from gaitsim.imitation.results import files_of, to_dict, write_results
+from gaitsim.individual import Individual
+from gaitsim.runs.files.folder import find_run
+from gaitsim.runs.reader import Run
 
 
 def imitate(
-    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
-    generation: Annotated[
-        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
-    ] = None,
+    run: RunName,
+    generation: BestOf = None,
     settings: Annotated[
         TrainingPreset,
         typer.Option(
@@ -70,17 +77,6 @@ def imitate(
 
     gaitsim imitate spider --compare-activations --output same
     """
-    import sys
-
-    from gaitsim.cli.console import print_json, wrote
-    from gaitsim.cli.imitation_view import print_results
-    from gaitsim.gait.files.writer import check_folder
-    from gaitsim.imitation.imitating import learnable_gait
-    from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
-    from gaitsim.imitation.results import files_of, to_dict, write_results
-    from gaitsim.runs.files.folder import find_run
-    from gaitsim.runs.reader import Run
-
     opened = Run(find_run(run))
     if out is not None:
         check_folder(out / "imitator.npz")
@@ -112,16 +108,8 @@ def imitate(
         print_results(results, files, preset=settings)
 
 
-def _train(expert: "Individual", every: "list[Settings]", quiet: bool) -> "list[Result] | None":
+def _train(expert: Individual, every: list[Settings], quiet: bool) -> list[Result] | None:
     """Train with each of the settings, with a progress bar; None when the user stopped it."""
-    import time
-
-    from gaitsim.cli.console import errors, notice
-    from gaitsim.cli.interrupts import interruptible
-    from gaitsim.cli.progress_bar import Progress
-    from gaitsim.imitation.imitating import imitate as imitated
-    from gaitsim.imitation.learning import prepare
-
     found: list[Result] = []
     try:
         with interruptible():

@@ -1,17 +1,25 @@
 """`gaitsim play`."""
 
-from typing import TYPE_CHECKING, Annotated
+import time
+from typing import Annotated
 
 import typer
+from rich.console import Group
+from rich.live import Live
+from rich.text import Text
 
 from gaitsim.choices import TerminalView
-
-if TYPE_CHECKING:
-    from rich.console import Group
-
-    from gaitsim.individual import Individual
-    from gaitsim.render.terminal.body import Figure
-    from gaitsim.render.terminal.view import Viewpoint as Camera
+from gaitsim.cli.cells import BODY, lines
+from gaitsim.cli.console import number, output
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.options import BestOf, RunName
+from gaitsim.errors import GaitsimError
+from gaitsim.individual import Individual
+from gaitsim.render.terminal.body import Figure, picture
+from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.view import Viewpoint
+from gaitsim.runs.files.folder import find_run
+from gaitsim.runs.reader import Run
 
 FPS = 20
 SPEEDS = 0.01, 100.0
@@ -19,10 +27,8 @@ SIZE = 80, 24  # columns and rows of a still where the output is no terminal
 
 
 def play(
-    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
-    generation: Annotated[
-        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
-    ] = None,
+    run: RunName,
+    generation: BestOf = None,
     view: Annotated[TerminalView, typer.Option(help="From where the camera looks.")] = "iso",
     speed: Annotated[float, typer.Option(help="Times real time.")] = 1.0,
     whole: Annotated[
@@ -45,12 +51,6 @@ def play(
 
     gaitsim play fly --whole --at 2.5
     """
-    from gaitsim.errors import GaitsimError
-    from gaitsim.render.terminal.body import Figure
-    from gaitsim.render.terminal.view import Viewpoint as Camera
-    from gaitsim.runs.files.folder import find_run
-    from gaitsim.runs.reader import Run
-
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
             f"a speed of {speed:g} cannot be shown",
@@ -59,17 +59,14 @@ def play(
         )
     found = Run(find_run(run)).individual(generation)
     figure = Figure(found.skeleton)
-    camera = Camera(follow=not whole).named(view)
+    camera = Viewpoint(follow=not whole).named(view)
     if at is None:
         _loop(found, figure, camera, speed, once)
     else:
         _still(found, figure, camera, at)
 
 
-def _still(found: "Individual", figure: "Figure", camera: "Camera", at: float) -> None:
-    from gaitsim.cli.console import output
-    from gaitsim.errors import GaitsimError
-
+def _still(found: Individual, figure: Figure, camera: Viewpoint, at: float) -> None:
     if not at <= figure.clip.seconds:
         raise GaitsimError(
             f"the motion has no second {at:g}",
@@ -81,17 +78,7 @@ def _still(found: "Individual", figure: "Figure", camera: "Camera", at: float) -
     console.print(_picture(found, figure, camera, at, columns, rows - 1))
 
 
-def _loop(
-    found: "Individual", figure: "Figure", camera: "Camera", speed: float, once: bool
-) -> None:
-    import time
-
-    from rich.live import Live
-
-    from gaitsim.cli.console import output
-    from gaitsim.cli.interrupts import interruptible
-    from gaitsim.errors import GaitsimError
-
+def _loop(found: Individual, figure: Figure, camera: Viewpoint, speed: float, once: bool) -> None:
     console = output()
     if not console.is_terminal:
         raise GaitsimError(
@@ -117,17 +104,9 @@ def _loop(
 
 
 def _picture(
-    found: "Individual", figure: "Figure", camera: "Camera", seconds: float, columns: int, rows: int
-) -> "Group":
+    found: Individual, figure: Figure, camera: Viewpoint, seconds: float, columns: int, rows: int
+) -> Group:
     """A line that says what it is, and the body."""
-    from rich.console import Group
-    from rich.text import Text
-
-    from gaitsim.cli.cells import BODY, lines
-    from gaitsim.cli.console import number
-    from gaitsim.render.terminal.body import picture
-    from gaitsim.render.terminal.text import visible
-
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.name), "bold")
     title.append(f"  generation {found.generation}  score {number(found.score)}")

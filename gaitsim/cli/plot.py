@@ -1,24 +1,29 @@
 """`gaitsim plot`."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 import typer
 
 from gaitsim.choices import PlotFormat, PlotKind, Theme
-from gaitsim.cli.console import echo
-
-if TYPE_CHECKING:
-    from gaitsim.render.plots.request import Request
+from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.options import BestOf, RunName
+from gaitsim.cli.parsing import asked_generations, file_format, seconds
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.errors import GaitsimError
+from gaitsim.render.plots import FORMATS, THEMES, check_target, save
+from gaitsim.render.plots.kinds import KINDS, draw, file_stem
+from gaitsim.render.plots.request import LackingError, Request
+from gaitsim.runs.files.folder import find_run
+from gaitsim.runs.reader import Run
 
 Kind = Literal[PlotKind, "all"]
 
 
 def plot(
-    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    run: RunName,
     kind: Annotated[
         Kind,
         typer.Option(
@@ -27,9 +32,7 @@ def plot(
             "that the body has.",
         ),
     ] = "fitness",
-    generation: Annotated[
-        int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
-    ] = None,
+    generation: BestOf = None,
     generations: Annotated[
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several, as 1,50,300, for --kind channel."),
@@ -75,12 +78,6 @@ def plot(
 
     gaitsim plot spider --kind all --format svg --theme dark
     """
-    from gaitsim.cli.generations import asked_generations
-    from gaitsim.render.plots import THEMES
-    from gaitsim.render.plots.request import Request
-    from gaitsim.runs.files.folder import find_run
-    from gaitsim.runs.reader import Run
-
     numbers = asked_generations(generation, generations)
     _check_options(
         kind,
@@ -96,7 +93,7 @@ def plot(
         run=Run(find_run(run)),
         channel=channel,
         components=tuple(component or ()),
-        window=_seconds(window),
+        window=seconds(window),
         theme=THEMES[theme],
     )
     if kind == "all":
@@ -107,17 +104,13 @@ def plot(
 
 def _plot(
     kind: PlotKind,
-    request: "Request",
+    request: Request,
     numbers: Sequence[int],
     out: Path | None,
     format: PlotFormat | None,
 ) -> None:
-    from gaitsim.cli.console import wrote
-    from gaitsim.render.plots import check_target, save
-    from gaitsim.render.plots.kinds import KINDS, draw, file_stem
-
     if out is not None:
-        _check_format(out, format)
+        file_format(format, out, FORMATS, "png", "plots")
         check_target(out)
     if KINDS[kind].moves:
         request = _with_individuals(request, numbers)
@@ -129,16 +122,9 @@ def _plot(
 
 
 def _plot_all(
-    request: "Request", numbers: Sequence[int], out: Path | None, format: PlotFormat
+    request: Request, numbers: Sequence[int], out: Path | None, format: PlotFormat
 ) -> None:
-    """Every kind that the body has; what is left out, and why, is said."""
-    from gaitsim.cli.console import notice, wrote
-    from gaitsim.cli.progress_bar import Progress
-    from gaitsim.errors import GaitsimError
-    from gaitsim.render.plots import save
-    from gaitsim.render.plots.kinds import KINDS, draw, file_stem
-    from gaitsim.render.plots.request import LackingError
-
+    """Plot every kind that the body has; report the others with the reason."""
     if out is not None and not out.is_dir():
         raise GaitsimError(
             f"--kind all writes several files, and there is no folder {out}",
@@ -161,16 +147,14 @@ def _plot_all(
             progress.advance()
 
 
-def _with_individuals(request: "Request", numbers: Sequence[int]) -> "Request":
-    """The same with the individuals that are asked for."""
+def _with_individuals(request: Request, numbers: Sequence[int]) -> Request:
+    """Return the request with the individuals of the generations."""
     found = tuple(request.run.individual(number) for number in numbers or (None,))
     return replace(request, individuals=found)
 
 
 def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
-    """Refuse options that the kind would not look at, all at once."""
-    from gaitsim.errors import GaitsimError
-
+    """Refuse all options that the kind does not read."""
     moves = {"--generation", "--window"}
     of_channels = {*moves, "--generations", "--channel", "--component"}
     looked_at = {
@@ -182,38 +166,7 @@ def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     idle = [name for name, value in given.items() if value and name not in looked_at]
     if idle:
         raise GaitsimError(
-            f"a plot of the kind {kind} takes no {' and no '.join(idle)}",
+            f"a plot of the kind {kind} does not take {' and '.join(idle)}",
             allowed=", ".join(sorted(looked_at)) or "none of them: it shows the whole run",
             remedy="--kind channel takes them" if of_channels.issuperset(idle) else "",
         )
-
-
-def _check_format(out: Path, format: PlotFormat | None) -> None:
-    """Refuse a file whose name says another format."""
-    from gaitsim.errors import GaitsimError
-
-    ending = out.suffix[1:].lower()
-    if format is not None and ending in get_args(PlotFormat) and ending != format:
-        raise GaitsimError(
-            f"{out} ends with .{ending}, but --format says {format}",
-            remedy="leave one of the two out",
-        )
-
-
-def _seconds(text: str | None) -> tuple[float, float] | None:
-    """The first and the last second of a window such as '2:5'."""
-    from gaitsim.errors import GaitsimError
-
-    if text is None:
-        return None
-    try:
-        first, last = (float(part) for part in text.split(":"))
-        if not 0 <= first < last < math.inf:
-            raise ValueError
-    except ValueError:
-        raise GaitsimError(
-            f"{text!r} is no part of a motion",
-            where="--window",
-            allowed="two seconds with a colon between them, the later one last, such as 2:5",
-        ) from None
-    return first, last

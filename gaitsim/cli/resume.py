@@ -4,11 +4,15 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.run import Dask, Json, Set, Workers
+from gaitsim.cli.cluster import cluster
+from gaitsim.cli.evolving import evolve_run
+from gaitsim.cli.options import Dask, Json, RunName, Set, Workers
+from gaitsim.experiment import parse_assignments
+from gaitsim.runs.files.folder import find_run
 
 
 def resume(
-    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    run: RunName,
     generations: Annotated[
         int | None, typer.Option(help="Go on to this generation. Default: as far as planned.")
     ] = None,
@@ -37,11 +41,6 @@ def resume(
 
     gaitsim resume spider --set fitness.plugin=spider-classic --generations 400
     """
-    from gaitsim.cli.cluster import cluster
-    from gaitsim.cli.evolving import evolve_run
-    from gaitsim.experiment import parse_assignments
-    from gaitsim.runs.files.folder import find_run
-
     path, overrides = find_run(run), parse_assignments(set_ or ())
     with cluster(dask, workers) as executor:
         evolve_run(

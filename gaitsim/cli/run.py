@@ -5,23 +5,12 @@ from typing import Annotated
 
 import typer
 
-Set = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change any option; may be repeated."),
-]
-Workers = Annotated[
-    int | None,
-    typer.Option(min=1, max=1024, help="How many work at a time. Does not change the result."),
-]
-Dask = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ADDRESS|local",
-        help="Share the work over a Dask cluster: its scheduler's address, such as "
-        "tcp://host:8786, or 'local' for --workers of its own. Does not change the result.",
-    ),
-]
-Json = Annotated[bool, typer.Option("--json", help="One JSON object a line, for programs.")]
+from gaitsim.cli.cluster import cluster
+from gaitsim.cli.evolving import evolve_run
+from gaitsim.cli.options import Dask, Json, Set, Workers
+from gaitsim.experiment import load_experiment, parse_assignments
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.start import check_start, kept_individual
 
 
 def run(
@@ -71,12 +60,6 @@ def run(
 
     gaitsim run walker --dask tcp://host:8786
     """
-    from gaitsim.cli.cluster import cluster
-    from gaitsim.cli.evolving import evolve_run
-    from gaitsim.experiment import load_experiment, parse_assignments
-    from gaitsim.runs.files.folder import create_run
-    from gaitsim.runs.start import check_start, kept_individual
-
     short = {
         "evolution.generations": generations,
         "evolution.population": population,

@@ -1,16 +1,19 @@
 """`gaitsim runs`."""
 
 import os
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from gaitsim.cli.console import echo
-from gaitsim.cli.run import Json
-
-if TYPE_CHECKING:
-    from gaitsim.runs.overview import Overview
+from gaitsim.cli.console import echo, notice, output, print_json, table
+from gaitsim.cli.options import Json
+from gaitsim.errors import GaitsimError
+from gaitsim.render.terminal.text import visible
+from gaitsim.runs.files.folder import EXPERIMENT, RUNS, command, find_run
+from gaitsim.runs.overview import Overview, Watch
+from gaitsim.runs.removal import delete_run
 
 
 def runs(
@@ -32,9 +35,6 @@ def runs(
 
     gaitsim runs --delete spider-2 --delete spider-3
     """
-    from gaitsim.cli.console import output, print_json, table
-    from gaitsim.runs.overview import Watch
-
     _check(root)
     if delete:
         _delete(root, delete, yes=yes, json=json)
@@ -56,9 +56,6 @@ def runs(
 
 def _check(root: Path) -> None:
     """Refuse what is no folder of runs; `runs` alone may be missing, as before the first run."""
-    from gaitsim.errors import GaitsimError
-    from gaitsim.runs.files.folder import EXPERIMENT, RUNS, command
-
     # os.path, unlike pathlib, answers for names that no file can have, too.
     if os.path.isfile(root / EXPERIMENT):  # noqa: PTH113
         raise GaitsimError(
@@ -76,14 +73,6 @@ def _check(root: Path) -> None:
 
 def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None:
     """Delete runs, all of which must be there; asks first."""
-    import sys
-
-    from gaitsim.cli.console import notice, print_json
-    from gaitsim.errors import GaitsimError
-    from gaitsim.render.terminal.text import visible
-    from gaitsim.runs.files.folder import EXPERIMENT, find_run
-    from gaitsim.runs.removal import delete_run
-
     paths = [
         root / name if (root / name / EXPERIMENT).is_file() else find_run(name)
         for name in references
@@ -112,7 +101,7 @@ def _cells(row: dict[str, Any]) -> list[str]:
     return [done, best, row["state"]]
 
 
-def _row(run: "Overview") -> dict[str, Any]:
+def _row(run: Overview) -> dict[str, Any]:
     """A run's line; read without loading its plugins, so that a missing one does no harm."""
     return {
         "run": run.name,

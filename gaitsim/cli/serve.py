@@ -1,11 +1,15 @@
 """`gaitsim serve`."""
 
+import shlex
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from gaitsim.cli.tui import Root, ThemeName
+from gaitsim.cli.console import notice
+from gaitsim.cli.tui import Root, ThemeName, check_theme
+from gaitsim.tui.web import WebServer, is_loopback, listening
 
 
 def serve(
@@ -28,13 +32,6 @@ def serve(
 
     ssh -L 8000:127.0.0.1:8000 lab gaitsim serve
     """
-    import shlex
-    import sys
-
-    from gaitsim.cli.console import notice
-    from gaitsim.cli.tui import check_theme
-    from gaitsim.tui.web import WebServer, is_loopback, listening
-
     chosen = check_theme(theme)
     with listening(host, port) as socket:
         if not is_loopback(host):

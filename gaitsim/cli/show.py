@@ -1,23 +1,23 @@
 """`gaitsim show`."""
 
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Mapping
+from typing import Annotated
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
-from gaitsim.cli.console import echo
-from gaitsim.cli.run import Json
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from gaitsim.runs.reader import Run
+from gaitsim.cli.console import echo, notice, number, output, print_json, table
+from gaitsim.cli.options import Json, RunName
+from gaitsim.cli.summary import champion_of, print_champion, to_dict
+from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.runs.files.folder import command, find_run
+from gaitsim.runs.reader import Run
+from gaitsim.runs.start import read_start
 
 
 def show(
-    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    run: RunName,
     fingerprint: Annotated[
         bool,
         typer.Option(
@@ -34,10 +34,6 @@ def show(
 
     gaitsim show spider --fingerprint
     """
-    from gaitsim.cli.console import notice, print_json
-    from gaitsim.runs.files.folder import find_run
-    from gaitsim.runs.reader import Run
-
     opened = Run(find_run(run))
     found = opened.checkpoint()
     if found is not None and found[1]:
@@ -52,11 +48,7 @@ def show(
         _print(opened)
 
 
-def _print_json(run: "Run") -> None:
-    from gaitsim.cli.console import print_json
-    from gaitsim.cli.summary import champion_of, to_dict
-    from gaitsim.runs.start import read_start
-
+def _print_json(run: Run) -> None:
     experiment, history = run.experiment, run.history
     champion = champion_of(run, history)
     start = read_start(run)
@@ -88,13 +80,7 @@ def _print_json(run: "Run") -> None:
     )
 
 
-def _print(run: "Run") -> None:
-    from gaitsim.cli.console import number, output
-    from gaitsim.cli.summary import champion_of, print_champion
-    from gaitsim.render.terminal.sparkline import sparkline
-    from gaitsim.runs.files.folder import command
-    from gaitsim.runs.start import read_start
-
+def _print(run: Run) -> None:
     experiment, history = run.experiment, run.history
     console = output()
     console.print(str(run.path), style="bold", markup=False)
@@ -130,10 +116,8 @@ def _print(run: "Run") -> None:
     print_champion(run, champion_of(run, history))
 
 
-def _print_stages(run: "Run", history: "Mapping[str, NDArray[np.float64]]") -> None:
+def _print_stages(run: Run, history: Mapping[str, NDArray[np.float64]]) -> None:
     """The stages of a run that has several, and what waits to begin one."""
-    from gaitsim.cli.console import number, output, table
-
     console = output()
     stages = run.stages
     if len(stages) > 1:

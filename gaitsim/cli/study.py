@@ -1,18 +1,34 @@
 """`gaitsim study`."""
 
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from gaitsim.cli.run import Dask, Workers
+from gaitsim.cli.cluster import cluster, warn
+from gaitsim.cli.console import notice, output, table, wrote
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.options import Dask, Workers
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evaluation import Executor
+from gaitsim.render.plots.surfaces import plot_surfaces
+from gaitsim.runs.files.folder import command, create_folder
+from gaitsim.runs.files.lock import RunLock
+from gaitsim.study.file import Cell, Study, cells, read_study, resolved
+from gaitsim.study.results import RULE, TABLE, summary, title, write_results
+from gaitsim.study.running import results, run_cells
+
+STUDY = "study.toml"
 
 
 def study(
-    study: Annotated[
+    reference: Annotated[
         str,
         typer.Argument(
-            help="A ready study, the path of a TOML file, or the folder of a study to go on with.",
+            help="Name of a study, the path of a TOML file, or the folder of a study to continue.",
             metavar="NAME|FILE|FOLDER",
         ),
     ],
@@ -36,6 +52,60 @@ def study(
 
     gaitsim study millipede-operators --dask tcp://host:8786
     """
-    from gaitsim.cli.actions.study import run_study
+    begun = (Path(reference) / STUDY).is_file()
+    source = str(Path(reference) / STUDY) if begun else reference
+    study, text = read_study(source)
+    every = cells(study, Path(reference) if begun else None, source)
+    folder = Path(reference) if begun else out or Path("studies") / study.name
+    with cluster(dask, workers) as executor:
+        if not begun:
+            folder = create_folder(folder, {STUDY: text, **resolved(study)})
+        lock = RunLock(folder)
+        try:
+            if not _run(folder, study, every, workers, executor):
+                notice(f"Stopped; finished cells are kept. Go on with: {command('study', folder)}")
+                sys.exit(130)
+            found, missing = results(folder, study, every)
+            if missing:
+                raise RunError(f"cell {missing[0].index} of {folder} is gone or damaged")
+            write_results(folder, study, found)
+            plot_surfaces(folder, study, found)
+        finally:
+            lock.release()
+    console = output()
+    if study.target is not None:
+        columns, rows = summary(study, found)
+        made = table(*columns)
+        for row in rows:
+            made.add_row(*row)
+        console.print(f"\n{title(study)}", style="bold")
+        console.print(made, markup=False)
+        console.print(RULE, style="dim")
+    wrote(folder / TABLE)
+    console.print(f"\nTable: {folder / TABLE}", markup=False)
 
-    run_study(study, out, workers, dask)
+
+def _run(
+    folder: Path,
+    study: Study,
+    every: Sequence[Cell],
+    workers: int | None,
+    executor: Executor | None,
+) -> bool:
+    """Run what is not finished, with a progress bar; False when the user stopped it."""
+    _, missing = results(folder, study, every)
+    done = len(every) - len(missing)
+    log = f"study {folder}: {len(missing)} of {len(every)} cells to run"
+    try:
+        with (
+            interruptible(),
+            Progress(f"study {folder}", "cells", len(every), done, log=log) as progress,
+        ):
+            for _ in run_cells(folder, study, missing, workers, warn, executor):
+                progress.advance()
+    except KeyboardInterrupt:
+        return False
+    except GaitsimError as error:
+        error.then(f"go on with the cells that are left: {command('study', folder)}")
+        raise
+    return True

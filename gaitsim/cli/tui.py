@@ -1,9 +1,17 @@
 """`gaitsim tui`."""
 
+import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from textual.theme import BUILTIN_THEMES
+
+from gaitsim.errors import GaitsimError, nearest
+from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.config import config_path, read_config
+from gaitsim.tui.themes import THEMES
 
 Root = Annotated[Path, typer.Argument(help="Folder that holds the runs.")]
 ThemeName = Annotated[
@@ -21,19 +29,12 @@ def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
 
     gaitsim tui experiments/spring --theme gaitsim-okabe-ito
     """
-    import os
-    import sys
-
-    from gaitsim.errors import GaitsimError
-
     # Within `gaitsim serve` there is no terminal, but a driver of Textual's.
     if not (os.environ.get("TEXTUAL_DRIVER") or (sys.stdin.isatty() and sys.stdout.isatty())):
         raise GaitsimError(
             "the terminal UI needs a terminal for its input and output",
             remedy="without one, use 'gaitsim runs' and 'gaitsim run'; see 'gaitsim --help'",
         )
-    from gaitsim.tui.app import GaitsimApp
-    from gaitsim.tui.config import config_path, read_config
 
     app = GaitsimApp(root, config=read_config(config_path()), theme=check_theme(theme))
     app.run()
@@ -49,10 +50,6 @@ def check_theme(theme: str | None) -> str | None:
     """
     if theme is None:
         return None
-    from textual.theme import BUILTIN_THEMES
-
-    from gaitsim.errors import GaitsimError, nearest
-    from gaitsim.tui.themes import THEMES
 
     known = sorted([*(ours.name for ours in THEMES), *BUILTIN_THEMES])
     if theme not in known:

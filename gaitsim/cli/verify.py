@@ -1,23 +1,30 @@
 """`gaitsim verify`."""
 
 import sys
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
+from pydantic_core import to_jsonable_python
 
-from gaitsim.cli.console import echo
-from gaitsim.cli.run import Json, Workers
-
-if TYPE_CHECKING:
-    from gaitsim.runs.reader import Run
-    from gaitsim.runs.verify.verify import Verdict
+from gaitsim.cli.console import echo, print_json
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.options import Json, RunName, Workers
+from gaitsim.cli.parsing import asked_generations
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.errors import GaitsimError
+from gaitsim.render.terminal.text import visible_lines
+from gaitsim.runs.files.folder import EXPERIMENT, find_run
+from gaitsim.runs.reader import Run
+from gaitsim.runs.verify.verify import Verdict
+from gaitsim.runs.verify.verify import verify as verify_generations
+from gaitsim.toml import literal
 
 DIFFERENT = 1
 SHOWN = 5  # generations that differ, and parts of one
 
 
 def verify(
-    run: Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")],
+    run: RunName,
     generations: Annotated[
         str | None,
         typer.Option(
@@ -48,11 +55,6 @@ def verify(
 
     gaitsim verify spider --generations 1,50,100 --json
     """
-    from gaitsim.cli.generations import asked_generations
-    from gaitsim.errors import GaitsimError
-    from gaitsim.runs.files.folder import find_run
-    from gaitsim.runs.reader import Run
-
     if all_ and generations is not None:
         raise GaitsimError(
             "all generations and some are asked for",
@@ -70,15 +72,11 @@ def verify(
 
 
 def _verify(
-    run: "Run", generations: tuple[int, ...], everything: bool, workers: int | None
-) -> "Verdict":
+    run: Run, generations: tuple[int, ...], everything: bool, workers: int | None
+) -> Verdict:
     """Verify with a progress bar."""
-    from gaitsim.cli.interrupts import interruptible
-    from gaitsim.cli.progress_bar import Progress
-    from gaitsim.runs.verify.verify import verify as verified
-
     with interruptible(), Progress(run.path.name, "generations") as progress:
-        return verified(
+        return verify_generations(
             run,
             generations or None,
             everything=everything,
@@ -88,11 +86,7 @@ def _verify(
         )
 
 
-def _print_json(path: str, verdict: "Verdict") -> None:
-    from pydantic_core import to_jsonable_python
-
-    from gaitsim.cli.console import print_json
-
+def _print_json(path: str, verdict: Verdict) -> None:
     print_json(
         {
             "run": path,
@@ -121,9 +115,7 @@ def _print_json(path: str, verdict: "Verdict") -> None:
     )
 
 
-def _print(path: str, verdict: "Verdict") -> None:
-    from gaitsim.render.terminal.text import visible_lines
-
+def _print(path: str, verdict: Verdict) -> None:
     told = _told(verdict)
     if verdict.identical:
         echo(visible_lines(f"{path}: identical"))
@@ -145,10 +137,8 @@ def _print(path: str, verdict: "Verdict") -> None:
         echo(visible_lines(text))
 
 
-def _asked(verdict: "Verdict") -> list[str]:
+def _asked(verdict: Verdict) -> list[str]:
     """What `experiment.toml` asks for that the run was not made with, in one text."""
-    from gaitsim.runs.files.folder import EXPERIMENT
-    from gaitsim.toml import literal
 
     def value(found: Any) -> str:
         return "not set" if found is None else literal(found)
@@ -165,7 +155,7 @@ def _asked(verdict: "Verdict") -> list[str]:
     ]
 
 
-def _told(verdict: "Verdict") -> list[str]:
+def _told(verdict: Verdict) -> list[str]:
     """What was done, and what it was done with."""
     found = []
     if verdict.whole:

@@ -51,6 +51,18 @@ class Course:
             return None
         return self.comparable + int(np.argmax(np.where(np.isfinite(scores), scores, -np.inf)))
 
+    def to_dict(self) -> dict[str, object]:
+        """Return a summary of the run for JSON."""
+        champion = self.champion
+        return {
+            "run": str(self.path),
+            "generations": self.generation,
+            "score": self.history["best"][champion - 1].item() if champion else None,
+            "generation": champion,
+            "evaluations": int(self.history["evaluations"][-1]) if self.history else 0,
+            "seconds": float(self.history["seconds"].sum()) if self.history else 0.0,
+        }
+
     def axis(self, by: str) -> Values:
         """One of `BY` at each generation."""
         values = self.history[by]

@@ -5,6 +5,7 @@ import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evaluation.processes import OnWarning
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
+from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.study.results import markdown
 from gaitsim.study.statistics import (
     CONFIDENCE,
@@ -174,8 +176,8 @@ def methods(findings: Findings) -> str:
     return " ".join(parts)
 
 
-def plain(findings: Findings) -> dict[str, object]:
-    """The findings as values for JSON."""
+def to_dict(findings: Findings) -> dict[str, object]:
+    """Return the findings as values for JSON."""
     return {
         "experiments": {
             label: {
@@ -233,21 +235,39 @@ def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
     ]
 
 
-def report(findings: Findings, command: str, figure: str) -> str:
-    """The comparison as Markdown."""
+REPORT, TABLE, FIGURE = "report.md", "results.csv", "convergence.png"
+
+
+def write_comparison(folder: Path, findings: Findings, command: str) -> None:
+    """Write the table of all repeats, and the report, which shows the figure.
+
+    Args:
+        folder: where to write.
+        findings: what was found.
+        command: the command that repeats the comparison.
+
+    Raises:
+        RunError: a file cannot be written.
+    """
+    write_bytes(folder / TABLE, results(findings).encode())
+    write_bytes(folder / REPORT, report(findings, command).encode())
+
+
+def report(findings: Findings, command: str) -> str:
+    """Return the comparison as Markdown."""
     lines = ["# " + " against ".join(findings.samples), ""]
     for title, columns, rows in tables(findings):
         lines += [f"## {title}", "", *markdown(columns, rows), ""]
     lines += [
         "A12 is how often a score of the first exceeds one of the second; 0.5 means neither does.",
         "",
-        f"![Best score against evaluations]({figure})",
+        f"![Best score against evaluations]({FIGURE})",
         "",
         "## Methods",
         "",
         methods(findings),
         "",
-        "## To do it again",
+        "## Reproduce",
         "",
         "```sh",
         command,

@@ -58,7 +58,7 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
         (["compare", "millipede", "milipede"], "did you mean 'millipede'?"),
         (["compare", "millipede", "millipede", "--set", "mutation.rte=1"], "unknown key"),
         (["compare", "millipede", "millipede", "--population", "8"], "7 is odd"),
-        (["compare", "millipede", "millipede", "--target", "nan"], "nan is no score"),
+        (["compare", "millipede", "millipede", "--target", "nan"], "--target"),
     ],
 )
 def test_mistakes_are_told(gaitsim, arguments, says):

@@ -122,7 +122,7 @@ def test_an_old_run_is_told_to_have_no_digests(gaitsim, run):
     [
         (("nothing",), "there is no run 'nothing'"),
         (("puppet", "--generations", "6"), "no generation 6"),
-        (("puppet", "--generations", "1-3"), "are no generations"),
+        (("puppet", "--generations", "1-3"), "'1-3'"),
         (("puppet", "--all", "--generations", "1"), "all generations and some"),
     ],
 )

@@ -3,7 +3,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
-from gaitsim.study.comparison import find, load_all, methods, plain, report, results, sample
+from gaitsim.study.comparison import find, load_all, methods, report, results, sample, to_dict
 
 SHORT = {"evolution.population": 9, "evolution.generations": 12}
 
@@ -44,11 +44,11 @@ def test_the_default_target_is_the_lowest_median() -> None:
 
 def test_report_and_json_hold_the_figures() -> None:
     found = compared("millipede-random", "millipede-mutation", target=3.0)
-    text = report(found, "gaitsim compare a b", "convergence.png")
+    text = report(found, "gaitsim compare a b")
     for piece in ("| millipede-random | 40 |", "A12", "ERT", "gaitsim compare a b", "Holm"):
         assert piece in text
     assert methods(found) in text
-    values = plain(found)
+    values = to_dict(found)
     assert values["experiments"]["millipede-random"]["mean"] == pytest.approx(
         found.samples["millipede-random"].final.mean()
     )

@@ -7,6 +7,7 @@ import typer
 
 from gaitsim.cli.console import echo
 from gaitsim.cli.streams import results
+from gaitsim.experiment import load_experiment
 
 
 def show(
@@ -23,8 +24,6 @@ def show(
 
     gaitsim run my-spider.toml
     """
-    from gaitsim.experiment import load_experiment
-
     text = load_experiment(name).to_toml()
     stream = results()
     if isinstance(stream, io.TextIOWrapper) and not stream.isatty():

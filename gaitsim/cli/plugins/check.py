@@ -1,14 +1,18 @@
 """`gaitsim plugins check`."""
 
 import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
+from rich.text import Text
 
-from gaitsim.cli.run import Json
-
-if TYPE_CHECKING:
-    from gaitsim.testing import Report
+from gaitsim.cli.console import output, print_json
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.options import Json
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.testing import Report, check_chosen
+from gaitsim.testing.rules.packages import chosen
 
 BROKEN = 1  # exit code where something is found
 
@@ -43,12 +47,6 @@ def check(
 
     gaitsim plugins check --json > findings.jsonl
     """
-    from gaitsim.cli.console import print_json
-    from gaitsim.cli.interrupts import interruptible
-    from gaitsim.cli.progress_bar import Progress
-    from gaitsim.testing import check_chosen
-    from gaitsim.testing.rules.packages import chosen
-
     good = True
     with (
         interruptible(),
@@ -66,12 +64,7 @@ def check(
         sys.exit(BROKEN)
 
 
-def _print(report: "Report") -> None:
-    from rich.text import Text
-
-    from gaitsim.cli.console import output
-    from gaitsim.render.terminal.text import visible, visible_lines
-
+def _print(report: Report) -> None:
     console = output()
     head = Text("✓ " if report.ok else "✗ ", "green" if report.ok else "red")
     head.append(visible(f"{report.entry.kind} {report.entry.name}"), "bold")
@@ -85,7 +78,7 @@ def _print(report: "Report") -> None:
             console.print(Text(f"  {line}"))
 
 
-def _figures(report: "Report") -> str:
+def _figures(report: Report) -> str:
     figures = report.figures
     parts = []
     if "import_seconds" in figures:

@@ -6,6 +6,10 @@ from typing import Annotated
 
 import typer
 
+from gaitsim.cli.console import output
+from gaitsim.render.terminal.text import visible
+from gaitsim.scaffold import PREFIX, new_package
+
 
 def new(
     name: Annotated[
@@ -25,10 +29,6 @@ def new(
 
     gaitsim plugins new sprint --kind fitness
     """
-    from gaitsim.cli.console import output
-    from gaitsim.render.terminal.text import visible
-    from gaitsim.scaffold import PREFIX, new_package
-
     folder = new_package(name, kind, Path())
     plugin = name.removeprefix(PREFIX)
     source = folder / "src" / f"gaitsim_{plugin.replace('-', '_')}" / "__init__.py"

@@ -7,8 +7,15 @@ import typer
 from rich.text import Text
 
 from gaitsim.cli.console import output, table
+from gaitsim.contracts import Organism
 from gaitsim.errors import PluginError, nearest
-from gaitsim.registry import KINDS, entries, find, load_class
+from gaitsim.registry import (
+    KINDS,
+    entries,
+    find,
+    load_class,
+    options,
+)
 from gaitsim.render.terminal.text import visible_lines
 
 
@@ -33,8 +40,6 @@ def show(
 
 
 def _show(kind: str, name: str) -> None:
-    from gaitsim.contracts import Organism
-    from gaitsim.registry import options  # pydantic, which --help does without
 
     plugin = load_class(kind, name)
     console = output()

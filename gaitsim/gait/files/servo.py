@@ -4,7 +4,7 @@ import csv
 import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,15 @@ class ServoRange:
     centre: float = 0.0
     low: float = -REACH
     high: float = REACH
+
+    @classmethod
+    def around(cls, centre: float, low: float | None, high: float | None) -> Self:
+        """Return a range whose limits default to 90° on either side of the centre."""
+        return cls(
+            centre,
+            centre - REACH if low is None else low,
+            centre + REACH if high is None else high,
+        )
 
     def __post_init__(self) -> None:
         if not -np.inf < self.low < self.high < np.inf or not self.low <= self.centre <= self.high:

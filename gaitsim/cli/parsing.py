@@ -1,0 +1,103 @@
+"""Values of options that several commands read alike."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from gaitsim.errors import GaitsimError
+
+
+def asked_generations(one: int | None, several: str | None) -> tuple[int, ...]:
+    """Return the generations of `--generation` or `--generations 1,50`, in order; () for neither.
+
+    Raises:
+        GaitsimError: both are given, or they are not numbers.
+    """
+    if several is None:
+        return () if one is None else (one,)
+    if one is not None:
+        raise GaitsimError(
+            "one generation and several are requested",
+            where="--generation, --generations",
+            allowed="one of the two",
+        )
+    parts = [part.strip() for part in several.split(",")]
+    if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
+        raise GaitsimError(
+            f"{several!r} is not a list of generations",
+            where="--generations",
+            allowed="numbers with commas between them, such as 1,50,300",
+        )
+    return tuple(dict.fromkeys(int(part) for part in parts))
+
+
+def file_format(
+    format: str | None, out: Path | None, known: Sequence[str], default: str, what: str
+) -> str:
+    """Return the format of `--format`, or else the one that the name of `--out` ends with.
+
+    Args:
+        format: as `--format` gives it.
+        out: as `--out` gives it.
+        known: the formats, each the ending of its files.
+        default: the format where neither is given.
+        what: what the files hold, in the plural.
+
+    Raises:
+        GaitsimError: the two contradict each other, or the name has another ending.
+    """
+    if out is None:
+        return format or default
+    ending = out.suffix[1:].lower()
+    if format is None and ending not in known:
+        raise GaitsimError(
+            f"{out} does not end with a format of {what}",
+            where="--out",
+            allowed=", ".join(f".{one}" for one in known),
+            remedy="give it such an ending, or say which with --format",
+        )
+    if format is not None and ending in known and ending != format:
+        raise GaitsimError(
+            f"{out} ends with .{ending}, but --format says {format}",
+            remedy="leave one of the two out",
+        )
+    return format or ending
+
+
+def seconds(text: str | None) -> tuple[float, float] | None:
+    """Return the first and the last second of a `--window` such as '2:5'.
+
+    Raises:
+        GaitsimError: it is not a window.
+    """
+    if text is None:
+        return None
+    try:
+        first, last = (float(part) for part in text.split(":"))
+        if not 0 <= first < last < math.inf:
+            raise ValueError
+    except ValueError:
+        raise GaitsimError(
+            f"{text!r} is not a part of a motion",
+            where="--window",
+            allowed="two seconds with a colon between them, the later one last, such as 2:5",
+        ) from None
+    return first, last
+
+
+def pixels(text: str | None) -> tuple[int, int] | None:
+    """Return the width and the height of a `--size` such as '1280x720'.
+
+    Raises:
+        GaitsimError: it is not a size.
+    """
+    if text is None:
+        return None
+    parts = text.lower().replace("×", "x").split("x")
+    if len(parts) != 2 or not all(part.isdecimal() and len(part) < 7 for part in parts):
+        raise GaitsimError(
+            f"{text!r} is not the size of a picture",
+            where="--size",
+            allowed="width x height in pixels, such as 1280x720",
+        )
+    return int(parts[0]), int(parts[1])
