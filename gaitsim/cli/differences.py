@@ -16,7 +16,7 @@ from gaitsim.render.plots.overlay import plot_overlay
 from gaitsim.render.terminal.curves import SAMPLES, Series, plot
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import find_run
-from gaitsim.study.compare_runs import Course, options, read
+from gaitsim.study.compare_runs import Course, RunsReader, options
 from gaitsim.study.compare_runs import table as rows_of
 
 ROWS = 14  # of the curves in the terminal
@@ -47,7 +47,7 @@ def differences(
     """
     if plot is not None:
         check_target(plot)
-    courses = read([find_run(run) for run in runs])
+    courses = RunsReader([find_run(run) for run in runs]).read()
     for one in courses:
         if one.problem is not None:
             raise one.problem

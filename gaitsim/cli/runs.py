@@ -12,7 +12,7 @@ from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import EXPERIMENT, RUNS, command, find_run
-from gaitsim.runs.overview import Overview, Watch
+from gaitsim.runs.overview import Overview, RunsWatcher
 from gaitsim.runs.removal import delete_run
 
 
@@ -39,7 +39,7 @@ def runs(
     if delete:
         _delete(root, delete, yes=yes, json=json)
         return
-    found = [_row(run) for run in Watch(root).look()]
+    found = [_row(run) for run in RunsWatcher(root).look()]
     if json:
         for row in found:
             print_json(row)

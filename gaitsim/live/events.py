@@ -1,25 +1,25 @@
-"""What happened in a run, told from what is on the disk."""
+"""Events of a run, derived from its files."""
 
 from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from gaitsim.live.course import Course
 from gaitsim.live.protocol import Event
 from gaitsim.runs.files.folder import champion_file
+from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.runs.stages import RunStage
 
 
 def events_in(
-    course: Course, stages: Sequence[RunStage], kept: Collection[int], first: int = 1
+    history: HistoryBuffer, stages: Sequence[RunStage], kept: Collection[int], first: int = 1
 ) -> list[Event]:
-    """Better best scores, kept champions and stages, from a generation on, in their order.
+    """Return better best scores, kept champions and stages, from a generation on, in order.
 
     Args:
-        course: the run's history.
+        history: of the run.
         stages: of the run.
         kept: generations of which a champion's file is kept.
-        first: the first generation to tell of.
+        first: the first generation to report.
     """
     found = [
         Event(stage.first, "stage", str(change))
@@ -28,8 +28,8 @@ def events_in(
         for change in stage.changes
     ]
     found += [Event(number, "kept", champion_file(number)) for number in kept if number >= first]
-    for start, end in _comparable(stages, len(course)):
-        best = course["best"][start - 1 : end]
+    for start, end in _comparable(stages, len(history)):
+        best = history["best"][start - 1 : end]
         highest = np.maximum.accumulate(best)
         rises = np.flatnonzero(best[1:] > highest[:-1]) + 1
         if len(best) and np.isfinite(best[0]):
@@ -43,6 +43,6 @@ def events_in(
 
 
 def _comparable(stages: Sequence[RunStage], generations: int) -> list[tuple[int, int]]:
-    """First and last generations whose scores can be compared with one another."""
+    """Return first and last generations whose scores can be compared with one another."""
     starts = [stage.first for stage in stages if stage.number == 1 or stage.reevaluated]
     return list(zip(starts, [*(start - 1 for start in starts[1:]), generations], strict=True))

@@ -1,4 +1,4 @@
-"""A run that is not steered from here: at rest, or written by another process."""
+"""A run that is not evolved from here: at rest, or written by another process."""
 
 import asyncio
 import time
@@ -12,13 +12,12 @@ import numpy as np
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evolution import stop_reason
 from gaitsim.experiment import Evolution
-from gaitsim.live.course import Course
 from gaitsim.live.events import events_in
 from gaitsim.live.protocol import Best, Event, Individual, Snapshot, State
-from gaitsim.live.tail import Tail
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.folder import EXPERIMENT, HISTORY, kept_champions
+from gaitsim.runs.files.folder import EXPERIMENT, kept_champions
 from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.follow import HistoryBuffer, RunFollower
 from gaitsim.runs.reader import Run
 from gaitsim.runs.resume import next_progress
 from gaitsim.runs.stages import changes, comparable, islands_in, stages_of
@@ -29,9 +28,8 @@ RECENT = 3.0  # seconds over which speeds are taken
 TOP = 5
 
 
-class Watch:
-    """A run folder as it stands, and as it grows; reads only, and loads no plugin but to tell
-    of the champion.
+class RunWatcher:
+    """Snapshots of a run folder as it grows; no plugin is loaded but for the champion.
 
     An asynchronous iterator of snapshots, the first with all rows and events. It ends with
     the first snapshot of a run that no process writes.
@@ -49,9 +47,10 @@ class Watch:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.run = path
-        self.course = Course()
+        self.history = HistoryBuffer()
         self._period, self._clock = period, clock
-        self._tail = Tail(path / HISTORY)
+        self._follower = RunFollower(path)
+        self._busy: bool | None = None
         self._last = Snapshot("elsewhere")
         self._pace: deque[tuple[float, int, int]] = deque()
 
@@ -65,7 +64,7 @@ class Watch:
             await asyncio.sleep(self._period)
 
     def look(self) -> Snapshot:
-        """How the run stands now, with what is new since the last look."""
+        """Return the run as it is now, with what is new since the last look."""
         try:
             self._last = self._found()
         except GaitsimError as error:
@@ -78,9 +77,17 @@ class Watch:
                 f"the folder of the run {self.run} is gone",
                 remedy="look for it where it was moved to, or begin a new run",
             )
-        # Before the checkpoint is read: what was written until then is seen.
+        # Before the checkpoint is read, so that everything written until then is seen.
         busy = is_locked(self.run)
-        run = Run(self.run)
+        run = self._follower.poll()
+        if run is None and busy == self._busy:
+            last = replace(self._last, rows={}, events=())
+            speeds = self._speeds(last.generation, last.evaluations)
+            return replace(last, evaluations_per_second=speeds[0], generations_per_second=speeds[1])
+        self._busy = busy
+        return self._read(run or Run(self.run), busy)
+
+    def _read(self, run: Run, busy: bool) -> Snapshot:
         evolution = _evolution(run)
         found = run.checkpoint()
         if found is None:
@@ -94,16 +101,16 @@ class Watch:
             if busy
             else stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))
         )
-        evaluations_per_second, generations_per_second = self._speeds(checkpoint)
-        rows = self._tail.read(checkpoint.generation)
-        seen = len(self.course)
-        self.course.extend(rows)
-        if len(self.course) < checkpoint.generation:
-            raise run.ends_early(HISTORY, len(self.course), checkpoint.generation)
+        evaluations_per_second, generations_per_second = self._speeds(
+            checkpoint.generation, checkpoint.evaluations
+        )
+        rows = self._follower.read_rows(run)
+        seen = len(self.history)
+        self.history.extend(rows)
         stages = stages_of(checkpoint)
         # A champion's file is written before its generation's checkpoint.
         kept = [one for one in kept_champions(self.run) if one <= checkpoint.generation]
-        told = events_in(self.course, stages, kept, seen + 1)
+        told = events_in(self.history, stages, kept, seen + 1)
         if warning and not seen:
             told.append(Event(checkpoint.generation, "warning", warning))
         return Snapshot(
@@ -123,10 +130,10 @@ class Watch:
             events=tuple(told),
         )
 
-    def _speeds(self, checkpoint: Checkpoint) -> tuple[float, float]:
-        """Evaluations and generations a second, of late."""
+    def _speeds(self, generation: int, evaluations: int) -> tuple[float, float]:
+        """Return evaluations and generations a second, over the last `RECENT` seconds."""
         now, pace = self._clock(), self._pace
-        pace.append((now, checkpoint.generation, checkpoint.evaluations))
+        pace.append((now, generation, evaluations))
         while len(pace) > 2 and now - pace[1][0] >= RECENT:
             pace.popleft()
         (start, first, before), (end, last, after) = pace[0], pace[-1]

@@ -1,7 +1,7 @@
 """Runs at a glance, cheaply enough to look once a second while others write them."""
 
-import csv
 import math
+import os
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -11,8 +11,9 @@ from typing import Any, Literal
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Evolution
 from gaitsim.registry import KINDS
-from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, list_runs
+from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.follow import Rows, RunFollower
 from gaitsim.runs.reader import Run
 from gaitsim.runs.resume import is_finished
 from gaitsim.toml import parse
@@ -67,11 +68,8 @@ class Overview:
         return self.path.name
 
 
-_ODD = (ValueError, IndexError, StopIteration, csv.Error)
-
-
 class Curve:
-    """Best score and time of a history that grows, read from where it was left.
+    """The best score over the generations of a history that grows.
 
     Neighbours are merged, the better one kept, once there are `POINTS` of them.
 
@@ -79,14 +77,10 @@ class Curve:
         seconds: how long the generations took.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self) -> None:
         self._clear()
 
     def _clear(self) -> None:
-        self._file = 0  # its number in the file system: another one when it was rewritten
-        self._offset = 0
-        self._columns: list[int] = []
         self._points: list[float] = []
         self._stride = 1
         self._count = 0
@@ -97,55 +91,15 @@ class Curve:
         """The best score, every `stride` generations the best of them."""
         return tuple(self._points)
 
-    def read(self) -> None:
-        """Read what has been added.
-
-        Raises:
-            GaitsimError: it is no history, or cannot be read.
-        """
-        try:
-            try:
-                self._read_on()
-            except _ODD:
-                # Whoever goes on with a killed run writes rows anew that came after its
-                # checkpoint, and what was read of them has another length now.
-                self._clear()
-                self._read_on()
-        except _ODD:
-            self._clear()
-            raise RunError(
-                f"{self._path.name} is damaged",
-                where=str(self._path),
-                remedy="restore it from a copy; the checkpoint beside it is separate",
-            ) from None
-
-    def _read_on(self) -> None:
-        try:
-            with self._path.open("rb") as file:
-                found = file.seek(0, 2)
-                inode = self._path.stat().st_ino
-                if inode != self._file or found < self._offset:
-                    self._clear()
-                    self._file = inode
-                file.seek(self._offset)
-                data = file.read()
-        except FileNotFoundError:
-            self._clear()
+    def extend(self, rows: Rows) -> None:
+        """Add rows of the history; those from generation 1 on replace all."""
+        if not rows or not len(rows["generation"]):
             return
-        except OSError as error:
-            raise RunError(f"cannot read {self._path}: {error.strerror}") from None
-        data = data[: data.rfind(b"\n") + 1]
-        self._offset += len(data)
-        rows = csv.reader(data.decode().splitlines())
-        if data and not self._columns:
-            names = next(rows)
-            self._columns = [names.index(name) for name in ("generation", "best", "seconds")]
-        for row in rows:
-            number, best, seconds = (float(row[column]) for column in self._columns)
-            if number != self._count + 1:
-                raise ValueError(number)
+        if rows["generation"][0] == 1:
+            self._clear()
+        self.seconds += float(rows["seconds"].sum())
+        for best in rows["best"].tolist():
             self._add(best if math.isfinite(best) else math.nan)
-            self.seconds += seconds
 
     def _add(self, best: float) -> None:
         if self._count % self._stride == 0:
@@ -159,8 +113,8 @@ class Curve:
             self._stride *= 2
 
 
-class Watch:
-    """Looks at the runs in a folder again and again, and reads only what has changed.
+class RunsWatcher:
+    """The runs in a folder, each read again only when it has changed.
 
     Args:
         root: the folder.
@@ -168,43 +122,42 @@ class Watch:
 
     def __init__(self, root: Path) -> None:
         self._root = root
-        self._seen: dict[Path, _Seen] = {}
+        self._watched: dict[Path, _Watched] = {}
 
     def look(self) -> list[Overview]:
-        """The runs there are now, oldest first; it takes no more than what changed is worth.
+        """Return the runs there are now, oldest first.
 
         Raises:
-            RunError: `root` is no folder, or may not be read.
+            RunError: `root` is not a folder, or may not be read.
         """
         paths = list_runs(self._root)
-        self._seen = {path: self._seen.get(path) or _Seen(path) for path in paths}
-        return [found for path in paths if (found := self._seen[path].look()) is not None]
+        self._watched = {path: self._watched.get(path) or _Watched(path) for path in paths}
+        return [found for path in paths if (found := self._watched[path].look()) is not None]
 
 
 def overview(path: Path) -> Overview | None:
-    """One run at a glance; None where it is gone."""
-    return _Seen(path).look()
+    """Return one run at a glance; None where it is gone."""
+    return _Watched(path).look()
 
 
-class _Seen:
-    """What is known of one run, with what it was read from."""
+class _Watched:
+    """One run, and what was read of it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._curve = Curve(path / HISTORY)
-        self._signature: tuple[object, ...] = ()
+        self._follower = RunFollower(path)
+        self._curve = Curve()
         self._overview: Overview | None = None
         self._finished = False
         self._not_before = 0.0
 
     def look(self) -> Overview | None:
-        signature = tuple(map(_stamp, _files(self._path)))
-        if signature[0] is None:
+        if not os.path.lexists(self._path / EXPERIMENT):
             return None
         now = time.monotonic()
-        if self._overview is None or (signature != self._signature and now >= self._not_before):
-            self._overview = self._read(max(filter(None, map(_time, signature)), default=0.0))
-            self._signature = signature
+        run = self._follower.poll() if now >= self._not_before else None
+        if run is not None:
+            self._overview = self._read(run)
             self._not_before = now + PATIENCE * (time.monotonic() - now)
         found = self._overview
         if found is None or found.state == "damaged":
@@ -215,9 +168,9 @@ class _Seen:
             found = self._overview = replace(found, state=state)
         return found
 
-    def _read(self, changed: float) -> Overview:
-        run = Run(self._path)
-        known: dict[str, Any] = {"path": self._path, "changed": changed, "plugins": {}}
+    def _read(self, run: Run) -> Overview:
+        modified = self._follower.modified
+        known: dict[str, Any] = {"path": self._path, "changed": modified, "plugins": {}}
         try:
             table = parse(run.experiment_text, str(self._path / EXPERIMENT))
             known["plugins"] = {kind: str(table[kind]["plugin"]) for kind in KINDS}
@@ -233,7 +186,7 @@ class _Seen:
                 best = checkpoint.best_score
                 known["best"] = best if math.isfinite(best) else None
                 self._finished = is_finished(evolution, checkpoint, run.experiment_text)
-            self._curve.read()
+            self._curve.extend(self._follower.read_rows(run))
         # Pydantic's errors are ValueErrors.
         except (GaitsimError, KeyError, TypeError, ValueError) as error:
             problem = error if isinstance(error, GaitsimError) else _incomplete(self._path)
@@ -248,20 +201,3 @@ def _incomplete(path: Path) -> RunError:
         where=str(path / EXPERIMENT),
         remedy="restore it from a copy of the run; the checkpoint holds its text, too",
     )
-
-
-def _files(path: Path) -> list[Path]:
-    return [path / name for name in (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY)]
-
-
-def _stamp(path: Path) -> tuple[int, int, int] | None:
-    """By which it is seen whether a file has changed."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
-
-
-def _time(stamp: object) -> float:
-    return stamp[0] / 1e9 if isinstance(stamp, tuple) else 0.0

@@ -1,6 +1,6 @@
 """Runs side by side: their curves, and what became of each."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import get_args
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gaitsim.choices import Axis, Quantity
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.runs.reader import Run
+from gaitsim.runs.follow import HistoryBuffer, RunFollower
 from gaitsim.study.differences import Difference, Stages, differences
 
 QUANTITIES = get_args(Quantity)
@@ -25,7 +25,7 @@ class Course:
     Attributes:
         label: what it is called beside the others.
         path: its folder.
-        history: its columns by name; {} before the first generation.
+        history: its columns; empty before the first generation.
         stages: the first generation and the experiment of each.
         comparable: the first generation whose scores compare with those of the last one.
         problem: why it cannot be read.
@@ -33,7 +33,7 @@ class Course:
 
     label: str
     path: Path
-    history: Mapping[str, Values] = field(default_factory=dict)
+    history: HistoryBuffer = field(default_factory=HistoryBuffer)
     stages: Stages = ()
     comparable: int = 1
     problem: GaitsimError | None = None
@@ -74,30 +74,48 @@ class Course:
         return tuple(float(axis[first - 1]) for first, _ in self.stages[1:] if first <= len(axis))
 
 
-def read(paths: Sequence[Path]) -> tuple[Course, ...]:
-    """Read runs; one that cannot be read has its problem instead of a history."""
-    names = [path.name for path in paths]
-    labels = [path.name if names.count(path.name) == 1 else str(path) for path in paths]
-    return tuple(_read(label, path) for label, path in zip(labels, paths, strict=True))
+class RunsReader:
+    """Runs to compare, each read again only when it has changed.
+
+    Args:
+        paths: their folders.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        names = [path.name for path in paths]
+        labels = [path.name if names.count(path.name) == 1 else str(path) for path in paths]
+        self._runs = [_Compared(label, path) for label, path in zip(labels, paths, strict=True)]
+
+    def read(self) -> tuple[Course, ...]:
+        """Return the runs as they are now; one that cannot be read has its problem."""
+        return tuple(run.read() for run in self._runs)
 
 
-def _read(label: str, path: Path) -> Course:
-    run = Run(path)
-    try:
-        stages = run.stages
-        told = tuple((stage.first, stage.experiment) for stage in stages)
-        return Course(
-            label,
-            path,
-            run.history,
-            told or ((1, run.experiment_text),),
-            run.comparable if stages else 1,
-        )
-    except GaitsimError as error:
-        return Course(label, path, problem=error)
-    except OSError as error:
-        problem = RunError(f"cannot read {path}: {error.strerror or error}")
-        return Course(label, path, problem=problem)
+class _Compared:
+    """One of the runs, and what was read of it."""
+
+    def __init__(self, label: str, path: Path) -> None:
+        self._course = Course(label, path)
+        self._follower = RunFollower(path)
+        self._history = HistoryBuffer()
+
+    def read(self) -> Course:
+        run = self._follower.poll()
+        if run is not None:
+            label, path = self._course.label, self._course.path
+            try:
+                self._history.extend(self._follower.read_rows(run))
+                stages = run.stages
+                told = tuple((stage.first, stage.experiment) for stage in stages)
+                first = run.comparable if stages else 1
+                told = told or ((1, run.experiment_text),)
+                self._course = Course(label, path, self._history, told, first)
+            except GaitsimError as error:
+                self._course = Course(label, path, problem=error)
+            except OSError as error:
+                problem = RunError(f"cannot read {path}: {error.strerror or error}")
+                self._course = Course(label, path, problem=problem)
+        return self._course
 
 
 def table(courses: Sequence[Course]) -> tuple[Difference, ...]:

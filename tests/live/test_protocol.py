@@ -8,7 +8,6 @@ import pytest
 
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Typed
-from gaitsim.live.course import Course
 from gaitsim.live.protocol import (
     Best,
     Command,
@@ -21,6 +20,7 @@ from gaitsim.live.protocol import (
     write_command,
     write_snapshot,
 )
+from gaitsim.runs.follow import HistoryBuffer
 
 BEFORE = Snapshot("running", generation=3, champion=Best(2, 1.0, (0.5,)), top=(Individual(1, {}),))
 
@@ -122,21 +122,23 @@ def test_the_time_left_follows_from_the_speed():
     assert Snapshot("paused", generation=50, generations=100).seconds_left is None
 
 
-def test_a_course_grows_and_passes_over_what_it_has():
-    course = Course(rows(1, 3, best=1))
-    assert course.extend(rows(2, 6, best=1))
-    assert course.extend({})
-    assert course.extend(rows(1, 6, best=7))
-    np.testing.assert_equal(course["best"], [1, 2, 3, 4, 5, 6])
-    assert not course.extend(rows(8, 9, best=1))
-    assert len(course) == 6
+def test_a_history_grows_without_rows_that_it_has():
+    history = HistoryBuffer(rows(1, 3, best=1))
+    assert history.extend(rows(2, 6, best=1))
+    assert history.extend({})
+    assert history.extend(rows(2, 6, best=7))
+    np.testing.assert_equal(history["best"], [1, 2, 3, 4, 5, 6])
+    assert not history.extend(rows(8, 9, best=1))
+    assert len(history) == 6
+    assert history.extend(rows(1, 2, best=7))  # the file was rewritten
+    np.testing.assert_equal(history["best"], [7, 14])
 
 
-def test_a_course_takes_terms_as_they_come():
-    course = Course(rows(1, 2, **{"reach": 1, "mean reach": 1}))
+def test_a_history_takes_terms_as_they_come():
+    history = HistoryBuffer(rows(1, 2, **{"reach": 1, "mean reach": 1}))
     for number in range(3, 100):
-        assert course.extend(rows(number, number, **{"height": 2, "mean height": 1}))
-    assert course.terms == ["reach", "height"]
-    np.testing.assert_equal(course["reach"][:4], [1, 2, np.nan, np.nan])
-    np.testing.assert_equal(course["height"][:4], [np.nan, np.nan, 6, 8])
-    assert len(course["height"]) == len(course) == 99
+        assert history.extend(rows(number, number, **{"height": 2, "mean height": 1}))
+    assert history.terms == ["reach", "height"]
+    np.testing.assert_equal(history["reach"][:4], [1, 2, np.nan, np.nan])
+    np.testing.assert_equal(history["height"][:4], [np.nan, np.nan, 6, 8])
+    assert len(history["height"]) == len(history) == 99

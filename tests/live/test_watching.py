@@ -9,10 +9,8 @@ import pytest
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Best
-from gaitsim.live.tail import Tail
-from gaitsim.live.watching import Watch
+from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.files.folder import champion_file, kept_champions
-from gaitsim.runs.files.history import COLUMNS
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
 
@@ -26,7 +24,7 @@ def evolve(path, until=None, **options):
 
 
 def test_a_run_before_its_first_generation(begun):
-    snapshot = Watch(begun()).look()
+    snapshot = RunWatcher(begun()).look()
     assert (snapshot.state, snapshot.generation, snapshot.generations) == ("stopped", 0, 30)
     assert snapshot.champion is None
 
@@ -34,7 +32,7 @@ def test_a_run_before_its_first_generation(begun):
 def test_a_stopped_and_a_finished_run(begun):
     path = begun("run", "evolution.fitness_threshold=0")
     evolve(path, 12)
-    watch = Watch(path)
+    watch = RunWatcher(path)
     snapshot = watch.look()
     assert (snapshot.state, snapshot.reason, snapshot.generation) == ("stopped", "", 12)
     best = Run(path).individual()
@@ -42,7 +40,7 @@ def test_a_stopped_and_a_finished_run(begun):
     assert (snapshot.champion.generation, snapshot.champion.score) == (generation, score)
     assert snapshot.champion.genome == tuple(genome)
     for name, values in Run(path).history.items():
-        np.testing.assert_array_equal(watch.course[name], values)
+        np.testing.assert_array_equal(watch.history[name], values)
     kinds = {event.kind for event in snapshot.events}
     assert kinds == {"best", "kept"}
     assert max(e.generation for e in snapshot.events if e.kind == "best") == generation
@@ -56,7 +54,7 @@ def test_a_stopped_and_a_finished_run(begun):
 def test_a_champion_whose_checkpoint_is_not_there_yet_is_told_of_later(begun):
     path, told = begun(), []
     evolve(path, 2)
-    watch = Watch(path)
+    watch = RunWatcher(path)
     watch.look()
     for until in range(3, 31):
         early = path / champion_file(until)
@@ -73,7 +71,7 @@ def test_a_run_that_is_written_is_followed(begun):
     path = begun()
 
     async def follow():
-        seen, watch = [], Watch(path, period=0)
+        seen, watch = [], RunWatcher(path, period=0)
         with RunWriter(path) as writer:
             generations = writer.evolve(lambda genomes: evaluate(writer.experiment, genomes))
             async for snapshot in watch:
@@ -91,7 +89,7 @@ def test_a_run_that_is_written_is_followed(begun):
 def test_a_stage_is_told_and_its_scores_are_compared_with_its_own(begun):
     path = begun()
     evolve(path, 8)
-    watch = Watch(path)
+    watch = RunWatcher(path)
     watch.look()
     evolve(path, 12, overrides={"fitness.price": 3.0})
     snapshot = watch.look()
@@ -113,7 +111,7 @@ def test_a_missing_plugin_takes_only_the_champions_genome(begun, monkeypatch):
         raise ExperimentError([GaitsimError("unknown organism plugin 'puppet'")])
 
     monkeypatch.setattr("gaitsim.runs.reader.parse_experiment", missing)
-    snapshot = Watch(path).look()
+    snapshot = RunWatcher(path).look()
     assert snapshot.champion == Best(generation, score, ())
     assert len(snapshot.top) == 5
 
@@ -134,28 +132,12 @@ def test_a_damaged_run_is_told_in_a_snapshot(begun, spoil, what):
     path = begun()
     evolve(path, 3)
     spoil(path)
-    snapshot = Watch(path).look()
+    snapshot = RunWatcher(path).look()
     assert snapshot.state == "failed"
     assert what in str(snapshot.error)
-
-
-def test_a_tail_is_read_once_and_anew_where_columns_came(begun, tmp_path):
-    path = tmp_path / "history.csv"
-    tail, head = Tail(path), ",".join([*COLUMNS, "a", "mean a"])
-    row = ",".join(["0"] * (len(COLUMNS) + 1))
-    assert tail.read(5) == {}
-    path.write_text(f"{head}\n1,{row}\n2,{row}\n3")
-    assert tail.read(5)["generation"].tolist() == [1, 2]
-    with path.open("a") as file:
-        file.write(f",{row}\n4,{row}\n5,{row}\n")
-    assert tail.read(4)["generation"].tolist() == [3, 4]
-    assert tail.read(4) == {}
-    assert tail.read(9)["generation"].tolist() == [5]
-    path.write_text(f"{head},b\n" + "".join(f"{n},{row},0\n" for n in range(1, 7)))
-    assert tail.read(9)["generation"].tolist() == [1, 2, 3, 4, 5, 6]
 
 
 def test_the_best_of_each_island_is_seen(begun):
     path = begun("run", "islands.number=3", "islands.migrants=1")
     evolve(path, 5)
-    assert Watch(path).look().islands == tuple(Run(path).islands[-1])
+    assert RunWatcher(path).look().islands == tuple(Run(path).islands[-1])

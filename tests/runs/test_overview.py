@@ -11,7 +11,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.overview import POINTS, Curve, Watch, overview
+from gaitsim.runs.overview import POINTS, Curve, RunsWatcher, overview
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
 
@@ -117,7 +117,7 @@ class TestOverview:
 class TestWatch:
     def test_it_reads_what_changed_and_no_more(self, make, monkeypatch):
         paths = [make("a", 2), make("b", 2)]
-        watch, read = Watch(paths[0].parent), []
+        watch, read = RunsWatcher(paths[0].parent), []
         checkpoint = Run.checkpoint
         monkeypatch.setattr(
             Run, "checkpoint", lambda run, **options: (read.append(run.path), checkpoint(run))[1]
@@ -135,7 +135,7 @@ class TestWatch:
 
     def test_what_was_read_slowly_is_not_read_at_once_again(self, make, monkeypatch):
         path = make("a", 2)
-        watch = Watch(path.parent)
+        watch = RunsWatcher(path.parent)
         monkeypatch.setattr("gaitsim.runs.overview.PATIENCE", 1e9)
         watch.look()
         evolve(path, 3)
@@ -143,7 +143,7 @@ class TestWatch:
 
     def test_runs_come_and_go(self, make):
         one, other = make("a", 1), make("b", 1)
-        watch = Watch(one.parent)
+        watch = RunsWatcher(one.parent)
         assert {found.name for found in watch.look()} == {"a", "b"}
         shutil.rmtree(one)
         assert [found.name for found in watch.look()] == ["b"]
@@ -152,93 +152,48 @@ class TestWatch:
         shutil.rmtree(other)
 
     def test_a_folder_that_is_not_there_has_none(self, tmp_path):
-        assert Watch(tmp_path / "runs").look() == []
+        assert RunsWatcher(tmp_path / "runs").look() == []
 
     def test_a_file_is_no_folder(self, tmp_path):
         (tmp_path / "runs").write_text("")
         with pytest.raises(RunError):
-            Watch(tmp_path / "runs").look()
+            RunsWatcher(tmp_path / "runs").look()
 
 
 class TestCurve:
-    def write(self, path, values, before=""):
-        rows = [f"{number},{value!r},0.5\n" for number, value in enumerate(values, 1)]
-        path.write_text(before + "generation,best,seconds\n" + "".join(rows))
-
-    def test_it_goes_on_where_it_was_left(self, tmp_path):
-        path = tmp_path / "history.csv"
-        curve = Curve(path)
-        curve.read()
-        assert curve.points == ()
-        self.write(path, [1.0, 2.0])
-        curve.read()
-        with path.open("a") as file:
-            file.write("3,3.0,0.5\n4,")
-        curve.read()
-        assert curve.points == (1.0, 2.0, 3.0)
-        with path.open("a") as file:
-            file.write("4.0,0.5\n")
-        curve.read()
-        assert curve.points == (1.0, 2.0, 3.0, 4.0)
-        assert curve.seconds == 2.0
-
-    def test_a_history_that_was_cut_is_read_anew(self, tmp_path):
-        path = tmp_path / "history.csv"
-        curve = Curve(path)
-        self.write(path, [1.0, 2.0, 3.0])
-        curve.read()
-        self.write(path, [1.0, 5.0])
-        curve.read()
-        assert curve.points == (1.0, 5.0)
-
-    def test_one_that_was_replaced_is_read_anew(self, tmp_path):
-        path, other = tmp_path / "history.csv", tmp_path / "other"
-        curve = Curve(path)
-        self.write(path, [1.0])
-        curve.read()
-        other.write_text("best,new,generation,seconds\n7.0,nan,1,1.0\n8.0,1.0,2,1.0\n")
-        other.replace(path)
-        curve.read()
-        assert curve.points == (7.0, 8.0)
-
-    @pytest.mark.parametrize("seconds", ["0.5", "0.25", "0.53125"])
-    def test_rows_that_a_killed_run_writes_again_count_once(self, tmp_path, seconds):
-        path = tmp_path / "history.csv"
-        curve = Curve(path)
-        self.write(path, [1.0, 2.0, 3.0])  # the third is not in the checkpoint yet
-        curve.read()
-        self.write(path, [1.0, 2.0])
-        with path.open("a") as file:
-            file.write(f"3,3.0,{seconds}\n4,4.0,0.5\n5,5.0,0.5\n")
-        curve.read()
-        assert curve.points == (1.0, 2.0, 3.0, 4.0, 5.0)
-
-    def test_a_damaged_one_is_told_each_time(self, tmp_path):
-        path = tmp_path / "history.csv"
-        curve = Curve(path)
-        self.write(path, [1.0, 2.0])
-        path.write_text(path.read_text() + "7,1.0,0.5\n")
-        for _ in range(2):
-            with pytest.raises(RunError, match="damaged"):
-                curve.read()
+    def test_rows_from_the_first_on_replace_what_came_before(self):
+        curve = Curve()
+        curve.extend(rows([1.0, 2.0]))
+        curve.extend(rows([3.0], first=3))
+        assert (curve.points, curve.seconds) == ((1.0, 2.0, 3.0), 1.5)
+        curve.extend({})
+        curve.extend(rows([4.0, 5.0]))
+        assert (curve.points, curve.seconds) == ((4.0, 5.0), 1.0)
 
     @pytest.mark.parametrize("count", [POINTS - 1, POINTS, POINTS + 1, 5000, 12345])
-    def test_a_long_one_is_thinned_and_keeps_its_peaks(self, tmp_path, count):
+    def test_a_long_one_is_thinned_and_keeps_its_peaks(self, count):
         values = np.sin(np.arange(count) / 50.0)
         values[count // 3] = 99.0
-        self.write(tmp_path / "history.csv", values.tolist())
-        curve = Curve(tmp_path / "history.csv")
-        curve.read()
+        curve = Curve()
+        curve.extend(rows(values))
         assert POINTS // 2 <= len(curve.points) <= POINTS
         assert max(curve.points) == 99.0
         stride = 2 ** math.ceil(math.log2((count + 1) / POINTS)) if count >= POINTS else 1
         blocks = [max(values[at : at + stride]) for at in range(0, count, stride)]
         assert curve.points == tuple(blocks)
 
-    def test_generations_in_which_all_failed_are_gaps(self, tmp_path):
-        values = [float("-inf")] * 300
+    def test_generations_in_which_all_failed_are_gaps(self):
+        values = np.full(300, -np.inf)
         values[7] = 1.0
-        self.write(tmp_path / "history.csv", values)
-        curve = Curve(tmp_path / "history.csv")
-        curve.read()
+        curve = Curve()
+        curve.extend(rows(values))
         assert [point for point in curve.points if not math.isnan(point)] == [1.0]
+
+
+def rows(best, first=1):
+    count = len(best)
+    return {
+        "generation": np.arange(first, first + count),
+        "best": np.asarray(best, float),
+        "seconds": np.full(count, 0.5),
+    }

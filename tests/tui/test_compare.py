@@ -14,7 +14,7 @@ from gaitsim.evolution import evolve
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
-from gaitsim.study.compare_runs import read, table
+from gaitsim.study.compare_runs import RunsReader, table
 from gaitsim.study.differences import ABSENT, differences
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.compare import Compare
@@ -98,9 +98,9 @@ def two(made):
     return [made("one"), made("two", "seed=2", "mutation.plugin=puppet-jitter")]
 
 
-class TestCourses:
+class TestRuns:
     def test_they_say_what_became_of_each(self, two):
-        courses = read(two)
+        courses = RunsReader(two).read()
         run = Run(two[0])
         best = run.individual()
         number, score = best.generation, best.score
@@ -112,16 +112,16 @@ class TestCourses:
         assert "mutation.plugin" not in rows
 
     def test_seconds_add_up(self, two):
-        assert read(two)[0].axis("seconds").tolist() == [0.5, 1.0, 1.5, 2.0, 2.5]
+        assert RunsReader(two).read()[0].axis("seconds").tolist() == [0.5, 1.0, 1.5, 2.0, 2.5]
 
     def test_runs_of_one_name_are_told_apart_by_their_folders(self, two):
         shutil.copytree(two[0], "elsewhere/one")
-        labels = [one.label for one in read([two[0], Path("elsewhere/one")])]
+        labels = [one.label for one in RunsReader([two[0], Path("elsewhere/one")]).read()]
         assert labels == ["runs/one", "elsewhere/one"]
 
     def test_one_that_cannot_be_read_has_its_problem(self, two):
         (two[1] / "history.csv").write_text("nonsense\n")
-        one, damaged, missing = read([*two, Path("runs/missing")])
+        one, damaged, missing = RunsReader([*two, Path("runs/missing")]).read()
         assert one.problem is None
         assert "history.csv is damaged" in str(damaged.problem)
         assert "cannot read" in str(missing.problem)

@@ -14,10 +14,10 @@ from textual.widgets import Input, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
-from gaitsim.live.course import Course
 from gaitsim.live.protocol import Event, Individual, Snapshot
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock, is_locked
+from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.runs.reader import Run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
@@ -500,7 +500,7 @@ class TestProblems:
     def test_rows_that_did_not_come_are_read(self, make):
         async def test(screen, pilot):
             course = screen.board.live.course
-            screen.board.live.course = Course()
+            screen.board.live.course = HistoryBuffer()
             rows = {"generation": np.array([7.0]), "best": np.array([0.0])}
             screen._take(Snapshot("stopped", rows=rows, generation=7, generations=20))
             await until(pilot, lambda: not screen.board.live.gap)
@@ -576,7 +576,7 @@ class TestWords:
 
     @pytest.mark.parametrize("width", [1, 5, 12, 30, 40, 80, 160, 300])
     def test_they_fit_any_width(self, width):
-        course = Course(
+        course = HistoryBuffer(
             {name: np.arange(1, 9.0) for name in ("generation", "best", "mean", "diversity")}
         )
         line = formatting.status(self.SNAPSHOT, "running", width, STYLES)
@@ -597,7 +597,9 @@ class TestWords:
     def test_the_table_says_the_best_of_each_island(self):
         snapshot = dataclasses.replace(self.SNAPSHOT, islands=(0.5, 2.25, np.nan, -1.0))
         for width, rows in ((55, 1), (38, 2), (30, 4), (9, 5)):
-            lines = [line.plain for line in formatting.table(snapshot, Course(), width, STYLES)]
+            lines = [
+                line.plain for line in formatting.table(snapshot, HistoryBuffer(), width, STYLES)
+            ]
             found = [line.plain for line in formatting.islands(snapshot, width, STYLES)]
             assert lines[: len(found)] == found
             assert len(found) == rows
@@ -606,7 +608,7 @@ class TestWords:
             assert " ".join(said) == "best of each island 0.500 2.250 – −1.000"
 
     def test_the_table_says_what_is_no_number(self):
-        lines = formatting.table(self.SNAPSHOT, Course(), 120, STYLES)
+        lines = formatting.table(self.SNAPSHOT, HistoryBuffer(), 120, STYLES)
         plain = [line.plain for line in lines]
         assert plain[1].split() == ["score", "–", *["1.500"] * 5]
         assert plain[2].split() == ["[red]reach", "–", *["2.000"] * 5]

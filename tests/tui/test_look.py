@@ -9,7 +9,7 @@ import pytest
 from gaitsim import registry
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.registry import KINDS
-from gaitsim.runs.overview import Overview, Watch
+from gaitsim.runs.overview import Overview, RunsWatcher
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.help import Help
@@ -71,7 +71,7 @@ def look(here, monkeypatch, snap_compare):
     """Compares a screen with how it looked."""
 
     def look(size, before, runs=RUNS, theme=None):
-        monkeypatch.setattr(Watch, "look", lambda watch: runs)
+        monkeypatch.setattr(RunsWatcher, "look", lambda watch: runs)
         app = GaitsimApp(Path("runs"), clock=lambda: NOW, theme=theme)
 
         async def show(pilot):

@@ -13,8 +13,8 @@ from textual.reactive import reactive
 from textual.widgets import DataTable, Footer, Header, Static
 
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, command
-from gaitsim.study.compare_runs import BY, QUANTITIES, Course, read, table
+from gaitsim.runs.files.folder import command
+from gaitsim.study.compare_runs import BY, QUANTITIES, Course, RunsReader, table
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves, Series
@@ -72,7 +72,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         super().__init__()
         self._paths = tuple(runs)
         self._courses: tuple[Course, ...] = ()
-        self._seen: tuple[object, ...] = ()
+        self._reader = RunsReader(runs)
 
     def compose(self) -> ComposeResult:
         """Curves over a table."""
@@ -97,15 +97,13 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 
     @work(thread=True, group="compare")
     def _look(self) -> None:
-        """Read all runs if one has changed, in a thread."""
-        seen = tuple(map(_stamp, self._paths))
-        if seen == self._seen:
-            return
-        courses = read(self._paths)
-        self.app.call_from_thread(self._show, courses, seen)
+        """Read the runs that have changed, in a thread."""
+        courses = self._reader.read()
+        if courses != self._courses:
+            self.app.call_from_thread(self._show, courses)
 
-    def _show(self, courses: tuple[Course, ...], seen: tuple[object, ...]) -> None:
-        self._courses, self._seen = courses, seen
+    def _show(self, courses: tuple[Course, ...]) -> None:
+        self._courses = courses
         self._draw()
         self._fill()
         problems = Text("\n").join(
@@ -226,17 +224,6 @@ Runs over each other, as far as each has come; those that are evolved now grow.
                 run = self._chosen
                 return run is not None and run.champion is not None
         return super().check_action(action, parameters)
-
-
-def _stamp(path: Path) -> object:
-    """What changes when a run grows, or goes."""
-    found = []
-    for name in (CHECKPOINT, EXPERIMENT):
-        try:
-            found.append((path / name).stat().st_mtime_ns)
-        except OSError:
-            found.append(0)
-    return tuple(found)
 
 
 def _after(words: Sequence[str], word: str) -> str:

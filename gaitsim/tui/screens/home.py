@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 
 if TYPE_CHECKING:
-    from gaitsim.runs.overview import Overview, Watch
+    from gaitsim.runs.overview import Overview, RunsWatcher
     from gaitsim.tui.widgets.run_table import RunTable
 
 EVERY = 1.0  # seconds between two looks at the folder
@@ -54,7 +54,7 @@ followed as they go.
     def __init__(self) -> None:
         super().__init__()
         self.runs: list[Overview] | None = None
-        self._watch: Watch | None = None
+        self._watch: RunsWatcher | None = None
         self._table: RunTable | None = None
         self._problem: GaitsimError | None = None
         self._height = 0
@@ -92,9 +92,9 @@ followed as they go.
     @work(thread=True, group="look")
     def look(self) -> None:
         """Read what has changed, in a thread."""
-        from gaitsim.runs.overview import Watch
+        from gaitsim.runs.overview import RunsWatcher
 
-        self._watch = self._watch or Watch(self.gaitsim.folder)
+        self._watch = self._watch or RunsWatcher(self.gaitsim.folder)
         try:
             found, problem = self._watch.look(), None
         except GaitsimError as error:

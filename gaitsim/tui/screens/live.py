@@ -14,12 +14,12 @@ from textual.widgets import Footer, Header
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
-from gaitsim.live.course import Course
 from gaitsim.live.process import Engine
 from gaitsim.live.protocol import Snapshot
-from gaitsim.live.watching import Watch
+from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.runs.reader import Run
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import LiveDialogs
@@ -122,7 +122,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
     async def _watch(self) -> None:
         """Follow the run as its folder shows it."""
         go, self._go = self._go, False
-        async for snapshot in Watch(self.run):
+        async for snapshot in RunWatcher(self.run):
             self._take(snapshot)
         if go and self.snapshot.state == "stopped":
             self._start()
@@ -187,7 +187,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
     @work(thread=True, group="reread", exclusive=True)
     def _reread(self) -> None:
         with suppress(GaitsimError):
-            self.app.call_from_thread(self.board.live.reread, Course(Run(self.run).history))
+            self.app.call_from_thread(self.board.live.reread, HistoryBuffer(Run(self.run).history))
 
     # Steering
 

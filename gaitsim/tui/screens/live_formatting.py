@@ -6,10 +6,10 @@ from rich.cells import cell_len, set_cell_size
 from rich.style import Style
 from rich.text import Text
 
-from gaitsim.live.course import Course
 from gaitsim.live.protocol import Event, Snapshot
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.runs.files.history import MEAN
+from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.tui.formatting import clip, duration, number
 
 Styles = dict[str, Style]  # by the name of a state, event or part, from the theme
@@ -70,7 +70,7 @@ def event_line(event: Event, width: int, styles: Styles) -> Text:
     return line
 
 
-def table(snapshot: Snapshot, course: Course, width: int, styles: Styles) -> list[Text]:
+def table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles) -> list[Text]:
     """Score, terms and diversity: the best of each generation as a curve, then in numbers the
     mean and the best individuals of the last one, as many as there is room for.
     """
@@ -126,5 +126,5 @@ def _left(text: str, width: int) -> str:
     return set_cell_size(clip(text, width), width) if width > 0 else ""
 
 
-def _last(course: Course, name: str) -> float:
+def _last(course: HistoryBuffer, name: str) -> float:
     return float(course[name][-1]) if name in course and len(course) else math.nan

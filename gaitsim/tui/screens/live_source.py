@@ -9,9 +9,9 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
-from gaitsim.live.course import Course
 from gaitsim.live.protocol import Best, Event, Snapshot
 from gaitsim.runs.files.folder import EXPERIMENT
+from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.runs.reader import Run
 from gaitsim.toml import parse
 
@@ -30,7 +30,7 @@ class LiveState:
 
     def __init__(self) -> None:
         self.snapshot = Snapshot("stopped")
-        self.course = Course()
+        self.course = HistoryBuffer()
         self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self.gap = False
 
@@ -41,7 +41,7 @@ class LiveState:
         if not self.course.extend(snapshot.rows):
             self.gap = True
 
-    def reread(self, course: Course) -> None:
+    def reread(self, course: HistoryBuffer) -> None:
         """Take a course that was read anew."""
         if len(course) > len(self.course):
             self.course, self.gap = course, False

@@ -1,0 +1,143 @@
+"""Follow a run while a process writes it: what has changed, and what was added."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import RunError
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS
+from gaitsim.runs.files.history import COLUMNS, MEAN, Columns, parse_rows
+from gaitsim.runs.reader import Run
+
+Rows = Mapping[str, NDArray[np.float64]]
+"""Rows of a history as columns by name, (rows,) each."""
+
+
+class RunFollower:
+    """A run folder, read again only when its files have changed.
+
+    Attributes:
+        path: the folder.
+        modified: when a file last changed, seconds since 1970; 0 where there is none.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.modified = 0.0
+        self._stamp: tuple[tuple[int, int, int] | None, ...] = ()
+        self._head, self._row, self._offset, self._next = b"", b"", 0, 1
+
+    def poll(self) -> Run | None:
+        """Return the run as it is now; None where no file has changed since the last call."""
+        names = (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY)
+        stamp = tuple(_stamp(self.path / name) for name in names)
+        if stamp == self._stamp:
+            return None
+        self._stamp = stamp
+        self.modified = max((one[0] / 1e9 for one in stamp if one), default=0.0)
+        return Run(self.path)
+
+    def read_rows(self, run: Run) -> Rows:
+        """Return the rows of the history that were added, up to the generation of a run.
+
+        Where the file was rewritten, all rows come again, from generation 1 on.
+
+        Raises:
+            RunError: the history cannot be read, is damaged, or ends before the checkpoint.
+        """
+        last, path = run.generation, self.path / HISTORY
+        columns: Rows = {}
+        try:
+            with path.open("rb") as file:
+                head = file.readline()
+                file.seek(max(self._offset - len(self._row), 0))
+                if head != self._head or file.read(len(self._row)) != self._row:
+                    # Rewritten, with columns for other terms or from an older checkpoint.
+                    self._head, self._row, self._offset, self._next = head, b"", len(head), 1
+                    file.seek(len(head))
+                lines = file.read().split(b"\n")[:-1]
+        except FileNotFoundError:
+            lines = []
+        except OSError as error:
+            raise RunError(f"cannot read {path}: {error.strerror}") from None
+        lines = [line + b"\n" for line in lines[: max(last + 1 - self._next, 0)]]
+        if self._head.endswith(b"\n"):
+            columns = parse_rows(path, self._head, b"".join(lines), self._next)
+            self._offset += sum(map(len, lines))
+            self._next += len(lines)
+            self._row = lines[-1] if lines else self._row
+        if self._next <= last:
+            self._head = b""  # what was read is not returned: read it again
+            raise run.ends_early(HISTORY, self._next - 1, last)
+        return columns
+
+
+def _stamp(path: Path) -> tuple[int, int, int] | None:
+    """Return what differs once a file has changed; None where there is no file."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+class HistoryBuffer:
+    """A run's history in memory, to which rows are added in constant time.
+
+    Args:
+        rows: to begin with, from generation 1 on.
+    """
+
+    def __init__(self, rows: Rows | None = None) -> None:
+        self._columns: Columns = {}
+        self._length = 0
+        if rows:
+            self.extend(rows)
+
+    def __len__(self) -> int:
+        return self._length
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """A column, (generations,); not to be written to."""
+        return self._columns[name][: self._length]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._columns
+
+    @property
+    def terms(self) -> list[str]:
+        """The names of the terms, in the order in which they came."""
+        return [name for name in self._columns if MEAN + name in self._columns]
+
+    def extend(self, rows: Rows) -> bool:
+        """Add rows, without those that are here already; those from generation 1 on replace all.
+
+        Returns:
+            Whether they follow those that are here. If not, nothing is added: rows are missing.
+        """
+        numbers = rows.get(COLUMNS[0])
+        if numbers is None or not len(numbers):
+            return True
+        if numbers[0] == 1:
+            self._columns, self._length = {}, 0
+        if numbers[0] > self._length + 1:
+            return False
+        skipped = self._length + 1 - int(numbers[0])
+        added = len(numbers) - skipped
+        if added <= 0:
+            return True
+        end = self._length + added
+        for name in rows:
+            if name not in self._columns:
+                self._columns[name] = np.full(end, np.nan)
+        for name, column in self._columns.items():
+            grown = column
+            if len(column) < end:
+                grown = np.full(max(end, 2 * len(column)), np.nan)
+                grown[: self._length] = column[: self._length]
+                self._columns[name] = grown
+            grown[self._length : end] = rows[name][skipped:] if name in rows else np.nan
+        self._length = end
+        return True
