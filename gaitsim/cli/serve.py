@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli.console import notice
-from gaitsim.cli.tui import Root, ThemeName, check_theme
+from gaitsim.cli.tui import Root, ThemeName
+from gaitsim.tui.themes import check_theme
 from gaitsim.tui.web import WebServer, is_loopback, listening
 
 
@@ -32,7 +33,7 @@ def serve(
 
     ssh -L 8000:127.0.0.1:8000 lab gaitsim serve
     """
-    chosen = check_theme(theme)
+    chosen = check_theme(theme, where="--theme") if theme else None
     with listening(host, port) as socket:
         if not is_loopback(host):
             notice(

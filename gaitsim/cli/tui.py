@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from textual.theme import BUILTIN_THEMES
 
-from gaitsim.errors import GaitsimError, nearest
+from gaitsim.errors import GaitsimError
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.config import config_path, read_config
-from gaitsim.tui.themes import THEMES
+from gaitsim.tui.themes import check_theme
 
 Root = Annotated[Path, typer.Argument(help="Folder that holds the runs.")]
 ThemeName = Annotated[
@@ -36,27 +35,8 @@ def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
             remedy="without one, use 'gaitsim runs' and 'gaitsim run'; see 'gaitsim --help'",
         )
 
-    app = GaitsimApp(root, config=read_config(config_path()), theme=check_theme(theme))
+    chosen = check_theme(theme, where="--theme") if theme else None
+    app = GaitsimApp(root, config=read_config(config_path()), theme=chosen)
     app.run()
     if app.return_code:
         sys.exit(app.return_code)
-
-
-def check_theme(theme: str | None) -> str | None:
-    """The same, if there is such a theme.
-
-    Raises:
-        GaitsimError: there is none.
-    """
-    if theme is None:
-        return None
-
-    known = sorted([*(ours.name for ours in THEMES), *BUILTIN_THEMES])
-    if theme not in known:
-        raise GaitsimError(
-            f"unknown theme {theme!r}",
-            where="--theme",
-            allowed=", ".join(known),
-            remedy=nearest(theme, known),
-        )
-    return theme

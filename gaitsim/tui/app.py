@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual import work
 from textual.app import App
@@ -17,8 +17,8 @@ from textual.widgets import Input
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
-from gaitsim.tui.config import Config, check_theme, remember_theme
-from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
+from gaitsim.tui.config import Config, remember_theme
+from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.tasks import Task, Tasks
 from gaitsim.tui.themes import DEFAULT, THEMES
@@ -84,43 +84,35 @@ class GaitsimApp(App[None]):
         self._config = config
         for ours in THEMES:
             self.register_theme(ours)
-        known = self.available_themes
-        chosen = theme or (config.theme if config else None)
-        self.theme = chosen if chosen in known else DEFAULT
-        self._wrong = check_theme(config, known) if config and theme is None else None
+        self.theme = theme or (config.theme if config else None) or DEFAULT
 
     def get_default_screen(self) -> Screen[None]:
         """Begin at home."""
         return Home()
 
     def on_mount(self) -> None:
-        """Take the user's keys; say what is wrong with the settings."""
-        if self._config is None:
+        """Take the user's keys; report the problems of the settings."""
+        config = self._config
+        if config is None:
             return
-        self._tell_settings([*self._config.problems, *([self._wrong] if self._wrong else [])])
-        if self._config.keys:
+        self._report(config.path, config.problems)
+        if config.keys:
             from gaitsim.tui.keys import usable
 
-            self.set_keymap(usable(self._config))
-            self.run_worker(self._check_keys, thread=True, group="keys")
+            self.set_keymap(usable(config))
+            self._check_keys(config)
 
-    def _check_keys(self) -> None:
+    @work(thread=True, group="keys")
+    def _check_keys(self, config: Config) -> None:
         from gaitsim.tui.keys import problems
 
-        assert self._config is not None
-        self.call_from_thread(self._tell_settings, problems(self._config))
+        self.call_from_thread(self._report, config.path, problems(config))
 
-    def _tell_settings(self, problems: Sequence[GaitsimError]) -> None:
-        """Say what is wrong with the settings, in one message."""
-        if problems and self._config is not None:
-            lines = [_line(one, str(self._config.path)) for one in problems]
-            self.notify(
-                "\n".join(lines),
-                title=str(self._config.path),
-                severity="warning",
-                markup=False,
-                timeout=15,
-            )
+    def _report(self, path: Path, problems: Sequence[GaitsimError]) -> None:
+        """Report the problems of the settings, in one message."""
+        if problems:
+            lines = "\n".join(map(_line, problems))
+            self.notify(lines, title=str(path), severity="warning", markup=False, timeout=15)
 
     # From screen to screen
 
@@ -281,9 +273,9 @@ class GaitsimApp(App[None]):
             )
 
 
-def _line(problem: GaitsimError, path: str) -> str:
-    """What is wrong in a file, on a line: the place in it, and what to do."""
-    place = problem.where.removeprefix(path).removeprefix(", ")
+def _line(problem: GaitsimError) -> str:
+    """Return a problem of the settings on one line: the key, what is wrong, what to do."""
+    place = problem.key or problem.where
     what = f"{place}: {problem.what}" if place else problem.what
     remedy = problem.remedy or (problem.allowed and f"allowed: {problem.allowed}")
     return f"• {what}; {remedy}" if remedy else f"• {what}"
@@ -291,3 +283,7 @@ def _line(problem: GaitsimError, path: str) -> str:
 
 async def _may_leave(screen: Screen[Any]) -> bool:
     return not isinstance(screen, GaitScreen) or await screen.may_leave()
+
+
+if TYPE_CHECKING:  # the type checker compares the app with what screens use of it
+    _navigator: Navigator = GaitsimApp()

@@ -1,28 +1,29 @@
-"""The user's settings: `config.toml` with a theme and keys. What is wrong is told, never fatal."""
+"""The user's settings: `config.toml` with a theme and keys. Problems are reported, never fatal."""
 
 import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, StringConstraints, ValidationError
 
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.toml import literal, parse
+from gaitsim.tui.themes import check_theme
 
-SECTIONS = ("tui", "keys")
 THEME = "theme"
-MODIFIERS = {"ctrl", "shift", "alt", "meta", "super", "hyper"}
 
 
 @dataclass(frozen=True)
 class Config:
-    """What a user chose.
+    """The settings that a user chose.
 
     Attributes:
         path: the file.
         theme: the name of a theme; None where none is chosen.
-        keys: keys by the id of what they do, as 'home.delete' = 'ctrl+d'.
-        problems: what is wrong with the file.
+        keys: keys by the id of their action, as 'home.delete' = 'ctrl+d'.
+        problems: the problems of the file.
     """
 
     path: Path
@@ -31,8 +32,42 @@ class Config:
     problems: tuple[GaitsimError, ...] = ()
 
 
+def _flat(table: Any) -> Any:
+    """Return values by dotted key: TOML reads `home.delete = …` as a table in a table."""
+    if not isinstance(table, dict):
+        return table
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, dict):
+            flat |= {f"{key}.{name}": one for name, one in _flat(value).items()}
+        else:
+            flat[key] = value
+    return flat
+
+
+Key = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+
+
+class _Tui(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    theme: str | None = None
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    tui: _Tui = _Tui()
+    keys: Annotated[dict[str, Key], BeforeValidator(_flat)] = {}
+
+
+_ALLOWED = {
+    "tui": "a section [tui]",
+    "keys": "a section [keys]",
+    "tui.theme": "the name of a theme in quotes",
+}
+
+
 def config_path() -> Path:
-    """Where the settings are: in $XDG_CONFIG_HOME or ~/.config, whether there are any or not."""
+    """Return where the settings are: in $XDG_CONFIG_HOME or ~/.config, existing or not."""
     home = Path(os.environ.get("XDG_CONFIG_HOME", ""))
     # By the specification, a relative path is to be ignored.
     folder = home if home.is_absolute() else Path.home() / ".config"
@@ -40,7 +75,7 @@ def config_path() -> Path:
 
 
 def read_config(path: Path) -> Config:
-    """The settings in a file; those that can be read where some cannot."""
+    """Read the settings in a file; those that are valid where some are not."""
     try:
         data = parse(path.read_text(encoding="utf-8-sig"), str(path))
     except FileNotFoundError:
@@ -50,68 +85,35 @@ def read_config(path: Path) -> Config:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not a text in UTF-8"
         return Config(path, problems=(GaitsimError(f"cannot read {path}: {reason}"),))
-    found: list[GaitsimError] = list(_unknown(data, SECTIONS, "section", str(path)))
-    tui, keys = (_section(data, name, path, found) for name in SECTIONS)
-    found += _unknown(tui, (THEME,), "key", f"{path}, section tui")
-    theme = tui.get(THEME)
-    if theme is not None and not isinstance(theme, str):
-        found.append(_wrong(path, f"tui.{THEME}", theme, "the name of a theme in quotes"))
+    data |= {"keys": _flat(data["keys"])} if "keys" in data else {}
+    problems = []
+    try:
+        found = _File.model_validate(data)
+    except ValidationError as error:
+        for detail in error.errors(include_url=False):
+            *sections, name = (str(part) for part in detail["loc"])
+            problems.append(_problem(path, sections, name, detail))
+            (data[sections[0]] if sections else data).pop(name)
+        found = _File.model_validate(data)
+    theme = found.tui.theme
+    try:
+        theme = theme and check_theme(theme, where=f"{path}, key tui.{THEME}", key=f"tui.{THEME}")
+    except GaitsimError as error:
+        problems.append(error)
         theme = None
-    chosen = {}
-    for name, key in _flat(keys).items():
-        if isinstance(key, str) and key.strip():
-            chosen[name] = key
-        else:
-            found.append(_wrong(path, f"keys.{name}", key, 'a key in quotes, as "ctrl+d"'))
-    return Config(path, theme, chosen, tuple(found))
+    return Config(path, theme, found.keys, tuple(problems))
 
 
-def check_theme(config: Config, themes: Collection[str]) -> GaitsimError | None:
-    """What is wrong with the theme that is chosen, or None."""
-    if config.theme is None or config.theme in themes:
-        return None
-    return GaitsimError(
-        f"unknown theme {literal(config.theme)}",
-        where=f"{config.path}, key tui.{THEME}",
-        allowed=", ".join(sorted(themes)),
-        remedy=nearest(config.theme, sorted(themes)),
-    )
-
-
-def check_keys(config: Config, ids: Collection[str], keys: Collection[str]) -> list[GaitsimError]:
-    """What is wrong with the keys that are chosen.
-
-    Args:
-        config: the settings.
-        ids: of all that keys can do.
-        keys: names of keys that are longer than a character, without ctrl+ and the like.
-    """
-    found = []
-    for name, chosen in config.keys.items():
-        where = f"{config.path}, key keys.{name}"
-        if name not in ids:
-            remedy = nearest(name, sorted(ids)) or "the help of each screen (?) tells them"
-            found.append(GaitsimError(f"unknown id {literal(name)}", where=where, remedy=remedy))
-        for key in chosen.split(","):
-            if not is_key(key.strip(), keys):
-                bare = key.strip().rpartition("+")[2]
-                found.append(
-                    GaitsimError(
-                        f"there is no key {literal(key.strip())}",
-                        where=where,
-                        allowed='a character, or a name such as "enter", "f5" and "ctrl+d"',
-                        remedy=nearest(bare, sorted(keys)),
-                    )
-                )
-    return found
-
-
-def is_key(key: str, keys: Collection[str]) -> bool:
-    """Whether there is a key of that name; `keys` as `check_keys` has them."""
-    if len(key) == 1:
-        return True
-    *modifiers, bare = key.split("+")
-    return {*modifiers} <= MODIFIERS and (len(bare) == 1 or bare in keys)
+def _problem(path: Path, sections: list[str], name: str, detail: Any) -> GaitsimError:
+    key = ".".join([*sections, name])
+    where = f"{path}, key {key}"
+    if detail["type"] == "extra_forbidden":
+        known = list((_Tui if sections else _File).model_fields)
+        what, hint = f"unknown key {literal(name)}", nearest(name, known)
+        return GaitsimError(what, where=where, allowed=", ".join(known), remedy=hint, key=key)
+    allowed = _ALLOWED.get(key, 'a key in quotes, such as "ctrl+d"')
+    what = f"{literal(detail['input'])} is not allowed"
+    return GaitsimError(what, where=where, allowed=allowed, key=key)
 
 
 def remember_theme(path: Path, theme: str) -> None:
@@ -132,45 +134,3 @@ def remember_theme(path: Path, theme: str) -> None:
     section = document.setdefault("tui", tomlkit.table())
     section[THEME] = theme
     write_bytes(path, tomlkit.dumps(document).encode())
-
-
-def _section(
-    data: Mapping[str, Any], name: str, path: Path, found: list[GaitsimError]
-) -> Mapping[str, Any]:
-    section = data.get(name, {})
-    if isinstance(section, dict):
-        return section
-    found.append(_wrong(path, name, section, f"a section [{name}]"))
-    return {}
-
-
-def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """The values by dotted key: `home.delete = …` is a table in a table to TOML."""
-    flat: dict[str, Any] = {}
-    for key, value in table.items():
-        flat |= (
-            _flat(value, f"{before}{key}.") if isinstance(value, dict) else {before + key: value}
-        )
-    return flat
-
-
-def _unknown(
-    table: Mapping[str, Any], known: Iterable[str], noun: str, where: str
-) -> list[GaitsimError]:
-    names = list(known)
-    return [
-        GaitsimError(
-            f"unknown {noun} {literal(key)}",
-            where=where,
-            allowed=", ".join(names),
-            remedy=nearest(key, names),
-        )
-        for key in table
-        if key not in names
-    ]
-
-
-def _wrong(path: Path, key: str, value: Any, right: str) -> GaitsimError:
-    return GaitsimError(
-        f"{literal(value)} is not allowed", where=f"{path}, key {key}", remedy=f"give {right}"
-    )

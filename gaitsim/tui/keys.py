@@ -1,7 +1,7 @@
-"""All ids that a user can give keys to, over all screens, and what is wrong with what is given."""
+"""The ids that a user can give keys to, over all screens, and the problems of the keys given."""
 
 import unicodedata
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from importlib import import_module
 from itertools import combinations
 from pkgutil import walk_packages
@@ -11,41 +11,71 @@ from typing import Any
 from textual.app import App
 from textual.binding import Binding
 from textual.dom import DOMNode
-from textual.keys import Keys, _normalize_key_list
+from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
 import gaitsim.tui
-from gaitsim.errors import GaitsimError
-from gaitsim.tui.config import Config, check_keys, is_key
+from gaitsim.errors import GaitsimError, nearest
+from gaitsim.toml import literal
+from gaitsim.tui.config import Config
 
-# What Textual replaces in the names that Unicode gives to signs.
-_SIGNS = {"plus", "minus", "slash", "backslash", "at", "pound", "underscore"}
+MODIFIERS = {"ctrl", "shift", "alt", "meta", "super", "hyper"}
 KEYS = (
     frozenset(key.value.rpartition("+")[2] for key in Keys)
     | {unicodedata.name(sign).lower().replace(" ", "_").replace("-", "_") for sign in punctuation}
-    | _SIGNS
+    | {*KEY_NAME_REPLACEMENTS.values()}
 )
 
 
 def usable(config: Config) -> dict[str, str]:
-    """The keys of the settings that there are, by id; what has none of them keeps its own."""
+    """Return the keys of the settings that exist, by id; an id without any keeps its own."""
     chosen = {
-        name: [key.strip() for key in text.split(",") if is_key(key.strip(), KEYS)]
+        name: [key.strip() for key in text.split(",") if is_key(key.strip())]
         for name, text in config.keys.items()
     }
     return {name: ",".join(keys) for name, keys in chosen.items() if keys}
 
 
+def check_keys(config: Config, ids: Collection[str]) -> list[GaitsimError]:
+    """Return the problems of the keys that are chosen, where the known ids are `ids`."""
+    found = []
+    for name, chosen in config.keys.items():
+        place = {"where": f"{config.path}, key keys.{name}", "key": f"keys.{name}"}
+        if name not in ids:
+            remedy = nearest(name, sorted(ids)) or "the help of each screen (?) tells them"
+            found.append(GaitsimError(f"unknown id {literal(name)}", remedy=remedy, **place))
+        for key in chosen.split(","):
+            if not is_key(key.strip()):
+                bare = key.strip().rpartition("+")[2]
+                found.append(
+                    GaitsimError(
+                        f"there is no key {literal(key.strip())}",
+                        allowed='a character, or a name such as "enter", "f5" and "ctrl+d"',
+                        remedy=nearest(bare, sorted(KEYS)),
+                        **place,
+                    )
+                )
+    return found
+
+
+def is_key(key: str) -> bool:
+    """Return whether there is a key of that name, such as 'x', 'enter' or 'ctrl+d'."""
+    if len(key) == 1:
+        return True
+    *modifiers, bare = key.split("+")
+    return {*modifiers} <= MODIFIERS and (len(bare) == 1 or bare in KEYS)
+
+
 def problems(config: Config) -> list[GaitsimError]:
-    """What is wrong with the keys of the settings. Imports every screen: not before the paint."""
+    """Return the problems of the settings' keys. Imports every screen: not before the paint."""
     for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
         import_module(module.name)
     nodes = list(_all(DOMNode))
     ids = {binding.id for node in nodes for binding in _bindings(node)}
-    return [*check_keys(config, ids, KEYS), *_clashes(config, nodes)]
+    return [*check_keys(config, ids), *_clashes(config, nodes)]
 
 
 def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:
-    """Keys of the settings that do something else on the same screen, which it does no longer."""
+    """Return keys of the settings that take a key from another action on the same screen."""
     found: dict[tuple[str, str], GaitsimError] = {}
     nodes, given = list(nodes), usable(config)
     apps = [binding for node in nodes if issubclass(node, App) for binding in _bindings(node)]
@@ -56,23 +86,24 @@ def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimErro
         for one, other in combinations(sorted(known), 2):
             chosen = [_keys(given.get(name, "")) or known[name] for name in (one, other)]
             both = chosen[0] & chosen[1]
-            # Those that share a key by default work in turn, as a pause and going on.
+            # Those that share a key by default work in turn, such as pause and go.
             if both and not known[one] & known[other]:
                 found[one, other] = GaitsimError(
                     f"the key {min(both)} is given to {one} and to {other}",
                     where=f"{config.path}, section keys",
+                    key="keys",
                     remedy="give one of them another key",
                 )
     return list(found.values())
 
 
 def _keys(text: str) -> set[str]:
-    """The keys of a binding, a character by its name."""
-    return set(_normalize_key_list(text).split(",")) - {""}
+    """Return the keys of a binding, a character by its name."""
+    return {one.key for one in Binding.make_bindings([Binding(text, "")])} if text else set()
 
 
 def _bindings(node: type) -> Iterator[Any]:
-    """The bindings with ids that a class declares."""
+    """Yield the bindings with ids that a class declares."""
     for binding in node.__dict__.get("BINDINGS", ()):
         if isinstance(binding, Binding) and binding.id:
             yield binding

@@ -1,6 +1,8 @@
 """The app's own themes, beside those that Textual brings."""
 
-from textual.theme import Theme
+from textual.theme import BUILTIN_THEMES, Theme
+
+from gaitsim.errors import GaitsimError, nearest
 
 DARK = Theme(
     name="gaitsim-dark",
@@ -68,3 +70,16 @@ OKABE_ITO = Theme(
 
 THEMES = (DARK, LIGHT, OKABE_ITO)
 DEFAULT = DARK.name
+
+
+def check_theme(name: str, *, where: str, key: str = "") -> str:
+    """Return the name of a theme.
+
+    Raises:
+        GaitsimError: there is no such theme.
+    """
+    known = sorted([*(ours.name for ours in THEMES), *BUILTIN_THEMES])
+    if name not in known:
+        what, allowed = f"unknown theme {name!r}", ", ".join(known)
+        raise GaitsimError(what, where=where, allowed=allowed, remedy=nearest(name, known), key=key)
+    return name

@@ -2,15 +2,10 @@
 
 import pytest
 
-from gaitsim.tui.config import (
-    Config,
-    check_keys,
-    check_theme,
-    config_path,
-    read_config,
-    remember_theme,
-)
-from gaitsim.tui.keys import KEYS
+from gaitsim.errors import GaitsimError
+from gaitsim.tui.config import Config, config_path, read_config, remember_theme
+from gaitsim.tui.keys import check_keys
+from gaitsim.tui.themes import check_theme
 
 IDS = {"home.delete", "home.new", "app.help"}
 
@@ -49,10 +44,10 @@ class TestRead:
 
     def test_unknown_sections_and_keys_are_told_with_the_nearest(self, read):
         found = read('[tiu]\n[tui]\nthem = "nord"\n')
-        assert [problem.remedy for problem in found.problems] == [
-            "did you mean 'tui'?",
-            "did you mean 'theme'?",
-        ]
+        assert {problem.key: problem.remedy for problem in found.problems} == {
+            "tiu": "did you mean 'tui'?",
+            "tui.them": "did you mean 'theme'?",
+        }
 
     @pytest.mark.parametrize(
         "text",
@@ -60,8 +55,9 @@ class TestRead:
     )
     def test_a_value_of_a_wrong_kind_is_told(self, read, text):
         found = read(text)
-        assert len(found.problems) == 1
-        assert "not allowed" in found.problems[0].what
+        [problem] = found.problems
+        assert "not allowed" in problem.what
+        assert problem.key in ("tui", "keys", "tui.theme", "keys.home.new", "keys.x")
         assert (found.theme, found.keys) == (None, {})
 
     def test_what_is_no_toml_is_told(self, read):
@@ -76,27 +72,30 @@ class TestRead:
 
 
 class TestCheck:
-    def test_an_unknown_theme(self, tmp_path):
-        known = ["gaitsim-dark", "gaitsim-light"]
-        assert check_theme(Config(tmp_path, "gaitsim-light"), known) is None
-        found = check_theme(Config(tmp_path, "gaitsim-lite"), known)
-        assert found.remedy == "did you mean 'gaitsim-light'?"
+    def test_an_unknown_theme(self, read):
+        assert check_theme("gaitsim-light", where="--theme") == "gaitsim-light"
+        with pytest.raises(GaitsimError, match="gaitsim-lite") as caught:
+            check_theme("gaitsim-lite", where="--theme")
+        assert caught.value.remedy == "did you mean 'gaitsim-light'?"
+        [problem] = read('[tui]\ntheme = "gaitsim-lite"').problems
+        assert problem.key == "tui.theme"
 
     @pytest.mark.parametrize(
         "key", ["x", "X", "?", "ctrl+d", "f5", "enter", "ctrl+shift+left", "a,b", "plus"]
     )
     def test_keys_that_there_are(self, tmp_path, key):
-        assert not check_keys(Config(tmp_path, keys={"home.new": key}), IDS, KEYS)
+        assert not check_keys(Config(tmp_path, keys={"home.new": key}), IDS)
 
     @pytest.mark.parametrize("key", ["ctl+d", "entr", "ctrl+", "f99", "a,,b", "ctrl+entr"])
     def test_keys_that_there_are_not(self, tmp_path, key):
-        found = check_keys(Config(tmp_path, keys={"home.new": key}), IDS, KEYS)
+        found = check_keys(Config(tmp_path, keys={"home.new": key}), IDS)
         assert len(found) == 1
         assert "there is no key" in found[0].what
 
     def test_an_unknown_id(self, tmp_path):
-        found = check_keys(Config(tmp_path, keys={"home.delte": "x"}), IDS, KEYS)
+        found = check_keys(Config(tmp_path, keys={"home.delte": "x"}), IDS)
         assert [problem.remedy for problem in found] == ["did you mean 'home.delete'?"]
+        assert found[0].key == "keys.home.delte"
 
 
 class TestRemember:

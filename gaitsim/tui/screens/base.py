@@ -1,13 +1,14 @@
 """What all screens share."""
 
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, cast
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import ClassVar, NamedTuple, Protocol, cast
 
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
-if TYPE_CHECKING:
-    from gaitsim.tui.app import GaitsimApp
+from gaitsim.errors import GaitsimError
+from gaitsim.tui.tasks import Tasks
 
 
 class PaletteCommand(NamedTuple):
@@ -22,6 +23,33 @@ class PaletteCommand(NamedTuple):
     title: str
     help: str
     do: Callable[[], object]
+
+
+class Navigator(Protocol):
+    """The app, as screens see it: the way to other screens, and what all of them share.
+
+    Attributes:
+        folder: where runs are.
+        clock: the time, in seconds since 1970.
+        tasks: the commands in the background.
+    """
+
+    folder: Path
+    clock: Callable[[], float]
+    tasks: Tasks
+
+    def open_run(self, run: Path, *, go: bool = False) -> None: ...
+    def open_new(self, experiment: str | None = None) -> None: ...
+    def open_replay(
+        self, run: Path, generation: int | None = None, beside: Path | None = None
+    ) -> None: ...
+    def open_compare(self, runs: list[Path]) -> None: ...
+    def open_plugins(self) -> None: ...
+    def open_export(self, run: Path) -> None: ...
+    def begin_task(self, arguments: Sequence[str]) -> None: ...
+    def leave(self, screen: Screen[None]) -> None: ...
+    def tell(self, error: GaitsimError) -> None: ...
+    def palette(self) -> Iterable[PaletteCommand]: ...
 
 
 class GaitScreen(Screen[None]):
@@ -40,9 +68,9 @@ class GaitScreen(Screen[None]):
     ]
 
     @property
-    def gaitsim(self) -> "GaitsimApp":
-        """The app, as what it is."""
-        return cast("GaitsimApp", self.app)
+    def gaitsim(self) -> Navigator:
+        """The app."""
+        return cast(Navigator, self.app)
 
     def command_line(self) -> str:
         """The command that does, or shows, what this screen does; '' where there is none."""
