@@ -144,6 +144,10 @@ class Measure:
     help: str
 
 
+class SkeletonError(ValueError):
+    """The parts of a skeleton do not fit each other."""
+
+
 @dataclass(frozen=True, eq=False)
 class Skeleton:
     """One individual's body as line segments over time, enough to draw it.
@@ -162,7 +166,7 @@ class Skeleton:
             its corners, (corners, 2), metres; None for level ground at z = 0.
 
     Raises:
-        ValueError: shapes that do not fit each other.
+        SkeletonError: shapes that do not fit each other.
     """
 
     segments: NDArray[np.floating[Any]]
@@ -177,35 +181,35 @@ class Skeleton:
     def __post_init__(self) -> None:
         frames = len(self.segments)
         if self.segments.shape != (frames, len(self.names), 2, 3):
-            raise ValueError(
+            raise SkeletonError(
                 f"Skeleton.segments has shape {self.segments.shape}, expected "
                 f"(frames, segments, 2, 3) with {len(self.names)} segments named"
             )
         if (self.contacts is None) != (self.touching is None):
-            raise ValueError("Skeleton.contacts and Skeleton.touching are given together or not")
+            raise SkeletonError("Skeleton.contacts and Skeleton.touching are given together or not")
         if self.contacts is not None and self.touching is not None:
             feet = self.contacts.shape[1]
             if self.contact_names and len(self.contact_names) != feet:
-                raise ValueError(
+                raise SkeletonError(
                     f"Skeleton.contact_names names {len(self.contact_names)} contacts of {feet}"
                 )
             if self.contacts.shape != (frames, feet, 3) or self.touching.shape != (frames, feet):
-                raise ValueError(
+                raise SkeletonError(
                     f"Skeleton.contacts {self.contacts.shape} and touching {self.touching.shape} "
                     f"must be (frames, contacts, 3) and (frames, contacts), frames = {frames}"
                 )
         if self.centre is not None and self.centre.shape != (frames, 3):
-            raise ValueError(
+            raise SkeletonError(
                 f"Skeleton.centre has shape {self.centre.shape}, expected (frames, 3) = "
                 f"({frames}, 3)"
             )
         if self.ground is not None:
             if self.ground.ndim != 2 or self.ground.shape[1] != 2 or not len(self.ground):
-                raise ValueError(
+                raise SkeletonError(
                     f"Skeleton.ground has shape {self.ground.shape}, expected (corners, 2)"
                 )
             if not (np.isfinite(self.ground).all() and (np.diff(self.ground[:, 0]) > 0).all()):
-                raise ValueError("Skeleton.ground must be finite, and its x ascending")
+                raise SkeletonError("Skeleton.ground must be finite, and its x ascending")
 
     @property
     def path(self) -> NDArray[np.floating[Any]]:

@@ -1,4 +1,4 @@
-"""Examinations in child processes, which have a time limit and can be lost."""
+"""Examine plugins in child processes, which may time out or end."""
 
 import json
 import os
@@ -11,30 +11,40 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, replace
+from enum import Enum
 from queue import Empty, SimpleQueue
-from types import TracebackType
 from typing import Any, Self
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, Report, error
 
-SECONDS = 120.0  # for one plugin: compiling its kernels takes up to 20 s, more where others work
-_END = 10.0  # s for a child that said its last word to end
-_START = 120.0
+SECONDS = 120.0  # for one plugin: compiling its kernels takes 20 s, longer on a busy machine
+_END = 10.0  # seconds for a child that closed its output to end
+_START = 120.0  # seconds for a child to start
 _DAY = 86_400
 
 
-class _Lost(Exception):
-    """The child did not answer in time, or is gone."""
+class Ending(Enum):
+    """How an examination ended without an answer: the rule that it breaks, and the fix."""
+
+    TIMEOUT = "time limit", "look for an endless loop at that step, or give it more --seconds"
+    EXIT = "process", "let nothing in the plugin end the process"
+
+
+class _NoAnswer(Exception):
+    """The child did not answer in time, or has ended."""
+
+    def __init__(self, ending: Ending, actual: str) -> None:
+        self.finding = error(ending.value[0], "an examination that ends", actual, ending.value[1])
 
 
 class _Child:
-    """A process that examines; begun when it is first asked.
+    """A process that examines plugins; starts with the first question.
 
     Args:
         path: folders to import from, before those of this process.
-        hash_seed: of its sets and dicts, whose order must not matter.
+        hash_seed: seed of the order of its sets and dicts, which must not matter.
     """
 
     def __init__(self, path: Sequence[str], hash_seed: int) -> None:
@@ -47,76 +57,65 @@ class _Child:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._end()
 
     def ask(self, entry: Entry, options: Mapping[str, Any], seconds: float, *, again: bool) -> Any:
-        """The answer to a question.
+        """Return the answer to a question.
 
         Raises:
-            _Lost: there is none; says why.
+            _NoAnswer: the child timed out or ended.
         """
         try:
-            if self._process is None:
-                self._begin()
+            process = self._process or self._start()
             self._doing = "computing it all in another process" if again else "being examined"
-            self._send({"entry": asdict(entry), "options": dict(options), "again": again})
-            return self._receive(seconds)
-        except _Lost:
+            question = {"entry": asdict(entry), "options": dict(options), "again": again}
+            return self._exchange(process, question, seconds)
+        except _NoAnswer:
             self._end()
             raise
 
-    def _begin(self) -> None:
+    def _start(self) -> "subprocess.Popen[bytes]":
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by _end
-        self._process = subprocess.Popen(
-            # -P: what lies in the folder where one happens to be is not imported.
+        self._process = process = subprocess.Popen(
+            # -P: modules in the current folder are not imported.
             [sys.executable, "-P", "-m", "gaitsim.testing.sandbox_child"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
             env=os.environ | {"PYTHONHASHSEED": self._hash_seed},
-            start_new_session=True,  # Ctrl-C is this process's affair
+            start_new_session=True,  # Ctrl-C is for this process alone
         )
         self._answers = SimpleQueue()
-        threading.Thread(
-            target=_listen, args=(self._process.stdout, self._answers), daemon=True
-        ).start()
+        threading.Thread(target=_listen, args=(process.stdout, self._answers), daemon=True).start()
         self._doing = "starting"
-        self._send({"path": self._path})
-        self._receive(_START)
+        self._exchange(process, {"path": self._path}, _START)
+        return process
 
-    def _send(self, question: Mapping[str, Any]) -> None:
-        assert self._process is not None
-        assert self._process.stdin is not None
-        try:
-            self._process.stdin.write(json.dumps(question).encode() + b"\n")
-            self._process.stdin.flush()
-        except OSError:
-            raise _Lost(self._last_words()) from None
-
-    def _receive(self, seconds: float) -> dict[str, Any]:
+    def _exchange(
+        self, process: "subprocess.Popen[bytes]", question: Mapping[str, Any], seconds: float
+    ) -> dict[str, Any]:
+        if process.stdin is not None:
+            with suppress(OSError):  # it has ended, which the missing answer tells
+                process.stdin.write(json.dumps(question).encode() + b"\n")
+                process.stdin.flush()
         end = time.monotonic() + seconds
         while True:
             try:
                 answer = self._answers.get(timeout=max(end - time.monotonic(), 0))
             except Empty:
-                raise _Lost(f"it was still {self._doing} after {seconds:g} s") from None
+                actual = f"it was still {self._doing} after {seconds:g} s"
+                raise _NoAnswer(Ending.TIMEOUT, actual) from None
             if answer is None:
-                raise _Lost(self._last_words())
+                raise _NoAnswer(Ending.EXIT, self._last_words(process))
             if "doing" not in answer:
                 return answer
             self._doing = answer["doing"]
 
-    def _last_words(self) -> str:
-        """How the process ended, and the end of what it wrote to standard error."""
-        assert self._process is not None
+    def _last_words(self, process: "subprocess.Popen[bytes]") -> str:
+        """Return how the process ended, and the end of its standard error."""
         try:
-            code = self._process.wait(_END)
+            code = process.wait(_END)
         except subprocess.TimeoutExpired:
             return f"it closed its output while {self._doing}, and did not end"
         self._errors.seek(0)
@@ -128,21 +127,20 @@ class _Child:
         if self._process is None:
             return
         with suppress(ProcessLookupError):
-            # With whatever it began itself; it leads a group of its own.
+            # With its own children: it leads a process group.
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._errors):
-            if stream is not None:
-                stream.close()
+            with suppress(OSError):  # a question that the process did not read
+                if stream is not None:
+                    stream.close()
         self._process = None
 
 
 def _listen(stream: Any, answers: "SimpleQueue[dict[str, Any] | None]") -> None:
-    try:
+    with suppress(ValueError):  # closed, as the process was ended
         for line in stream:
             answers.put(json.loads(line))
-    except ValueError:  # closed, as the process was ended
-        pass
     answers.put(None)
 
 
@@ -153,19 +151,19 @@ def watch(
     seconds: float = SECONDS,
     path: Sequence[str] = (),
 ) -> Iterator[Report]:
-    """Examine one after the other, each in a process that ends after `seconds`.
+    """Examine plugins one after the other, in a process that is killed after a timeout.
 
-    What passes is computed once more in a second process, in which sets have another
-    order, from options that went through text, as they do to a worker.
+    A plugin that passes computes everything once more in a second process, with another order
+    of sets and with options that were text in between, as on the way to a worker.
 
     Args:
-        entries: which ones.
-        options: their options where they are not the defaults.
-        seconds: for each.
+        entries: the plugins.
+        options: their options that are not the defaults.
+        seconds: the timeout of each.
         path: folders to import from first.
 
     Raises:
-        GaitsimError: `seconds` is no time limit.
+        GaitsimError: `seconds` is not a valid timeout.
     """
     if not 0 < seconds <= _DAY:
         raise GaitsimError(
@@ -177,49 +175,30 @@ def watch(
         for entry in entries:
             try:
                 answer = first.ask(entry, given, seconds, again=False)
-            except _Lost as lost:
-                yield Report(entry, (_lost(str(lost)),))
+            except _NoAnswer as problem:
+                yield Report(entry, (problem.finding,))
                 continue
-            report = _read(entry, answer)
-            yield report if not report.digest else _compared(second, report, given, seconds)
+            data = answer["report"]
+            findings = tuple(Finding(**finding) for finding in data["findings"])
+            report = Report(entry, findings, data["figures"], answer["digest"])
+            different = report.digest and _compare(second, report, given, seconds)
+            yield replace(report, findings=(*findings, different)) if different else report
 
 
-def _compared(child: _Child, report: Report, given: Mapping[str, Any], seconds: float) -> Report:
-    """The report, with a finding where another process computes something else."""
+def _compare(
+    child: _Child, report: Report, options: Mapping[str, Any], seconds: float
+) -> Finding | None:
+    """Return what is wrong if another process computes something else."""
     try:
-        answer = child.ask(report.entry, given, seconds, again=True)
-    except _Lost as lost:
-        return _with(report, _lost(str(lost)))
+        answer = child.ask(report.entry, options, seconds, again=True)
+    except _NoAnswer as problem:
+        return problem.finding
     if answer.get("digest") == report.digest:
-        return report
-    return _with(
-        report,
-        error(
-            "processes",
-            "the same bits in another process, as workers are",
-            answer.get("failure", "others"),
-            "depend on options and genomes alone: not on the order of a set, on id() or hash(), "
-            "the environment, or what was computed before",
-        ),
-    )
-
-
-def _with(report: Report, finding: Finding) -> Report:
-    return replace(report, findings=(*report.findings, finding))
-
-
-def _lost(how: str) -> Finding:
+        return None
     return error(
-        "time limit" if "still" in how else "process",
-        "an examination that comes to its end",
-        how,
-        "look for a loop that does not end where it was at work, or give it more --seconds"
-        if "still" in how
-        else "let nothing in the plugin end the process",
+        "processes",
+        "the same bits in another process, as workers are",
+        answer.get("failure", "other bits"),
+        "depend on options and genomes alone: not on the order of a set, on id() or hash(), "
+        "the environment, or earlier results",
     )
-
-
-def _read(entry: Entry, answer: Mapping[str, Any]) -> Report:
-    report = answer["report"]
-    findings = tuple(Finding(**finding) for finding in report["findings"])
-    return Report(entry, findings, report["figures"], answer["digest"])

@@ -43,8 +43,8 @@ ENDS = {
         "killed by signal 9",
     ),
     "with last words": (
-        "import os, sys\nprint('out of legs', file=sys.stderr, flush=True)\nos._exit(4)\n",
-        "exit code 4; out of legs",
+        "import os, sys\nprint('still out of legs', file=sys.stderr, flush=True)\nos._exit(4)\n",
+        "exit code 4; still out of legs",
     ),
 }
 

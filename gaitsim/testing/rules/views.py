@@ -1,22 +1,21 @@
-"""Rules for what is shown of a body: its skeleton, its measures, and joint angles that it plays."""
+"""Rules for a body's skeleton, its measures and the joint angles that it plays."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from gaitsim.contracts import Measure, Motion, Organism, Skeleton
+from gaitsim.contracts.motion import SkeletonError
 from gaitsim.testing.report import Finding, error
 from gaitsim.testing.rules.bits import same
 
 
 def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """A skeleton for the first and the last individual."""
+    """Check the skeletons of the first and the last individual."""
     for individual in (0, motion.population - 1):
         try:
             drawn: object = body.skeleton(motion, individual)
-        except ValueError as problem:
-            if "Skeleton" not in str(problem):
-                raise
+        except SkeletonError as problem:
             yield error("skeleton", "shapes that fit each other", str(problem), "see Skeleton")
             return
         if not isinstance(drawn, Skeleton):
@@ -37,7 +36,7 @@ def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
 
 
 def measured(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """One number an individual for each measure."""
+    """Check that each measure has one number an individual."""
     for name, measure in body.measures(motion).items():
         shape = np.shape(measure.values) if isinstance(measure, Measure) else None
         if shape != (motion.population,):
@@ -50,7 +49,7 @@ def measured(body: Organism, motion: Motion) -> Iterator[Finding]:
 
 
 def played(body: Organism, motion: Motion) -> Iterator[Finding]:
-    """The joint angles that it moved by, given back to it."""
+    """Check that the body plays the joint angles that it moved by."""
     if not body.can_play or "joint_angles" not in motion:
         return
     angles = motion["joint_angles"].copy()
