@@ -1,23 +1,20 @@
 """`gaitsim analyse`."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from gaitsim.cli.console import echo, print_json, wrote
 from gaitsim.cli.gait_view import print_gait
 from gaitsim.cli.options import BestOf, Json, RunName
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.cli.why_view import print_robustness, print_why
+from gaitsim.cli.score_view import print_robustness, print_score_breakdown
 from gaitsim.errors import GaitsimError
-from gaitsim.gait import Gait, analyse_gait, robustness, to_dict
+from gaitsim.gait import analyse_gait
 from gaitsim.gait.files.reader import individual_of, read_gait
-from gaitsim.gait.robustness import Robustness
-from gaitsim.gait.score_breakdown import changes, course, in_words
+from gaitsim.gait.robustness import measure_robustness
+from gaitsim.gait.to_dict import analysis_to_dict
 from gaitsim.individual import Individual
 from gaitsim.render.plots import check_target
 from gaitsim.render.plots.gait import plot_gait
@@ -63,19 +60,24 @@ def analyse(
     if figure is not None:
         plot_gait(found, individual.title, figure)
         wrote(figure)
-    robust = None
+    robustness = None
     if perturb:
         with Progress("perturbing the gait", "kinds") as progress:
-            robust = robustness.perturb(
-                individual, _first_best(history, individual), progress.expect, progress.advance
-            )
+            robustness = measure_robustness(individual, history, progress.expect, progress.advance)
     if json:
-        print_json(_to_dict(opened, individual, found, robust, figure))
+        analysis = analysis_to_dict(individual, found, history, robustness)
+        print_json(
+            {
+                "run": str(opened.path),
+                **analysis,
+                "figure": str(figure) if figure else None,
+            }
+        )
         return
     print_gait(individual, found)
-    print_why(individual, history)
-    if robust is not None:
-        print_robustness(robust)
+    print_score_breakdown(individual, history)
+    if robustness is not None:
+        print_robustness(robustness)
     if figure is not None:
         echo(f"\n{figure}")
 
@@ -88,33 +90,3 @@ def _individual(run: Run, generation: int | None, gait: Path | None) -> Individu
             "--generation and --gait each say what to analyse", remedy="give one of them"
         )
     return individual_of(read_gait(gait), run.experiment)
-
-
-def _first_best(history: Mapping[str, NDArray[np.float64]], individual: Individual) -> float | None:
-    """Return the best score of the first generation with the individual's fitness, if any."""
-    if not history:
-        return None
-    generation = individual.generation or len(history["best"])
-    return float(history["best"][changes(history, generation)[0] - 1])
-
-
-def _to_dict(
-    run: Run, individual: Individual, found: Gait, robust: Robustness | None, figure: Path | None
-) -> dict[str, Any]:
-    history, generation = run.history, individual.generation or None
-    return {
-        "run": str(run.path),
-        "subject": individual.title,
-        "generation": generation,
-        "score": individual.replayed_score,
-        "recorded_score": individual.score if generation else None,
-        "terms": individual.replayed_terms,
-        **to_dict.gait(found),
-        "terms_over_time": to_dict.course(course(individual)),
-        "terms_over_generations": (
-            None if generation is None else to_dict.changes(*changes(history, generation))
-        ),
-        "why": list(in_words(individual.replayed_terms, history, generation)),
-        "robustness": to_dict.robustness(robust) if robust else None,
-        "figure": str(figure) if figure else None,
-    }

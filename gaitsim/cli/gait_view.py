@@ -33,7 +33,7 @@ def print_gait(individual: Individual, gait: Gait) -> None:
         _print_footfalls(gait.footfalls, gait.frame_rate)
     _print_travel(gait)
     for missing in gait.missing:
-        console.print(Text(f"Not to be had: {missing}.", style="yellow"))
+        console.print(Text(f"Not available: {missing}.", style="yellow"))
 
 
 def _print_footfalls(found: Footfalls, frame_rate: float) -> None:

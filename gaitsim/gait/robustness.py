@@ -1,9 +1,9 @@
-"""The same gait under slightly other conditions: a score that collapses was an exploit.
+"""Robustness of a score: the same gait under slightly different conditions.
 
 A gait that walks loses a little when all servos are late or slow, when its body is mirrored,
-or when a simulation takes smaller steps. One that lives on a gap in the model, such as joints
-that flip between two frames, loses most of its score. Errors of single joints are another
-matter: they tell how exactly a gait must be kept.
+or when a simulation takes smaller steps. An exploit of the model, such as joints that flip
+between two frames, loses most of its score. Errors of single joints show how exactly a robot
+must keep a gait.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,6 +19,7 @@ from gaitsim.evaluation.playing import play, require_play
 from gaitsim.evaluation.scoring import evaluate, evaluate_motion
 from gaitsim.experiment import Experiment, with_overrides
 from gaitsim.gait.perturbations import Angles, lagging, late, mirror, without_every_second
+from gaitsim.gait.score_breakdown import term_changes
 from gaitsim.individual import Individual
 
 SEED = 0
@@ -34,15 +35,15 @@ EXPLOIT, FRAGILE = "likely exploit", "fragile"
 
 
 @dataclass(frozen=True)
-class Trial:
-    """One perturbation.
+class Perturbation:
+    """The score under one perturbation.
 
     Attributes:
-        name: what was changed.
-        score: then; the mean, where it was drawn several times.
-        fall: by which the score fell, share of what it is worth; 0 where it rose.
-        sign: what a collapse of the score is a sign of, a 'likely exploit' of the model or
-            a 'fragile' gait; '' where it does not collapse.
+        name: of the change.
+        score: the mean, where it was drawn several times.
+        fall: decrease of the score, as a share of `Robustness.worth`; 0 where it rose.
+        sign: what a collapse of the score indicates, a 'likely exploit' of the model or a
+            'fragile' gait; '' where it does not collapse.
     """
 
     name: str
@@ -53,33 +54,33 @@ class Trial:
 
 @dataclass(frozen=True)
 class Robustness:
-    """How a score bears perturbations.
+    """Robustness of a score to perturbations.
 
     Attributes:
         score: unperturbed.
-        worth: what falls are compared with: how far the score is above the best of the
-            run's first generation, or its size, whichever is more.
-        trials: the perturbations.
-        missing: those that could not be made, and why.
+        worth: the reference of falls: how far the score is above the best of the run's first
+            generation, or its absolute value, whichever is larger.
+        perturbations: the score under each.
+        missing: those that this body does not allow, and why.
     """
 
     score: float
     worth: float
-    trials: tuple[Trial, ...]
+    perturbations: tuple[Perturbation, ...]
     missing: tuple[str, ...]
 
 
-def perturb(
+def measure_robustness(
     individual: Individual,
-    first_best: float | None,
+    history: Mapping[str, NDArray[np.float64]],
     begin: Callable[[int], object] = lambda _: None,
     advance: Callable[[], object] = lambda: None,
 ) -> Robustness:
     """Play a gait again under all perturbations that its body allows.
 
     Args:
-        individual: what is played.
-        first_best: best score of the run's first generation, for what the score is worth.
+        individual: whose gait is played.
+        history: of the run; {} for none.
         begin: called with the number of kinds of perturbations.
         advance: called after each kind.
 
@@ -87,33 +88,38 @@ def perturb(
         PluginError: the body or the fitness fails.
     """
     score = individual.replayed_score
-    gained = score - first_best if first_best is not None and np.isfinite(first_best) else 0.0
-    worth = max(gained, abs(score))
-    trials: list[Trial] = []
+    worth = abs(score)
+    if history:
+        generation = individual.generation or len(history["best"])
+        first_best = float(history["best"][term_changes(history, generation)[0] - 1])
+        worth = max(worth, score - first_best if np.isfinite(first_best) else 0.0)
+    perturbations: list[Perturbation] = []
     missing: list[str] = []
     begin(len(_ATTEMPTS))
     for attempt, sign in _ATTEMPTS:
         try:
             scores = attempt(individual)
-        except _CannotError as error:
+        except _NotPossibleError as error:
             missing.append(str(error))
         else:
-            trials += [_trial(name, score, value, worth, sign) for name, value in scores.items()]
+            perturbations += [
+                _perturbation(name, score, value, worth, sign) for name, value in scores.items()
+            ]
         advance()
-    return Robustness(score, worth, tuple(trials), tuple(missing))
+    return Robustness(score, worth, tuple(perturbations), tuple(missing))
 
 
-class _CannotError(Exception):
+class _NotPossibleError(Exception):
     """A perturbation that this body does not allow."""
 
 
-def _trial(name: str, score: float, value: float, worth: float, sign: str) -> Trial:
+def _perturbation(name: str, score: float, value: float, worth: float, sign: str) -> Perturbation:
     fall = max(score - value, 0.0) / worth if worth else 0.0
-    return Trial(name, value, fall, sign if fall > COLLAPSE else "")
+    return Perturbation(name, value, fall, sign if fall > COLLAPSE else "")
 
 
 def _rhythm(individual: Individual) -> dict[str, float]:
-    """Joints that are late or slow alike, or on the other side: a walk is hardly changed."""
+    """Delay, slow down or mirror all joints alike, which hardly changes a walk."""
     angles = _playable(individual, "late, lagging and mirrored joints")
     played: dict[str, Angles] = {"played again": angles[None]}
     for frames in LATE:
@@ -127,7 +133,7 @@ def _rhythm(individual: Individual) -> dict[str, float]:
 
 
 def _inexact(individual: Individual) -> dict[str, float]:
-    """Joints that are not where they should be, each on its own, or much too slow."""
+    """Move each joint on its own away from its angle, or slow down all joints much."""
     angles, rng = _playable(individual, "inexact joints"), np.random.default_rng([SEED, 1])
     apart = [late(angles, rng.integers(0, APART + 1, angles.shape[1:])) for _ in range(DRAWS)]
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
@@ -144,11 +150,11 @@ def _inexact(individual: Individual) -> dict[str, float]:
 
 
 def _playable(individual: Individual, what: str) -> Angles:
-    """The joint angles, (frames, joints), of a body that can play them."""
+    """Return the joint angles, (frames, joints), of a body that can play them."""
     try:
         require_play(individual.experiment)
     except GaitsimError as error:
-        raise _CannotError(f"{what}: {error.what}") from None
+        raise _NotPossibleError(f"{what}: {error.what}") from None
     return np.asarray(individual.joint_angles)
 
 
@@ -157,7 +163,7 @@ def _frames(count: int) -> str:
 
 
 def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, float]:
-    """Mean score of joint angles, (draws, frames, joints), by name."""
+    """Return the mean score of joint angles, (draws, frames, joints), by name."""
     return {
         name: float(evaluate_motion(experiment, play(experiment, these), len(these)).scores.mean())
         for name, these in played.items()
@@ -165,10 +171,10 @@ def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, f
 
 
 def _genes(individual: Individual) -> dict[str, float]:
-    """Genes that are a little off, where joints cannot be."""
+    """Change the genes a little."""
     experiment, genome = individual.experiment, individual.genome
     if genome is None:
-        raise _CannotError("inexact genes: a gait from a file has none")
+        raise _NotPossibleError("inexact genes: a gait from a file has none")
     space, rng = experiment.space(), np.random.default_rng([SEED, 2])
     copies: NDArray[Any] = np.repeat(genome[None], DRAWS, axis=0)
     if isinstance(space, RealSpace):
@@ -179,29 +185,29 @@ def _genes(individual: Individual) -> dict[str, float]:
         copies = space.repair(copies)
         name = "one gene flipped"
     else:
-        raise _CannotError(f"inexact genes: a {space.name} genome has no small change")
+        raise _NotPossibleError(f"inexact genes: a {space.name} genome has no small change")
     return {name: float(evaluate(experiment, copies).scores.mean())}
 
 
 def _half_step(individual: Individual) -> dict[str, float]:
-    """Half the time step, of a body that simulates with one."""
+    """Halve the time step of a body that simulates with one."""
     experiment, genome = individual.experiment, individual.genome
     options: Mapping[str, Any] = type(experiment.organism).model_fields
     step = next((name for name in STEP_OPTIONS if name in options), None)
     if step is None:
-        raise _CannotError(
+        raise _NotPossibleError(
             f"half the time step: the body has no option {' or '.join(STEP_OPTIONS)}"
         )
     if genome is None:
-        raise _CannotError("half the time step: a gait from a file is not simulated")
+        raise _NotPossibleError("half the time step: a gait from a file is not simulated")
     half = getattr(experiment.organism, step) / 2
     try:
         finer = with_overrides(experiment, {f"organism.{step}": half})
     except GaitsimError as error:
-        raise _CannotError(f"half the time step: {error.what}") from None
+        raise _NotPossibleError(f"half the time step: {error.what}") from None
     return {f"half the time step, {half:g} s": float(evaluate(finer, genome[None]).scores[0])}
 
 
-# What hardly touches a walk tells an exploit. What touches the coordination of the legs, which
-# any gait needs, tells how exactly they must keep it.
+# A perturbation that hardly affects a walk indicates an exploit. One that affects the coordination
+# of the legs, which any gait needs, shows how exactly a robot must keep it.
 _ATTEMPTS = ((_rhythm, EXPLOIT), (_half_step, EXPLOIT), (_inexact, FRAGILE), (_genes, FRAGILE))

@@ -1,4 +1,4 @@
-"""Why a gait scored: its terms over time, over the generations, and in words."""
+"""The breakdown of a score: its terms over time, over the generations, and in words."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,79 +6,70 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Motion
-from gaitsim.errors import GaitsimError
+from gaitsim.contracts import Channel, Motion
 from gaitsim.individual import Individual, score_terms
 from gaitsim.runs.files.history import COLUMNS, MEAN
 
-PARTS = 10  # of the motion, at whose ends the terms are told
+PARTS = 10  # of the motion, at whose ends the terms are evaluated
 DOMINANT = 0.6  # of all that the terms add and take: one as large dominates
 SLIGHT = 0.01  # likewise: one as small hardly counts; and of the score's range over generations
 PAID = 0.5  # of a gain: a loss as large pays for it
-RELEVANT = 0.05  # of all that changed: what is smaller is not told
+RELEVANT = 0.05  # of all changes: smaller ones are left out
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
-    """Terms at growing times.
+class TermsOverTime:
+    """The terms of a score at growing times.
 
     Attributes:
         seconds: (times,).
-        terms: by name, (times,): what each would be, had the motion ended there.
-        unmoved: terms that no cut changes, as they are worked out from channels without time.
+        terms: by name, (times,): the value of the term, had the motion ended there.
+        timed: whether the fitness reads any channel over time; if not, no cut changes a term.
     """
 
     seconds: Floats
     terms: Mapping[str, Floats]
-    unmoved: tuple[str, ...]
+    timed: bool
 
 
-def course(individual: Individual) -> Course | GaitsimError:
-    """The terms of the motion cut to its first tenth, two tenths, … and all of it.
+def terms_over_time(individual: Individual) -> TermsOverTime:
+    """Evaluate the motion cut to its first tenth, two tenths, … and all of it.
 
-    The contract of a fitness gives totals alone. But every channel that has a time has it
-    as its second axis, so a motion can be cut; what the fitness makes of the part is what
-    the score would be, had the motion ended there. It is no sum of shares: a term that is
-    a mean over time, such as drift, can fall as well as rise.
+    The contract of a fitness gives totals alone, but a motion can be cut. The score of a part is
+    the score that the individual would have, had the motion ended there. It is not a sum of
+    shares: a term that is a mean over time, such as drift, can fall as well as rise.
 
-    Returns:
-        The course; or the error of a fitness that cannot judge a part.
+    Raises:
+        PluginError: the fitness cannot evaluate a part.
     """
+    experiment, motion = individual.experiment, individual.motion
     frames = len(individual.skeleton.segments)
     keeps = np.unique(np.linspace(0, frames, PARTS + 1)[1:].round().astype(int))
     keeps = keeps[keeps >= min(2, frames)]
-    needs = individual.experiment.fitness.needs
-    try:
-        rows = [score_terms(individual.experiment, cut(individual.motion, needs, frames, keep))
-                for keep in keeps.tolist()]  # fmt: skip
-    except GaitsimError as error:
-        return error
-    terms = {name: np.array([row[name] for row in rows]) for name in individual.replayed_terms}
-    timed = any(_has_time(individual.motion, name, frames) for name in needs)
-    unmoved = () if timed else tuple(terms)
-    return Course((keeps - 1) / individual.motion.frame_rate, terms, unmoved)
+    channels = {name: experiment.organism.channels[name] for name in experiment.fitness.needs}
+    rows = [score_terms(experiment, cut(motion, channels, keep)) for keep in keeps.tolist()]
+    return TermsOverTime(
+        (keeps - 1) / motion.frame_rate,
+        {name: np.array([row[name] for row in rows]) for name in individual.replayed_terms},
+        any(channel.over_time for channel in channels.values()),
+    )
 
 
-def cut(motion: Motion, names: tuple[str, ...], frames: int, keep: int) -> Motion:
-    """A motion of the channels named, those over time cut to their first frames."""
+def cut(motion: Motion, channels: Mapping[str, Channel], frames: int) -> Motion:
+    """Return some channels of a motion, those over time cut to their first frames."""
     return Motion(
         motion.frame_rate,
         {
-            name: motion[name][:, :keep] if _has_time(motion, name, frames) else motion[name]
-            for name in names
+            name: motion[name][:, :frames] if channel.over_time else motion[name]
+            for name, channel in channels.items()
         },
     )
 
 
-def _has_time(motion: Motion, name: str, frames: int) -> bool:
-    shape = np.shape(motion[name])
-    return len(shape) > 1 and shape[1] == frames
-
-
 @dataclass(frozen=True)
-class Change:
+class TermChange:
     """A term over the generations.
 
     Attributes:
@@ -95,16 +86,18 @@ class Change:
 
     @property
     def gain(self) -> float:
-        """By how much it rose."""
+        """The increase from first to last."""
         return self.last - self.first
 
 
-def changes(history: Mapping[str, Floats], generation: int) -> tuple[int, tuple[Change, ...]]:
-    """How the terms changed from the first generation of a stage up to another one.
+def term_changes(
+    history: Mapping[str, Floats], generation: int
+) -> tuple[int, tuple[TermChange, ...]]:
+    """Return how the terms changed from the first generation of a stage up to another one.
 
     Returns:
-        The first generation that was judged as that one was, and the terms in the order of
-        the history. What a run scored by before its fitness was changed is left out.
+        The first generation that was evaluated like that one, and the terms in the order of the
+        history. Terms of a fitness that the run changed before are left out.
     """
     names = [
         name
@@ -118,7 +111,7 @@ def changes(history: Mapping[str, Floats], generation: int) -> tuple[int, tuple[
         same &= history["stage"][:generation] == history["stage"][generation - 1]
     first = int(np.flatnonzero(~same)[-1]) + 1 if not same.all() else 0
     return first + 1, tuple(
-        Change(
+        TermChange(
             name,
             float(history[name][first]),
             float(history[name][generation - 1]),
@@ -129,21 +122,21 @@ def changes(history: Mapping[str, Floats], generation: int) -> tuple[int, tuple[
     )
 
 
-def in_words(
+def summarise(
     terms: Mapping[str, float], history: Mapping[str, Floats], generation: int | None
 ) -> tuple[str, ...]:
-    """What drove the score: terms that dominate, that are constant, and that cancel.
+    """Say what drove the score: terms that dominate, that are constant, and that cancel.
 
     Args:
         terms: of the individual's score.
         history: of the run.
-        generation: in which the individual was found; None for one that no run found.
+        generation: of the individual; None for a gait from a file.
     """
     total = sum(abs(value) for value in terms.values())
     told = _dominant(terms, total)
     if generation is None:
         return (*told, *_slight(terms, total))
-    first, found = changes(history, generation)
+    first, found = term_changes(history, generation)
     return (*told, *_driven(first, found), *_constant(history, first, found, generation))
 
 
@@ -162,8 +155,8 @@ def _slight(terms: Mapping[str, float], total: float) -> tuple[str, ...]:
     return (f"hardly counted: {', '.join(slight)}",) if slight else ()
 
 
-def _driven(first: int, found: tuple[Change, ...]) -> tuple[str, ...]:
-    """Which terms the search raised, and which it paid with."""
+def _driven(first: int, found: tuple[TermChange, ...]) -> tuple[str, ...]:
+    """Say which terms the search raised, and which it paid with."""
     moved = sum(abs(change.gain) for change in found)
     rose = sorted(
         (change for change in found if change.gain > RELEVANT * moved), key=lambda c: -c.gain
@@ -185,9 +178,9 @@ def _driven(first: int, found: tuple[Change, ...]) -> tuple[str, ...]:
 
 
 def _constant(
-    history: Mapping[str, Floats], first: int, found: tuple[Change, ...], generation: int
+    history: Mapping[str, Floats], first: int, found: tuple[TermChange, ...], generation: int
 ) -> tuple[str, ...]:
-    """Terms of the best that stayed the same, against how far the best score moved."""
+    """Name the terms of the best that stayed the same while the best score moved."""
     part = slice(first - 1, generation)
     best = history["best"][part]
     spread = float(np.ptp(best[np.isfinite(best)])) if np.isfinite(best).any() else 0.0
@@ -196,12 +189,12 @@ def _constant(
     for change in found:
         away = np.abs(history[change.name][part] - change.last) > SLIGHT * spread
         before = int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0
-        # A term that settled in the last half of the search may just have come to its end.
+        # A term that settled in the last half of the search may just have converged.
         if count > 2 and before < count / 2:
             when = f"since generation {first + before}" if before else "all along"
             settled.append(f"{change.name} {change.last:z.3f} {when}")
     return (f"constant: {', '.join(settled)}",) if settled else ()
 
 
-def _and(terms: list[Change]) -> str:
+def _and(terms: list[TermChange]) -> str:
     return " + ".join(change.name for change in terms)

@@ -1,18 +1,59 @@
 """Analyses as plain values, for JSON: SI units, angles in radians, phases in cycles."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait import Footfalls, Gait
+from gaitsim.gait.report import Footfalls, Gait
 from gaitsim.gait.robustness import Robustness
-from gaitsim.gait.score_breakdown import Change, Course
+from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
+from gaitsim.individual import Individual
 
 
-def gait(found: Gait) -> dict[str, Any]:
-    """A gait; `feet`, `stride`, `stability` and `slip` are null for a body without feet."""
+def analysis_to_dict(
+    individual: Individual,
+    gait: Gait,
+    history: Mapping[str, NDArray[np.float64]],
+    robustness: Robustness | None,
+) -> dict[str, Any]:
+    """Return an individual's gait, the breakdown of its score, and its robustness."""
+    generation = individual.generation or None
+    changes = None
+    if generation is not None:
+        first, found = term_changes(history, generation)
+        changes = {"first_generation": first, "terms": [asdict(change) for change in found]}
+    return {
+        "subject": individual.title,
+        "generation": generation,
+        "score": individual.replayed_score,
+        "recorded_score": individual.score if generation else None,
+        "terms": individual.replayed_terms,
+        **gait_to_dict(gait),
+        "terms_over_time": _terms_over_time(individual),
+        "terms_over_generations": changes,
+        "summary": list(summarise(individual.replayed_terms, history, generation)),
+        "robustness": asdict(robustness) if robustness else None,
+    }
+
+
+def _terms_over_time(individual: Individual) -> dict[str, Any]:
+    try:
+        found = terms_over_time(individual)
+    except GaitsimError as error:
+        return {"error": error.what}
+    return {
+        "seconds": found.seconds.tolist(),
+        "terms": {name: values.tolist() for name, values in found.terms.items()},
+        "timed": found.timed,
+    }
+
+
+def gait_to_dict(found: Gait) -> dict[str, Any]:
+    """Return a gait; `feet`, `stride`, `stability` and `slip` are null for a body without feet."""
     named = asdict(found.name)
     pattern = named.pop("pattern")
     return {
@@ -55,24 +96,3 @@ def _footfalls(found: Footfalls, pattern: tuple[float | None, ...]) -> dict[str,
         },
         "slip": asdict(found.slip),
     }
-
-
-def course(found: Course | GaitsimError) -> dict[str, Any]:
-    """Terms over time, or why there are none."""
-    if isinstance(found, GaitsimError):
-        return {"error": found.what}
-    return {
-        "seconds": found.seconds.tolist(),
-        "terms": {name: values.tolist() for name, values in found.terms.items()},
-        "unmoved": list(found.unmoved),
-    }
-
-
-def changes(first: int, found: tuple[Change, ...]) -> dict[str, Any]:
-    """Terms over the generations."""
-    return {"first_generation": first, "terms": [asdict(change) for change in found]}
-
-
-def robustness(found: Robustness) -> dict[str, Any]:
-    """How a score bears perturbations."""
-    return asdict(found)

@@ -48,7 +48,7 @@ def test_a_gait_is_told_and_why_it_scored(gaitsim, spider):
         f"of {generation}",
     ):
         assert text in shown.stdout
-    assert "How it bears perturbation" not in shown.stdout
+    assert "Robustness to perturbations" not in shown.stdout
     assert "The run recorded" not in shown.stdout
 
 
@@ -99,11 +99,11 @@ def test_json_has_all_the_numbers(gaitsim, spider):
     assert found["stability"]["margin"] == pytest.approx(gait.footfalls.margin.tolist())
     assert found["terms_over_time"]["terms"]["forward"][-1] == found["terms"]["forward"]
     assert found["terms_over_generations"]["first_generation"] == 1
-    assert found["robustness"]["trials"][0] == {
+    assert found["robustness"]["perturbations"][0] == {
         "name": "played again", "score": pytest.approx(score), "fall": pytest.approx(0, abs=1e-9),
         "sign": "",
     }  # fmt: skip
-    assert found["why"]
+    assert found["summary"]
     assert found["figure"] is None
 
 

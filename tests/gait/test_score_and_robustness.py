@@ -5,13 +5,13 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from gaitsim.contracts import Motion
+from gaitsim.contracts import Channel, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
 from gaitsim.gait.files.reader import GaitFile, individual_of
 from gaitsim.gait.perturbations import lagging, late, mirror, without_every_second
-from gaitsim.gait.robustness import EXPLOIT, FRAGILE, perturb
-from gaitsim.gait.score_breakdown import changes, course, cut, in_words
+from gaitsim.gait.robustness import EXPLOIT, FRAGILE, measure_robustness
+from gaitsim.gait.score_breakdown import cut, summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
 
 
@@ -42,8 +42,9 @@ def columns(**terms):
 
 
 def test_a_motion_is_cut_along_time_alone():
-    timed, still = np.arange(24).reshape(2, 4, 3), np.arange(4).reshape(2, 2)
-    part = cut(Motion(5.0, {"a": timed, "b": still, "c": timed}), ("a", "b"), 4, 3)
+    timed, still = np.arange(24).reshape(2, 4, 3), np.arange(8).reshape(2, 4)
+    channels = {"a": Channel(("frames", "joints"), "rad", ""), "b": Channel(("feet",), "", "")}
+    part = cut(Motion(5.0, {"a": timed, "b": still, "c": timed}), channels, 3)
     assert sorted(part) == ["a", "b"]
     assert part["a"].tolist() == timed[:, :3].tolist()
     assert part["b"] is still
@@ -52,26 +53,26 @@ def test_a_motion_is_cut_along_time_alone():
 
 def test_terms_over_time_end_with_the_score(on_the_spider):
     individual = on_the_spider("alternating-tetrapod")
-    found = course(individual)
+    found = terms_over_time(individual)
     assert found.seconds[-1] == pytest.approx(299 / 30)
     assert np.diff(found.seconds) == pytest.approx(1.0)
     assert {name: values[-1] for name, values in found.terms.items()} == individual.terms
     # Forward is what it had walked by then, at its even speed.
     assert found.terms["forward"] == pytest.approx(0.125 * found.seconds, abs=0.01)
-    assert found.unmoved == ()
+    assert found.timed
 
 
-def test_a_fitness_without_time_is_told():
+def test_a_fitness_without_time_has_constant_terms():
     experiment = load_experiment("millipede")
     space = experiment.space()
     genomes = space.random(1, np.random.default_rng(0))
     individual = Individual.of_motion(experiment, experiment.organism.move(genomes))
-    found = course(individual)
-    assert found.unmoved == ("travel",)
+    found = terms_over_time(individual)
+    assert not found.timed
     assert np.ptp(found.terms["travel"]) == 0
 
 
-def test_a_fitness_that_cannot_judge_a_part_is_told(puppet, install):
+def test_a_fitness_that_cannot_evaluate_a_part_raises(puppet, install):
     source = (
         "from typing import ClassVar\nfrom gaitsim.contracts import Fitness\n"
         "class Whole(Fitness):\n    needs: ClassVar = ('joint_angles',)\n"
@@ -82,17 +83,16 @@ def test_a_fitness_that_cannot_judge_a_part_is_told(puppet, install):
     install("whole", source, {"fitness": {"whole": "Whole"}})
     experiment = puppet("fitness.plugin=whole")
     individual = Individual.of_motion(experiment, experiment.organism.move(np.full((1, 3), 0.5)))
-    found = course(individual)
-    assert isinstance(found, GaitsimError)
-    assert "five frames" in found.what
+    with pytest.raises(GaitsimError, match="five frames"):
+        terms_over_time(individual)
     assert individual.terms == {"end": 0.5}
 
 
-def test_terms_are_told_in_words():
+def test_terms_are_told_summarise():
     history = columns(
         forward=[0.0, 1, 2, 3, 4, 5], drift=[-0.3] + [-0.1] * 5, zero=[0.0] * 6, late=[0] * 5 + [-1]
     )
-    words = in_words({"forward": 5.0, "drift": -0.1, "zero": 0.0, "late": -1.0}, history, 6)
+    words = summarise({"forward": 5.0, "drift": -0.1, "zero": 0.0, "late": -1.0}, history, 6)
     assert words == (
         "forward dominates: 82% of all that the terms add and take",
         "since generation 1 the best score changed by +4.200: forward +5.000, late -1.000",
@@ -100,37 +100,37 @@ def test_terms_are_told_in_words():
     )
 
 
-def test_terms_that_cancel_are_told():
+def test_terms_that_cancel_are_named():
     history = columns(movement=[0.0, 2, 5], change=[0.0, -1, -4])
-    words = in_words({"movement": 5.0, "change": -4.0}, history, 3)
+    words = summarise({"movement": 5.0, "change": -4.0}, history, 3)
     assert not any("dominates" in sentence for sentence in words)
     assert (
         "movement and change cancel: what one brings, the other takes (+5.000 and -4.000)" in words
     )
     history = columns(movement=[0.0, 2, 5], change=[0.0, 0, -1])
-    assert "cancel" not in str(in_words({"movement": 5.0, "change": -1.0}, history, 3))
+    assert "cancel" not in str(summarise({"movement": 5.0, "change": -1.0}, history, 3))
 
 
-def test_one_term_and_no_generation_have_little_to_tell():
-    assert in_words({"travel": 3.0}, {}, None) == ()
-    assert in_words({"a": 9.0, "b": 0.001}, {}, None) == (
+def test_the_summary_of_one_term_is_empty():
+    assert summarise({"travel": 3.0}, {}, None) == ()
+    assert summarise({"a": 9.0, "b": 0.001}, {}, None) == (
         "a dominates: 100% of all that the terms add and take",
         "hardly counted: b",
     )
 
 
-def test_a_changed_fitness_is_told_from_where_it_holds():
+def test_terms_change_since_the_fitness_changed():
     history = columns(now=[np.nan, np.nan, 1, 4], then=[5.0, 6, np.nan, np.nan])
-    first, (change,) = changes(history, 4)
+    first, (change,) = term_changes(history, 4)
     assert (first, change.name, change.gain, change.mean_last) == (3, "now", 3, 2)
     # In a stage of its own, a term of the same name is another one.
     history = columns(a=[9.0, 9, 1, 2, 4], b=[0.0, 0, 0, 0, 0]) | {
         "stage": np.array([0, 0, 1, 1, 1.0])
     }
-    first, (change, _) = changes(history, 5)
+    first, (change, _) = term_changes(history, 5)
     assert (first, change.first) == (3, 1)
-    assert "b 0.000 all along" in str(in_words({"a": 4.0, "b": 0.0}, history, 5))
-    assert changes(history, 2)[0] == 1
+    assert "b 0.000 all along" in str(summarise({"a": 4.0, "b": 0.0}, history, 5))
+    assert term_changes(history, 2)[0] == 1
 
 
 def test_late_and_lagging_joints():
@@ -160,15 +160,15 @@ def test_joints_find_their_partners():
     assert mirror(()) is None
 
 
-def test_a_walk_bears_what_a_flip_flop_does_not(on_the_spider):
-    walk = perturb(on_the_spider("alternating-tetrapod"), None)
+def test_a_walk_is_robust_and_a_flip_flop_collapses(on_the_spider):
+    walk = measure_robustness(on_the_spider("alternating-tetrapod"), {})
     assert walk.worth == abs(walk.score)
-    by_name = {trial.name: trial for trial in walk.trials}
+    by_name = {trial.name: trial for trial in walk.perturbations}
     assert by_name["played again"].score == walk.score
     assert by_name["mirrored"].fall == pytest.approx(0, abs=1e-3)
     for name in ("all joints 3 frames late", "servos with a lag of 1 frame"):
         assert 0 < by_name[name].fall < 0.25
-    assert not any(trial.sign == EXPLOIT for trial in walk.trials)
+    assert not any(trial.sign == EXPLOIT for trial in walk.perturbations)
     # Its feet must all come down at once: on feet a millimetre or two apart, few stand.
     assert by_name["each joint off by about 1°"].sign == FRAGILE
     assert [text.partition(":")[0] for text in walk.missing] == [
@@ -176,17 +176,24 @@ def test_a_walk_bears_what_a_flip_flop_does_not(on_the_spider):
         "inexact genes",
     ]
     flips = on_the_spider("flip-flop", load_experiment("spider-recurrence"))
-    shaken = {trial.name: trial for trial in perturb(flips, None).trials}
+    shaken = {trial.name: trial for trial in measure_robustness(flips, {}).perturbations}
     assert shaken["every second frame left out"].sign == EXPLOIT
-    assert perturb(flips, None) == perturb(flips, None)
+    assert measure_robustness(flips, {}) == measure_robustness(flips, {})
+
+
+def first_best(score):
+    """A history of one generation."""
+    return columns(forward=[0.0]) | {"best": np.array([score])}
 
 
 def test_a_fall_is_compared_with_what_the_score_gained(on_the_spider):
     individual = on_the_spider("wave")
-    found = perturb(individual, individual.score - 10)
+    found = measure_robustness(individual, first_best(individual.score - 10))
     assert found.worth == pytest.approx(10)
-    assert perturb(individual, individual.score + 1).worth == abs(individual.score)
-    assert perturb(individual, -np.inf).worth == abs(individual.score)
+    assert measure_robustness(individual, first_best(individual.score + 1)).worth == abs(
+        individual.score
+    )
+    assert measure_robustness(individual, first_best(-np.inf)).worth == abs(individual.score)
 
 
 class _Stepped:
@@ -207,10 +214,10 @@ def test_half_the_time_step_where_a_body_has_one(puppet, install):
     def robustness(step):
         experiment = puppet("organism.plugin=stepped", f"organism.dt={step}")
         motion = experiment.organism.move(genome[None])
-        return perturb(Individual(experiment, 0.0, {}, 1, genome, played=motion), None)
+        return measure_robustness(Individual(experiment, 0.0, {}, 1, genome, played=motion), {})
 
     found = robustness(0.1)
-    trials = {trial.name: trial for trial in found.trials}
+    trials = {trial.name: trial for trial in found.perturbations}
     half = trials["half the time step, 0.05 s"]
     assert (half.score, half.fall, half.sign) == (pytest.approx(0.15), pytest.approx(0.5), "")
     assert trials["genes inexact by 1% of their range"].sign == ""
@@ -221,7 +228,7 @@ def test_half_the_time_step_where_a_body_has_one(puppet, install):
     assert any("half the time step: the" in text for text in robustness(0.05).missing)
 
 
-def test_a_fragile_genome_is_told(puppet, install):
+def test_a_genome_that_fails_with_one_flipped_gene_is_fragile(puppet, install):
     source = (
         "import numpy as np\nfrom gaitsim.contracts import Motion\nfrom gaitsim_puppets import "
         "BitPuppet\nclass Lock(BitPuppet):\n    def move(self, genomes):\n"
@@ -232,6 +239,7 @@ def test_a_fragile_genome_is_told(puppet, install):
     experiment = with_overrides(puppet(), {"organism.plugin": "lock"})
     genome = np.ones(3, dtype=np.uint8)
     motion = experiment.organism.move(genome[None])
-    (trial,) = perturb(Individual(experiment, 1.0, {}, 1, genome, played=motion), 0.0).trials
-    assert (trial.name, trial.fall, trial.sign) == ("one gene flipped", 1.0, FRAGILE)
+    individual = Individual(experiment, 1.0, {}, 1, genome, played=motion)
+    (found,) = measure_robustness(individual, first_best(0.0)).perturbations
+    assert (found.name, found.fall, found.sign) == ("one gene flipped", 1.0, FRAGILE)
     assert genome.tolist() == [1, 1, 1]

@@ -1,4 +1,4 @@
-"""How it is shown in a terminal why a gait scored, and how robust that is."""
+"""Print the breakdown of a score and its robustness."""
 
 from collections.abc import Mapping
 
@@ -9,7 +9,7 @@ from rich.text import Text
 from gaitsim.cli.console import number, output, table
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.robustness import Robustness
-from gaitsim.gait.score_breakdown import changes, course, in_words
+from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import visible
 
@@ -17,15 +17,19 @@ TIMES = 4  # columns of the terms over time
 _MOVED = 1e-9  # of a score: what a run recorded and what is played now may differ by
 
 
-def print_why(individual: Individual, history: Mapping[str, NDArray[np.float64]]) -> None:
-    """The terms of the score over time and over the generations, and in words."""
+def print_score_breakdown(
+    individual: Individual, history: Mapping[str, NDArray[np.float64]]
+) -> None:
+    """Print the terms of the score over time and over the generations, and a summary."""
     console = output()
     console.print(f"\nWhy it scored {number(individual.replayed_score, 4)}", style="bold")
     _warn_if_moved(individual)
-    over_time = course(individual)
-    if isinstance(over_time, GaitsimError):
+    note = ""
+    try:
+        over_time = terms_over_time(individual)
+    except GaitsimError as error:
         console.print(
-            Text(f"Terms over time are not to be had: {visible(over_time.what)}", style="yellow")
+            Text(f"Terms over time are not available: {visible(error.what)}", style="yellow")
         )
         made = table("term", "value", numbers=("value",))
         for name, value in individual.replayed_terms.items():
@@ -36,11 +40,13 @@ def print_why(individual: Individual, history: Mapping[str, NDArray[np.float64]]
         made = table("term, had it ended at", *heads, numbers=tuple(heads))
         for name, values in over_time.terms.items():
             made.add_row(visible(name), *(number(values[index]) for index in chosen))
+        if not over_time.timed:
+            note = "The fitness reads nothing over time: terms are of the whole motion."
     console.print(made, markup=False)
-    if not isinstance(over_time, GaitsimError) and over_time.unmoved:
-        console.print("The fitness reads nothing over time: terms are of the whole motion.")
+    if note:
+        console.print(note)
     if individual.generation:
-        first, found = changes(history, individual.generation)
+        first, found = term_changes(history, individual.generation)
         heads = [f"best of {first}", f"of {individual.generation}", f"mean of {first}", "mean then"]
         made = table("term, generation", *heads, numbers=tuple(heads))
         for change in found:
@@ -48,7 +54,7 @@ def print_why(individual: Individual, history: Mapping[str, NDArray[np.float64]]
             made.add_row(visible(change.name), *map(number, row))
         console.print()
         console.print(made, markup=False)
-    words = in_words(individual.replayed_terms, history, individual.generation or None)
+    words = summarise(individual.replayed_terms, history, individual.generation or None)
     if words:
         console.print()
     for sentence in words:
@@ -68,17 +74,17 @@ def _warn_if_moved(individual: Individual) -> None:
 
 
 def print_robustness(found: Robustness) -> None:
-    """The score under each perturbation, and whether it collapses."""
+    """Print the score under each perturbation, and whether it collapses."""
     console = output()
-    console.print("\nHow it bears perturbation", style="bold")
-    if found.trials:
+    console.print("\nRobustness to perturbations", style="bold")
+    if found.perturbations:
         made = table("the same, but", "score", "falls by", "", numbers=("score", "falls by"))
-        for trial in found.trials:
+        for perturbation in found.perturbations:
             made.add_row(
-                visible(trial.name),
-                number(trial.score),
-                f"{100 * trial.fall:.0f} %",
-                Text(trial.sign, style="red"),
+                visible(perturbation.name),
+                number(perturbation.score),
+                f"{100 * perturbation.fall:.0f} %",
+                Text(perturbation.sign, style="red"),
             )
         console.print(made, markup=False)
         console.print(
@@ -86,4 +92,4 @@ def print_robustness(found: Robustness) -> None:
             "means of ten."
         )
     for missing in found.missing:
-        console.print(Text(f"Not to be had: {visible(missing)}.", style="yellow"))
+        console.print(Text(f"Not available: {visible(missing)}.", style="yellow"))
