@@ -15,23 +15,23 @@ from gaitsim.experiment import load_experiment
 from gaitsim.render.scene import Clip, Scene
 from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 BUDGET = 20.0  # seconds for 300 frames at 720 lines on two cores
 STILLS = 5
 
 
-def spider(path: Path) -> Run:
+def spider(path: Path) -> RunSnapshot:
     """A short run."""
     experiment = load_experiment("spider", {"evolution.generations": 30})
     with RunWriter(create_run(experiment, path)) as writer:
         for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
-    return Run(path)
+    return RunSnapshot(path)
 
 
-def matplotlib_3d(run: Run) -> float:
+def matplotlib_3d(run: RunSnapshot) -> float:
     """Seconds a picture of the same segments on matplotlib's own 3D axes, bare."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -54,8 +54,8 @@ def peak(run: Path, seconds: float, folder: Path) -> float:
     """MB that a process takes at most for a video of so many seconds, in slow motion."""
     code = (
         "import sys; from pathlib import Path; from gaitsim.render.video import *;"
-        "from gaitsim.runs.reader import Run; speed = 10 / float(sys.argv[2]);"
-        "Video(Run(Path(sys.argv[1])), (), RenderSettings(speed=speed, intro=False))"
+        "from gaitsim.runs.snapshot import RunSnapshot; speed = 10 / float(sys.argv[2]);"
+        "Video(RunSnapshot(Path(sys.argv[1])), (), RenderSettings(speed=speed, intro=False))"
         ".write(Path(sys.argv[3]));"
         "import resource; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )

@@ -18,7 +18,7 @@ import gaitsim as gs
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots import LIGHT, picture
 from gaitsim.render.video import RenderSettings, Video
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.replay import Replay
@@ -81,14 +81,16 @@ def bodies() -> None:
     _film("walker", RenderSettings("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
     champion = gs.load("spider").champion.generation
     several = Video(
-        Run(Path("runs/spider")), (1, 20, champion), RenderSettings(size=(960, 320), intro=False)
+        RunSnapshot(Path("runs/spider")),
+        (1, 20, champion),
+        RenderSettings(size=(960, 320), intro=False),
     )
     _smaller(Image.fromarray(list(several.pictures())[-1]), HERE / "spider-generations.png")
 
 
 def _film(run: str, settings: RenderSettings, pictures: int) -> None:
     """The first pictures of a champion's video."""
-    made = list(islice(Video(Run(Path("runs") / run), (), settings).pictures(), pictures))
+    made = list(islice(Video(RunSnapshot(Path("runs") / run), (), settings).pictures(), pictures))
     encode(
         made,
         HERE / f"{run}.gif",

@@ -295,14 +295,24 @@ def evolved(experiment, path):
     from gaitsim.evaluation import evaluate
     from gaitsim.evolution import evolve
     from gaitsim.runs.files.folder import create_run
-    from gaitsim.runs.reader import Run
+    from gaitsim.runs.snapshot import RunSnapshot
     from gaitsim.runs.writer import RunWriter
 
     path = create_run(experiment, path)
     with RunWriter(path) as writer:
         for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
-    return Run(path)
+    return RunSnapshot(path)
+
+
+@pytest.fixture
+def checkpoint_reads(monkeypatch):
+    """The paths of the checkpoints and champions that are read, in order."""
+    from gaitsim.runs.files import safe_pickle
+
+    paths, load = [], safe_pickle.load
+    monkeypatch.setattr(safe_pickle, "load", lambda path: (paths.append(path), load(path))[1])
+    return paths
 
 
 @pytest.fixture(scope="session")

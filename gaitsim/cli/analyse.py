@@ -19,7 +19,7 @@ from gaitsim.individual import Individual
 from gaitsim.render.plots import check_target
 from gaitsim.render.plots.gait import plot_gait
 from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def analyse(
@@ -51,7 +51,7 @@ def analyse(
     """
     if figure is not None:
         check_target(figure)
-    opened = Run(find_run(run))
+    opened = RunSnapshot(find_run(run))
     individual = _individual(opened, generation, gait)
     history = opened.history
     found = analyse_gait(
@@ -82,7 +82,7 @@ def analyse(
         echo(f"\n{figure}")
 
 
-def _individual(run: Run, generation: int | None, gait: Path | None) -> Individual:
+def _individual(run: RunSnapshot, generation: int | None, gait: Path | None) -> Individual:
     if gait is None:
         return run.individual(generation)
     if generation is not None:

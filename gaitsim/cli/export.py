@@ -12,8 +12,8 @@ from gaitsim.cli.parsing import file_format
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
 from gaitsim.gait.files.writer import Gait, check_folder, gait_of, write_gait
-from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.files.folder import exports_folder, find_run
+from gaitsim.runs.snapshot import RunSnapshot
 
 Format = Literal[GaitFormat, "servo"]
 _SERVO = "Servo table"  # where --help shows the options
@@ -76,7 +76,7 @@ def export(
 
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
     """
-    opened = Run(find_run(run))
+    opened = RunSnapshot(find_run(run))
     if out is not None:
         check_folder(out)
         if format is None and not out.suffix:
@@ -100,7 +100,7 @@ def export(
     servos = ServoRange.around(centre or 0.0, low, high) if table else None
     gait = gait_of(opened.individual(generation))
     ends = "servo.csv" if servos else chosen
-    path = out or opened.exports() / f"gait-generation-{gait.generation}.{ends}"
+    path = out or exports_folder(opened.path) / f"gait-generation-{gait.generation}.{ends}"
     if servos:
         _export_servo(gait, servos, keyframe_ms, clip, path)
         return

@@ -10,7 +10,7 @@ from gaitsim.cli.options import Json, RunName, Set
 from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.folder import command, find_run
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def fork(
@@ -47,7 +47,7 @@ def fork(
     source = find_run(run)
     changes = parse_assignments(set_ or ())
     path = fork_run(source, out, changes, generations=generations, any_version=any_version)
-    generation = Run(path).generation
+    generation = RunSnapshot(path).generation
     if json:
         print_json({"run": str(path), "of": str(source), "generation": generation})
         return

@@ -21,8 +21,8 @@ from gaitsim.imitation.imitating import imitate as imitated
 from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS, Settings, prepare
 from gaitsim.imitation.results import files_of, to_dict, write_results
 from gaitsim.individual import Individual
-from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.files.folder import exports_folder, find_run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def imitate(
@@ -77,7 +77,7 @@ def imitate(
 
     gaitsim imitate spider --compare-activations --output same
     """
-    opened = Run(find_run(run))
+    opened = RunSnapshot(find_run(run))
     if out is not None:
         check_folder(out / "imitator.npz")
     given: Mapping[str, Any] = {
@@ -99,7 +99,7 @@ def imitate(
     results = _train(expert, [replace(chosen, activation=name) for name in names], quiet=json)
     if results is None:
         sys.exit(130)
-    files = files_of(out or opened.exports(), format, compare_activations)
+    files = files_of(out or exports_folder(opened.path), format, compare_activations)
     write_results(results, files)
     wrote(*files.values())
     if json:

@@ -19,7 +19,7 @@ from gaitsim.render.terminal.body import Figure, picture
 from gaitsim.render.terminal.text import visible
 from gaitsim.render.terminal.view import Viewpoint
 from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 FPS = 20
 SPEEDS = 0.01, 100.0
@@ -57,7 +57,7 @@ def play(
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
-    found = Run(find_run(run)).individual(generation)
+    found = RunSnapshot(find_run(run)).individual(generation)
     figure = Figure(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)
     if at is None:

@@ -16,8 +16,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.plots import FORMATS, THEMES, check_target, save
 from gaitsim.render.plots.kinds import KINDS, draw, file_stem
 from gaitsim.render.plots.request import LackingError, Request
-from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.files.folder import exports_folder, find_run
+from gaitsim.runs.snapshot import RunSnapshot
 
 Kind = Literal[PlotKind, "all"]
 
@@ -90,7 +90,7 @@ def plot(
         },
     )
     request = Request(
-        run=Run(find_run(run)),
+        run=RunSnapshot(find_run(run)),
         channel=channel,
         components=tuple(component or ()),
         window=seconds(window),
@@ -115,7 +115,7 @@ def _plot(
     if KINDS[kind].moves:
         request = _with_individuals(request, numbers)
     figure = draw(kind, request)
-    path = out or request.run.exports() / f"{file_stem(kind, request)}.{format or 'png'}"
+    path = out or exports_folder(request.run.path) / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
     wrote(path)
     echo(path)
@@ -132,7 +132,7 @@ def _plot_all(
             allowed="a folder that exists",
         )
     request = _with_individuals(request, numbers)
-    folder = out or request.run.exports()
+    folder = out or exports_folder(request.run.path)
     with Progress("plots", "kinds", len(KINDS)) as progress:
         for kind in KINDS:
             try:

@@ -12,8 +12,7 @@ from gaitsim.cli.options import Json, RunName
 from gaitsim.cli.summary import champion_of, print_champion, to_dict
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.runs.files.folder import command, find_run
-from gaitsim.runs.reader import Run
-from gaitsim.runs.start import read_start
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def show(
@@ -34,10 +33,9 @@ def show(
 
     gaitsim show spider --fingerprint
     """
-    opened = Run(find_run(run))
-    found = opened.checkpoint()
-    if found is not None and found[1]:
-        notice(f"Warning: {found[1]}")
+    opened = RunSnapshot(find_run(run))
+    if opened.warning:
+        notice(f"Warning: {opened.warning}")
     if fingerprint and json:
         print_json({"run": str(opened.path), "fingerprint": opened.fingerprint()})
     elif fingerprint:
@@ -48,10 +46,10 @@ def show(
         _print(opened)
 
 
-def _print_json(run: Run) -> None:
+def _print_json(run: RunSnapshot) -> None:
     experiment, history = run.experiment, run.history
-    champion = champion_of(run, history)
-    start = read_start(run)
+    champion = champion_of(run)
+    start = run.start
     print_json(
         {
             "run": str(run.path),
@@ -80,7 +78,7 @@ def _print_json(run: Run) -> None:
     )
 
 
-def _print(run: Run) -> None:
+def _print(run: RunSnapshot) -> None:
     experiment, history = run.experiment, run.history
     console = output()
     console.print(str(run.path), style="bold", markup=False)
@@ -94,7 +92,7 @@ def _print(run: Run) -> None:
             f"{islands.number:,} islands {where}; every {islands.every:,} generations the best "
             f"{islands.migrants:,} of each go on"
         )
-    start = read_start(run)
+    start = run.start
     if start is not None:
         console.print(
             f"begun with a kept individual of generation {start.generation}, "
@@ -113,10 +111,10 @@ def _print(run: Run) -> None:
         console.print(f"{name} {sparkline(list(course), 48)} {number(course[-1])}", markup=False)
     _print_stages(run, history)
     console.print()
-    print_champion(run, champion_of(run, history))
+    print_champion(run, champion_of(run))
 
 
-def _print_stages(run: Run, history: Mapping[str, NDArray[np.float64]]) -> None:
+def _print_stages(run: RunSnapshot, history: Mapping[str, NDArray[np.float64]]) -> None:
     """The stages of a run that has several, and what waits to begin one."""
     console = output()
     stages = run.stages

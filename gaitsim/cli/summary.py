@@ -1,31 +1,22 @@
 """What came of a run: the champion's measures and terms, and what to do next."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.cli.console import number, output, print_json, table
 from gaitsim.individual import Individual
 from gaitsim.runs.files.folder import command
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
-def champion_of(run: Run, history: Mapping[str, NDArray[np.float64]]) -> Individual | None:
+def champion_of(run: RunSnapshot) -> Individual | None:
     """Return a run's champion; None before the first generation and where all have failed.
-
-    Args:
-        run: the run.
-        history: its history, which takes long to read when it is long.
 
     Raises:
         GaitsimError: the run is damaged.
     """
-    if not history or not np.isfinite(history["best"][run.comparable - 1 :].max()):
-        return None
-    return run.individual()
+    return run.individual() if run.best_generation else None
 
 
 def to_dict(champion: Individual) -> dict[str, Any]:
@@ -44,8 +35,8 @@ def to_dict(champion: Individual) -> dict[str, Any]:
 
 def summarise(path: Path, reason: str, json: bool) -> None:
     """Print how a finished run ended; as one JSON object on request."""
-    run = Run(path)
-    champion = champion_of(run, run.history)
+    run = RunSnapshot(path)
+    champion = champion_of(run)
     if json:
         parts = to_dict(champion) if champion else {"generation": run.generation, "score": None}
         print_json(
@@ -63,7 +54,7 @@ def summarise(path: Path, reason: str, json: bool) -> None:
         console.print(f"# {purpose}", style="dim")
 
 
-def _next(run: Run) -> Iterator[tuple[str, str]]:
+def _next(run: RunSnapshot) -> Iterator[tuple[str, str]]:
     """What can be done with a finished run: commands, and what they are for."""
     yield command("analyse", run.path), "which gait it is, and why it scored"
     yield command("video", run.path), "watch it"
@@ -73,19 +64,19 @@ def _next(run: Run) -> Iterator[tuple[str, str]]:
     yield command("resume", run.path, "--generations", next_goal(run)), "go on evolving"
 
 
-def next_goal(run: Run) -> int:
+def next_goal(run: RunSnapshot) -> int:
     """Half as many generations again, and at least one."""
     planned = run.experiment.evolution.generations
     return planned + max(1, planned // 2)
 
 
-def print_champion(run: Run, champion: Individual | None) -> None:
+def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
     """The champion's score and measures with their units, or why there is none."""
     console = output()
     if champion is None:
         console.print("Every individual failed; no score is finite.")
-        found = run.checkpoint()
-        for index, reason in list(found[0].reasons.items())[:1] if found else []:
+        reasons = run.checkpoint.reasons if run.checkpoint else {}
+        for index, reason in list(reasons.items())[:1]:
             console.print(f"Individual {index}: {reason}", markup=False)
         return
     console.print(

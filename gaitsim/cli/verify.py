@@ -14,7 +14,7 @@ from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible_lines
 from gaitsim.runs.files.folder import EXPERIMENT, find_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.verify.verify import Verdict
 from gaitsim.runs.verify.verify import verify as verify_generations
 from gaitsim.toml import literal
@@ -61,7 +61,7 @@ def verify(
             where="--all, --generations",
             allowed="one of the two",
         )
-    opened = Run(find_run(run))
+    opened = RunSnapshot(find_run(run))
     verdict = _verify(opened, asked_generations(None, generations), all_, workers)
     if json:
         _print_json(str(opened.path), verdict)
@@ -72,7 +72,7 @@ def verify(
 
 
 def _verify(
-    run: Run, generations: tuple[int, ...], everything: bool, workers: int | None
+    run: RunSnapshot, generations: tuple[int, ...], everything: bool, workers: int | None
 ) -> Verdict:
     """Verify with a progress bar."""
     with interruptible(), Progress(run.path.name, "generations") as progress:

@@ -14,8 +14,8 @@ from gaitsim.cli.parsing import asked_generations, file_format, pixels
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.render.video import FORMATS, RenderSettings, Video
-from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.files.folder import exports_folder, find_run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def video(
@@ -59,11 +59,11 @@ def video(
     wanted = asked_generations(generation, generations)
     if out is not None:
         check_folder(out)
-    opened = Run(find_run(run))
+    opened = RunSnapshot(find_run(run))
     try:
         with interruptible():
             made = Video(opened, wanted, settings)
-            path = out or opened.exports() / made.name
+            path = out or exports_folder(opened.path) / made.name
             with Progress(path.name, "pictures", len(made)) as progress:
                 made.write(path, progress.advance)
     except KeyboardInterrupt:

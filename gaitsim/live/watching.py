@@ -18,8 +18,8 @@ from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import EXPERIMENT, kept_champions
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import HistoryBuffer, RunFollower
-from gaitsim.runs.reader import Run
 from gaitsim.runs.resume import next_progress
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import changes, comparable, islands_in, stages_of
 from gaitsim.toml import parse
 
@@ -85,15 +85,14 @@ class RunWatcher:
             speeds = self._speeds(last.generation, last.evaluations)
             return replace(last, evaluations_per_second=speeds[0], generations_per_second=speeds[1])
         self._busy = busy
-        return self._read(run or Run(self.run), busy)
+        return self._read(run or RunSnapshot(self.run), busy)
 
-    def _read(self, run: Run, busy: bool) -> Snapshot:
+    def _read(self, run: RunSnapshot, busy: bool) -> Snapshot:
         evolution = _evolution(run)
-        found = run.checkpoint()
-        if found is None:
+        checkpoint, warning = run.checkpoint, run.warning
+        if checkpoint is None:
             state: State = "elsewhere" if busy else "stopped"
             return Snapshot(state, generations=evolution.generations)
-        checkpoint, warning = found
         pending = changes(checkpoint.experiment, run.experiment_text)
         progress = next_progress(checkpoint, evolution, pending)
         reason = (
@@ -140,7 +139,7 @@ class RunWatcher:
         passed = end - start
         return ((after - before) / passed, (last - first) / passed) if passed > 0 else (0.0, 0.0)
 
-    def _champion(self, run: Run, checkpoint: Checkpoint) -> Best | None:
+    def _champion(self, run: RunSnapshot, checkpoint: Checkpoint) -> Best | None:
         """The best so far; without its genome where the body's plugin is not to be had."""
         if not np.isfinite(checkpoint.best_score):
             return None
@@ -158,7 +157,7 @@ class RunWatcher:
         return Best(generation, score, tuple(genome.tolist()))
 
 
-def _evolution(run: Run) -> Evolution:
+def _evolution(run: RunSnapshot) -> Evolution:
     try:
         tables = parse(run.experiment_text, str(run.path / EXPERIMENT))
         return Evolution.model_validate(tables["evolution"])

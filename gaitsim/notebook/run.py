@@ -13,8 +13,8 @@ from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.notebook.search import ARGUMENTS, Search, overrides, resumed
 from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.runs import reader
 from gaitsim.runs.files.folder import find_run
+from gaitsim.runs.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +42,11 @@ class Run(ReprMixin):
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._run = reader.Run(path)
+
+    @property
+    def snapshot(self) -> RunSnapshot:
+        """The run as it is now; each of its files is read at most once."""
+        return RunSnapshot(self.path)
 
     @property
     def experiment(self) -> Experiment:
@@ -51,7 +55,7 @@ class Run(ReprMixin):
         Raises:
             ExperimentError: it has problems, such as a plugin that is no longer installed.
         """
-        return self._run.experiment
+        return self.snapshot.experiment
 
     @property
     def history(self) -> dict[str, NDArray[np.float64]]:
@@ -60,12 +64,12 @@ class Run(ReprMixin):
         Raises:
             RunError: it is damaged.
         """
-        return self._run.history
+        return self.snapshot.history
 
     @property
     def generation(self) -> int:
         """The last one that is finished; 0 before the first."""
-        return self._run.generation
+        return self.snapshot.generation
 
     @property
     def champion(self) -> Individual:
@@ -87,7 +91,7 @@ class Run(ReprMixin):
         Raises:
             RunError: there is no such generation, or all its individuals failed.
         """
-        return self._run.individual(generation)
+        return self.snapshot.individual(generation)
 
     def fingerprint(self) -> str:
         """SHA-256 of population, scores and history, times left out.
@@ -95,7 +99,7 @@ class Run(ReprMixin):
         Raises:
             RunError: no generation is finished yet.
         """
-        return self._run.fingerprint()
+        return self.snapshot.fingerprint()
 
     def resume(
         self,
@@ -117,7 +121,7 @@ class Run(ReprMixin):
         """
         given = overrides({}, set)
         further = overrides({"evolution.generations": generations}, None)
-        experiment = self._run.experiment_with({**further, **given}, ARGUMENTS)
+        experiment = self.snapshot.experiment_with({**further, **given}, ARGUMENTS)
         return resumed(self.path, experiment, workers, given, generations)
 
     def plot(
@@ -159,9 +163,9 @@ class Run(ReprMixin):
         theme = DARK if dark else LIGHT
         individuals: tuple[Individual, ...] = ()
         if KINDS[kind].moves:
-            individuals = tuple(self._run.individual(one) for one in generations or (None,))
+            individuals = tuple(self.snapshot.individual(one) for one in generations or (None,))
         shown = tuple(components)
-        figure = draw(kind, Request(self._run, individuals, channel, shown, window, theme))
+        figure = draw(kind, Request(self.snapshot, individuals, channel, shown, window, theme))
         # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
         figure._repr_png_ = lambda: picture(figure, "png", theme, SCREEN)  # type: ignore[attr-defined]
         return figure
@@ -201,15 +205,15 @@ class Run(ReprMixin):
         path = Path(path)
         theme = "dark" if dark else "light"
         settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
-        Video(self._run, generations, settings).write(path)
+        Video(self.snapshot, generations, settings).write(path)
         return path
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
-        found = self._run.checkpoint()
-        best = found[0].best_score if found else -np.inf
+        found = self.snapshot.checkpoint
+        best = found.best_score if found else -np.inf
         return {
             "path": str(self.path),
-            "generation": found[0].generation if found else 0,
+            "generation": found.generation if found else 0,
             "best": best if np.isfinite(best) else "",
         }
 

@@ -15,7 +15,7 @@ from gaitsim.individual import Individual
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 FORMATS = get_args(VideoFormat)
 FPS = {"mp4": 30.0, "gif": 25.0}
@@ -125,7 +125,10 @@ class Video:
     """
 
     def __init__(
-        self, run: Run, generations: Sequence[int] = (), settings: RenderSettings | None = None
+        self,
+        run: RunSnapshot,
+        generations: Sequence[int] = (),
+        settings: RenderSettings | None = None,
     ) -> None:
         self.run, self.settings = run, settings or RenderSettings()
         shown = [run.individual(generation) for generation in generations or (None,)]

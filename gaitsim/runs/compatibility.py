@@ -1,14 +1,19 @@
 """Whether genomes that were evolved for one body are genomes of another."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import CheckpointError, GaitsimError
 from gaitsim.experiment import Experiment, parse_space
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import KINDS, entries, plugin_errors
+from gaitsim.runs.files.checkpoint import Checkpoint
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
+from gaitsim.runs.stages import islands_in
 
 
 def misfit(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
@@ -69,3 +74,50 @@ def _first_outside(space: GenomeSpace, genomes: Genomes) -> str:
         f": {space.labels[gene]!r}{whose} is {genomes[individual, gene]:g}, "
         f"allowed {space.lower[gene]:g} to {space.upper[gene]:g}"
     )
+
+
+def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path) -> None:
+    """Check that the population of a checkpoint is one of the experiment beside it.
+
+    Args:
+        experiment: as `experiment.toml` says now.
+        checkpoint: of the run.
+        path: the run's folder.
+
+    Raises:
+        CheckpointError: it is not.
+    """
+    population, genomes = experiment.individuals, checkpoint.genomes
+    number, before = experiment.islands.number, islands_in(checkpoint.experiment)
+    wrong = misfit(experiment, genomes, checkpoint.experiment, "the population")
+    if wrong or len(genomes) != population or number != before:
+        asked = f"{population} individuals"
+        reason = wrong or f"it asks for {asked if number == before else f'{number} islands'}"
+        raise CheckpointError(
+            f"the population of {len(genomes)} with {genomes.shape[1]} genes in "
+            f"{path / CHECKPOINT} does not belong to the experiment beside it: {reason}",
+            where=str(path / EXPERIMENT),
+            allowed=f"a population of {population} with {fitting(experiment)}",
+            remedy="take back what was changed in the experiment, or begin a new run with it",
+        )
+
+
+def versions(experiment: Experiment) -> dict[str, str]:
+    """Return what a run depends on: gaitsim, NumPy, and the package of each plugin."""
+    found = {"gaitsim": version("gaitsim"), "numpy": np.__version__}
+    for kind, entry in experiment.entries.items():
+        found[f"{kind} {entry.name}"] = f"{entry.package} {entry.version}"
+    return found
+
+
+def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
+    """Return an error for each plugin that is not installed, by the versions of a checkpoint."""
+    known = {f"{kind} {name}" for kind in KINDS for name in entries(kind)}
+    return [
+        GaitsimError(
+            f"the {key} of this run came with the package {package}",
+            remedy=f"install it: pip install {'=='.join(package.split())}",
+        )
+        for key, package in found.items()
+        if key.split()[0] in KINDS and key not in known
+    ]

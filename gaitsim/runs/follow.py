@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import RunError
-from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, ends_early
 from gaitsim.runs.files.history import COLUMNS, MEAN, Columns, parse_rows
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
 """Rows of a history as columns by name, (rows,) each."""
@@ -29,7 +29,7 @@ class RunFollower:
         self._stamp: tuple[tuple[int, int, int] | None, ...] = ()
         self._head, self._row, self._offset, self._next = b"", b"", 0, 1
 
-    def poll(self) -> Run | None:
+    def poll(self) -> RunSnapshot | None:
         """Return the run as it is now; None where no file has changed since the last call."""
         names = (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY)
         stamp = tuple(_stamp(self.path / name) for name in names)
@@ -37,9 +37,9 @@ class RunFollower:
             return None
         self._stamp = stamp
         self.modified = max((one[0] / 1e9 for one in stamp if one), default=0.0)
-        return Run(self.path)
+        return RunSnapshot(self.path)
 
-    def read_rows(self, run: Run) -> Rows:
+    def read_rows(self, run: RunSnapshot) -> Rows:
         """Return the rows of the history that were added, up to the generation of a run.
 
         Where the file was rewritten, all rows come again, from generation 1 on.
@@ -70,7 +70,7 @@ class RunFollower:
             self._row = lines[-1] if lines else self._row
         if self._next <= last:
             self._head = b""  # what was read is not returned: read it again
-            raise run.ends_early(HISTORY, self._next - 1, last)
+            raise ends_early(run.path, HISTORY, self._next - 1, last)
         return columns
 
 

@@ -21,10 +21,11 @@ from gaitsim.runs.files.folder import (
     START,
     champion_file,
     create_folder,
+    ends_early,
     kept_champions,
 )
-from gaitsim.runs.reader import Run
 from gaitsim.runs.resume import plan
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def fork_run(
@@ -54,16 +55,15 @@ def fork_run(
         ExperimentError: the experiment has problems, or would have them with the overrides.
         RunError: the run is damaged, or the copy cannot be made or would not go on.
     """
-    run = Run(path)
-    # The checkpoint first: all that it counts is in the other files by then.
-    found = run.checkpoint()
-    opening = plan(run, found, overrides, generations=generations, any_version=any_version)
+    run = RunSnapshot(path)
+    # It reads the checkpoint first: all that it counts is in the other files by then.
+    opening = plan(run, overrides, generations=generations, any_version=any_version)
     changed = bool(overrides) or generations is not None
     files: dict[str, str | bytes] = {
         EXPERIMENT: opening.experiment.to_toml() if changed else run.experiment_text
     }
-    if found is not None:
-        checkpoint, _ = found
+    checkpoint = run.checkpoint
+    if checkpoint is not None:
         files |= _records(run, checkpoint.generation) | _champions(path, checkpoint.generation)
         files[CHECKPOINT] = pack(checkpoint)
         digests = RECORD.itemsize * checkpoint.generation
@@ -81,14 +81,14 @@ def _optional(path: Path, name: str) -> list[tuple[str, bytes]]:
     return [(name, _read(path / name))] if os.path.lexists(path / name) else []
 
 
-def _records(run: Run, generations: int) -> dict[str, bytes]:
+def _records(run: RunSnapshot, generations: int) -> dict[str, bytes]:
     """The files of records, cut after those of so many generations."""
     rows = _read(run.path / HISTORY).splitlines(keepends=True)[: 1 + generations]
     size = history.record_type(run.experiment.space()).itemsize
     bests = _read(run.path / BESTS)[: size * generations]
     for name, stored in ((HISTORY, len(rows) - 1), (BESTS, len(bests) // size)):
         if stored < generations:
-            raise run.ends_early(name, max(stored, 0), generations)
+            raise ends_early(run.path, name, max(stored, 0), generations)
     return {HISTORY: b"".join(rows), BESTS: bests}
 
 

@@ -14,8 +14,8 @@ from gaitsim.registry import KINDS
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import Rows, RunFollower
-from gaitsim.runs.reader import Run
 from gaitsim.runs.resume import is_finished
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import parse
 
 POINTS = 256
@@ -168,7 +168,7 @@ class _Watched:
             found = self._overview = replace(found, state=state)
         return found
 
-    def _read(self, run: Run) -> Overview:
+    def _read(self, run: RunSnapshot) -> Overview:
         modified = self._follower.modified
         known: dict[str, Any] = {"path": self._path, "changed": modified, "plugins": {}}
         try:
@@ -178,9 +178,8 @@ class _Watched:
             known["seed"] = int(table.get("seed", 0))
             evolution = Evolution.model_validate(table["evolution"])
             known["generations"] = evolution.generations
-            found = run.checkpoint()
-            if found is not None:
-                checkpoint = found[0]
+            checkpoint = run.checkpoint
+            if checkpoint is not None:
                 known["generation"] = checkpoint.generation
                 known["stage"] = len(checkpoint.stages) + 1
                 best = checkpoint.best_score

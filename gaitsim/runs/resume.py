@@ -15,11 +15,11 @@ from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress, stage_progress, stop_reason
 from gaitsim.experiment import Evolution, Experiment, Overrides, Typed
 from gaitsim.registry import options
-from gaitsim.runs.compatibility import fitting, misfit
+from gaitsim.runs.compatibility import check_population, fitting, misfit, versions
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 from gaitsim.runs.files.folder import EXPERIMENT, check_size, command
-from gaitsim.runs.reader import Run, versions
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, changes, islands_in, pending, threshold_in
 from gaitsim.runs.start import fitting_start
 
@@ -54,7 +54,7 @@ class Opening:
 
 
 def open_run(
-    run: Run,
+    run: RunSnapshot,
     overrides: Overrides | None = None,
     *,
     generations: int | None = None,
@@ -63,7 +63,7 @@ def open_run(
     """Find what a run goes on from, and write to its experiment what is to be changed.
 
     Args:
-        run: locked by this process; a damaged checkpoint of it is renamed.
+        run: locked by this process.
         overrides: values of options by key.
         generations: how far it is to go; None as far as planned.
         any_version: whether other versions of packages than before will do.
@@ -72,16 +72,14 @@ def open_run(
         ExperimentError: the experiment has problems, or would have them with the overrides.
         RunError: the run is damaged, was made with other versions, or would not go on.
     """
-    found = run.checkpoint(keep_damaged=True)
-    opening = plan(run, found, overrides, generations=generations, any_version=any_version)
+    opening = plan(run, overrides, generations=generations, any_version=any_version)
     if overrides or generations is not None:
         write_bytes(run.path / EXPERIMENT, opening.experiment.to_toml().encode())
     return opening
 
 
 def plan(
-    run: Run,
-    found: tuple[Checkpoint, str | None] | None,
+    run: RunSnapshot,
     overrides: Overrides | None = None,
     *,
     generations: int | None,
@@ -91,22 +89,21 @@ def plan(
 
     Args:
         run: locked or not.
-        found: its checkpoint and what to warn of; None where there is none.
         overrides: values of options by key.
         generations: how far it is to go; None as far as planned.
         any_version: whether other versions of packages than before will do.
     """
     further = {} if generations is None else {"evolution.generations": generations}
     given = {**further, **(overrides or {})}
-    if found is None:
+    checkpoint = run.checkpoint
+    if checkpoint is None:
         experiment = run.experiment_with(given)
         check_size(experiment)
         opening = Opening(experiment, None, fitting_start(run, experiment), (), (), ())
     else:
-        checkpoint, warning = found
         experiment = _changed(run, checkpoint, given)
         opening = _begun(run, checkpoint, experiment, any_version=any_version)
-        warnings = [warning] if warning else []
+        warnings = [run.warning] if run.warning else []
         if opening.changes and not overrides:
             warnings.append(
                 f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
@@ -118,7 +115,7 @@ def plan(
     return opening
 
 
-def _hold_goal(run: Run, opening: Opening) -> None:
+def _hold_goal(run: RunSnapshot, opening: Opening) -> None:
     """Refuse a stage that would end before its first generation."""
     last = opening.last
     assert last is not None, "a stage follows another"
@@ -134,7 +131,7 @@ def _hold_goal(run: Run, opening: Opening) -> None:
 
 
 def _begun(
-    run: Run, checkpoint: Checkpoint, experiment: Experiment, *, any_version: bool
+    run: RunSnapshot, checkpoint: Checkpoint, experiment: Experiment, *, any_version: bool
 ) -> Opening:
     warnings = _compare_versions(run, experiment, checkpoint, any_version=any_version)
     found = pending(checkpoint, experiment)
@@ -147,12 +144,12 @@ def _begun(
     return Opening(experiment, last, None, stages, found, tuple(warnings))
 
 
-def _changed(run: Run, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
+def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
     """The experiment after the overrides, held to what the population allows."""
     number = islands_in(checkpoint.experiment)
     population = len(checkpoint.genomes) // number
     if not overrides:
-        run.check_fit(checkpoint)
+        check_population(run.experiment, checkpoint, run.path)
         return run.experiment
     try:
         experiment = run.experiment_with(overrides)
@@ -215,7 +212,7 @@ def _other_size(population: int) -> GaitsimError:
 
 
 def _compare_versions(
-    run: Run, experiment: Experiment, checkpoint: Checkpoint, *, any_version: bool
+    run: RunSnapshot, experiment: Experiment, checkpoint: Checkpoint, *, any_version: bool
 ) -> list[str]:
     """Refuse other versions of what is used before and after; what to warn of.
 

@@ -9,7 +9,7 @@ from gaitsim.experiment import Experiment
 from gaitsim.runs.compatibility import fitting, misfit
 from gaitsim.runs.files.checkpoint import Champion, read_champion
 from gaitsim.runs.files.folder import START, find_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 ALLOWED = (
     "a champion's file, as in runs/spider/champions; a run, for its champion; or RUN@GENERATION, "
@@ -33,20 +33,20 @@ def kept_individual(reference: str) -> Champion:
             path = find_run(reference)
         except RunError:
             return champion_of(_found(run), int(number))
-        return champion_of(Run(path))
+        return champion_of(RunSnapshot(path))
     return champion_of(_found(reference))
 
 
-def _found(run: str) -> Run:
+def _found(run: str) -> RunSnapshot:
     try:
-        return Run(find_run(run))
+        return RunSnapshot(find_run(run))
     except RunError as error:
         error.where = error.where or "--from"
         error.remedy = f"give {ALLOWED}"
         raise
 
 
-def champion_of(run: Run, generation: int | None = None) -> Champion:
+def champion_of(run: RunSnapshot, generation: int | None = None) -> Champion:
     """A run's champion, or a generation's, as its file would hold it.
 
     Raises:
@@ -83,17 +83,7 @@ def check_start(experiment: Experiment, start: Champion, where: str) -> None:
         )
 
 
-def read_start(run: Run) -> Champion | None:
-    """The individual that a run began with; None where its initial population was drawn.
-
-    Raises:
-        CheckpointError: its file is damaged or hostile.
-    """
-    path = run.path / START
-    return read_champion(path) if os.path.lexists(path) else None
-
-
-def fitting_start(run: Run, experiment: Experiment) -> Array | None:
+def fitting_start(run: RunSnapshot, experiment: Experiment) -> Array | None:
     """The genome, (genes,), that the run's initial population is to be made of; None draws it.
 
     Raises:
@@ -101,7 +91,7 @@ def fitting_start(run: Run, experiment: Experiment) -> Array | None:
         RunError: it does not fit the experiment.
     """
     try:
-        start = read_start(run)
+        start = run.start
     except CheckpointError as error:
         error.remedy = "restore it from a copy; without it, this run cannot begin as it was meant"
         raise

@@ -13,6 +13,7 @@ from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluate, stop_reason
 from gaitsim.experiment import Overrides
+from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
 from gaitsim.runs.files import provenance as origins
 from gaitsim.runs.files.append_only import (
@@ -34,11 +35,12 @@ from gaitsim.runs.files.folder import (
     ISLANDS,
     PREVIOUS,
     champion_file,
+    ends_early,
     kept_champions,
 )
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.reader import Run, versions
 from gaitsim.runs.resume import open_run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change
 
 REASONS_KEPT = 1000
@@ -49,7 +51,7 @@ class RunWriter:
     """A run folder, opened for writing by this process alone; a context manager.
 
     Attributes:
-        run: the same, for reading.
+        run: the run as it was opened.
         experiment: as it goes on.
         last: the generation to go on from; None where none is finished.
         changes: of the experiment, by which a stage begins; () where none does.
@@ -83,7 +85,7 @@ class RunWriter:
         with ExitStack() as held:
             held.callback(RunLock(path).release)
             remove_partials(path)
-            self.run = Run(path)
+            self.run = RunSnapshot(path, keep_damaged=True)
             opening = open_run(
                 self.run, overrides, generations=generations, any_version=any_version
             )
@@ -110,15 +112,15 @@ class RunWriter:
         rows, bests = self.path / HISTORY, self.path / BESTS
         lines = history.line_ends(rows)
         if done and len(lines) < 1 + done:
-            raise self.run.ends_early(HISTORY, max(len(lines) - 1, 0), done)
+            raise ends_early(self.path, HISTORY, max(len(lines) - 1, 0), done)
         number = self.experiment.islands.number
         islands = self.path / ISLANDS
         bests_by_island = history.line_ends(islands) if number > 1 else []
         if number > 1 and done and len(bests_by_island) < 1 + done:
-            raise self.run.ends_early(ISLANDS, max(len(bests_by_island) - 1, 0), done)
+            raise ends_early(self.path, ISLANDS, max(len(bests_by_island) - 1, 0), done)
         stored = bests.stat().st_size // self._layout.itemsize if bests.exists() else 0
         if stored < done:
-            raise self.run.ends_early(BESTS, stored, done)
+            raise ends_early(self.path, BESTS, stored, done)
         with writing(self.path):
             self._history = GrowingHistory(rows, lines[: done + 1] if done else [])
             held.callback(self._history.close)

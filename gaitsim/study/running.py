@@ -16,8 +16,8 @@ from gaitsim.evaluation.executors import WorkerLostError, cores
 from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
+from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes, writing
-from gaitsim.runs.reader import versions
 from gaitsim.study.file import Cell, Study
 
 CELLS = "cells"

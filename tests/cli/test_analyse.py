@@ -9,7 +9,7 @@ import pytest
 
 from gaitsim.gait import analyse_gait
 from gaitsim.gait.files.writer import gait_of, write_gait
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
 SMALL = ("--population", 10, "--generations", 3)
@@ -26,7 +26,7 @@ def strict(text):
 def spider(gaitsim, tmp_path):
     """A run of three generations of ten spiders."""
     gaitsim("run", "spider", *SMALL)
-    return Run(tmp_path / "runs/spider")
+    return RunSnapshot(tmp_path / "runs/spider")
 
 
 def test_a_gait_is_told_and_why_it_scored(gaitsim, spider):

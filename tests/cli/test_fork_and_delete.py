@@ -8,7 +8,7 @@ import pytest
 from gaitsim.evaluation import evaluate
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 
@@ -29,7 +29,7 @@ def test_a_copy_stands_where_the_run_stands(gaitsim, run):
     assert done.stdout == "runs/puppet-2: a copy of runs/puppet at generation 5\n"
     assert done.stderr == "Go on with: gaitsim resume runs/puppet-2\n"
     copy = run.with_name("puppet-2")
-    assert Run(copy).fingerprint() == Run(run).fingerprint()
+    assert RunSnapshot(copy).fingerprint() == RunSnapshot(run).fingerprint()
     assert (copy / "bests.bin").read_bytes() == (run / "bests.bin").read_bytes()
     assert [*(copy / "champions").iterdir()]
     assert files(run) - files(copy) == {
@@ -47,9 +47,9 @@ def test_a_changed_copy_is_what_the_run_would_have_become(gaitsim, run):
     change = ("--set", "fitness.price=0.5", "--generations", 9)
     shown = json.loads(gaitsim("fork", run, "--out", "other", *change, "--json").stdout)
     assert shown == {"run": "other", "of": str(run), "generation": 5}
-    before = Run(run).fingerprint()
+    before = RunSnapshot(run).fingerprint()
     gaitsim("resume", "other")
-    assert Run(run).fingerprint() == before
+    assert RunSnapshot(run).fingerprint() == before
     gaitsim("resume", run, *change)
     assert (
         gaitsim("show", run, "--fingerprint").stdout
@@ -78,8 +78,8 @@ def test_a_run_that_is_being_written_is_copied_as_of_its_checkpoint(gaitsim, pup
         history.write_bytes(history.read_bytes() + b"7,1,")
         bests.write_bytes(bests.read_bytes() + b"\0" * 40)
         copy = fork_run(run)
-        assert Run(copy).fingerprint() == Run(run).fingerprint()
-        assert Run(copy).generation == 6
+        assert RunSnapshot(copy).fingerprint() == RunSnapshot(run).fingerprint()
+        assert RunSnapshot(copy).generation == 6
         assert (copy / "history.csv").read_text().count("\n") == 7
     assert (copy / "bests.bin").stat().st_size == 6 * 32
 
@@ -134,4 +134,4 @@ def test_a_run_that_is_being_written_is_not_deleted(gaitsim, run):
     done = gaitsim("runs", "--delete", "puppet", "--yes", code=2)
     lock.release()
     assert "is being written by process" in done.stderr
-    assert Run(run).fingerprint()
+    assert RunSnapshot(run).fingerprint()

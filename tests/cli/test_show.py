@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.runs.files.history import best_terms
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def strict(text):
@@ -47,7 +47,7 @@ def test_a_run_is_shown_in_full(gaitsim, finished):
 
 def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
     shown = strict(gaitsim("show", "puppet", "--json").stdout)
-    run = Run(finished)
+    run = RunSnapshot(finished)
     best = run.individual()
     generation, score = best.generation, best.score
     assert shown["champion"]["generation"] == generation
@@ -113,7 +113,7 @@ def test_runs_are_listed_whatever_they_hold(gaitsim, finished, unbegun, tmp_path
         "damaged": "damaged",
     }
     row = next(row for row in rows if row["run"] == "puppet")
-    assert row["best"] == Run(finished).history["best"].max()
+    assert row["best"] == RunSnapshot(finished).history["best"].max()
     assert (row["generation"], row["generations"], row["organism"]) == (5, 5, "puppet")
     listed = gaitsim("runs").stdout
     assert "[red]odd" in listed
@@ -147,7 +147,9 @@ def test_what_is_no_folder_of_runs_is_refused(gaitsim, finished, more):
 
 def test_a_gait_is_exported(gaitsim, finished, tmp_path):
     done = gaitsim("export", "puppet")
-    generation = Run(finished).individual().generation if (finished / "bests.bin").exists() else 0
+    generation = (
+        RunSnapshot(finished).individual().generation if (finished / "bests.bin").exists() else 0
+    )
     path = f"runs/puppet/exports/gait-generation-{generation}.mat"
     assert done.stdout == f"{path}: 5 frames × 3 joints at 4 Hz, radians\n"
     assert (tmp_path / path).stat().st_size > 0
@@ -211,4 +213,4 @@ def test_damage_is_one_message(gaitsim, finished):
         history.write_text(content)
         for command in ("show", "plot"):
             assert "history.csv" in gaitsim(command, "puppet", code=2).stderr
-    assert np.isfinite(Run(finished).bests["score"]).all()
+    assert np.isfinite(RunSnapshot(finished).bests["score"]).all()

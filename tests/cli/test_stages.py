@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
 CLIMB = ("--set", "fitness.plugin=puppet-climb", "--set", "evolution.elites=1")
@@ -158,7 +158,7 @@ def test_a_staged_run_killed_again_and_again_is_the_same(
         process.wait()
     begun = "puppet-climb" in (killed / "experiment.toml").read_text()
     gaitsim("resume", killed, *(() if begun else (*CLIMB, "--generations", 30)))
-    one, other = Run(killed), Run(tmp_path / "whole")
+    one, other = RunSnapshot(killed), RunSnapshot(tmp_path / "whole")
     assert one.fingerprint() == other.fingerprint()
     assert [stage.last for stage in one.stages] == [5, 30]
     assert (killed / "bests.bin").read_bytes() == (tmp_path / "whole/bests.bin").read_bytes()
@@ -222,4 +222,7 @@ def test_a_run_from_an_individual_killed_before_its_first_generation_is_the_same
     process.wait()
     assert "No generation is finished yet" in gaitsim("show", "killed").stdout
     gaitsim("resume", "killed")
-    assert Run(tmp_path / "killed").fingerprint() == Run(tmp_path / "whole").fingerprint()
+    assert (
+        RunSnapshot(tmp_path / "killed").fingerprint()
+        == RunSnapshot(tmp_path / "whole").fingerprint()
+    )

@@ -10,7 +10,7 @@ from gaitsim.contracts import Channel
 from gaitsim.errors import GaitsimError, PluginError, RunError
 from gaitsim.gait.files.writer import gait_of, write_gait
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def read_csv(path):
@@ -105,7 +105,7 @@ def test_a_generation_that_is_not_there_is_refused(spider_run, tmp_path):
 
 
 def test_a_run_without_a_generation_is_refused(puppet, tmp_path):
-    run = Run(create_run(puppet(), tmp_path / "run"))
+    run = RunSnapshot(create_run(puppet(), tmp_path / "run"))
     with pytest.raises(RunError, match="no finished generation"):
         gait_of(run.individual())
 

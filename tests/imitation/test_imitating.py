@@ -14,7 +14,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim.imitation import SETTINGS, Settings, load_imitator
 from gaitsim.imitation.imitating import imitate
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 
@@ -22,7 +22,7 @@ def evolved(experiment, path):
     with RunWriter(create_run(experiment, path)) as writer:
         for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
-    return Run(path)
+    return RunSnapshot(path)
 
 
 @pytest.fixture(scope="module")

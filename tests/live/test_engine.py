@@ -13,7 +13,7 @@ import pytest
 
 from gaitsim.live.process import Engine
 from gaitsim.runs.files.lock import RunLock, is_locked
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
 SLOW = ("organism.pause=0.01",)
@@ -26,7 +26,7 @@ def whole(begun, gaitsim):
     def whole(*overrides, **options):
         path = begun("whole", *overrides, **options)
         gaitsim("resume", path)
-        return Run(path).fingerprint()
+        return RunSnapshot(path).fingerprint()
 
     return whole
 
@@ -64,7 +64,7 @@ def test_pauses_steps_and_stops_at_random_change_nothing(begun, whole, wait):
         snapshot = asyncio.run(part())
     assert (snapshot.state, snapshot.generation) == ("finished", 15)
     assert not is_locked(path)
-    assert Run(path).fingerprint() == whole(*SLOW, generations=15)
+    assert RunSnapshot(path).fingerprint() == whole(*SLOW, generations=15)
 
 
 def test_it_is_paused_goes_on_and_is_changed(begun, wait):
@@ -90,7 +90,7 @@ def test_it_is_paused_goes_on_and_is_changed(begun, wait):
     snapshot = asyncio.run(steer())
     assert snapshot.state == "stopped"
     assert snapshot.generations == 200
-    assert Run(path).generation == snapshot.generation > 5
+    assert RunSnapshot(path).generation == snapshot.generation > 5
 
 
 def test_who_is_slow_gets_all_rows_merged(begun, wait):
@@ -106,7 +106,7 @@ def test_who_is_slow_gets_all_rows_merged(begun, wait):
 
     (snapshot,) = asyncio.run(watch())
     assert snapshot.rows["generation"].tolist() == list(range(1, 31))
-    assert snapshot.rows["best"].tolist() == Run(path).history["best"].tolist()
+    assert snapshot.rows["best"].tolist() == RunSnapshot(path).history["best"].tolist()
     assert next(event.generation for event in snapshot.events if event.kind == "best") == 1
 
 
@@ -125,7 +125,7 @@ def test_a_killed_parent_leaves_a_run_that_resumes_exactly(begun, whole, gaitsim
     slow, generations = "organism.pause=0.03", 40
     path = begun("run", slow, generations=generations)
     for moment in (1, 2, 6):
-        goal = moment + Run(path).generation
+        goal = moment + RunSnapshot(path).generation
         parent = subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE)
         while int(parent.stdout.readline()) < goal:
             pass
@@ -136,9 +136,9 @@ def test_a_killed_parent_leaves_a_run_that_resumes_exactly(begun, whole, gaitsim
         while is_locked(path) and time.monotonic() < end:
             time.sleep(0.01)
         assert not is_locked(path)
-    assert Run(path).generation < generations
+    assert RunSnapshot(path).generation < generations
     gaitsim("resume", path)
-    assert Run(path).fingerprint() == whole(slow, generations=generations)
+    assert RunSnapshot(path).fingerprint() == whole(slow, generations=generations)
 
 
 def test_ctrl_c_in_the_terminal_does_not_reach_it(begun, wait):
@@ -167,7 +167,7 @@ def test_it_ends_saved_when_the_system_asks(begun, wait):
 
     snapshot = asyncio.run(terminate())
     assert snapshot.state == "stopped"
-    assert Run(path).generation == snapshot.generation
+    assert RunSnapshot(path).generation == snapshot.generation
 
 
 def test_a_process_that_dies_is_told(begun, wait):

@@ -15,7 +15,7 @@ from gaitsim.live.reporter import Reporter
 from gaitsim.live.session import evolve_live
 from gaitsim.runs import writer as writing
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -50,7 +50,7 @@ def change(*assignments):
 
 
 def fingerprint(path):
-    return Run(path).fingerprint()
+    return RunSnapshot(path).fingerprint()
 
 
 def whole(begun, *overrides, **options):
@@ -77,7 +77,7 @@ def test_it_evolves_to_the_end_and_tells_all_rows(begun):
     assert (last.generation, last.generations, last.evaluations) == (30, 30, 180)
     numbers = [n for snapshot in snapshots for n in snapshot.rows.get("generation", ())]
     assert numbers == list(range(1, 31))
-    history = Run(path).history
+    history = RunSnapshot(path).history
     told = [n for snapshot in snapshots for n in snapshot.rows.get("mean reach", ())]
     assert told == history["mean reach"].tolist()
     assert last.top[0].score == history["best"][-1]
@@ -85,7 +85,7 @@ def test_it_evolves_to_the_end_and_tells_all_rows(begun):
     scores = [individual.score for individual in last.top]
     assert scores == sorted(scores, reverse=True)
     assert len(scores) == 5
-    best = Run(path).individual()
+    best = RunSnapshot(path).individual()
     generation, score, genome = best.generation, best.score, best.genome
     assert (last.champion.generation, last.champion.score) == (generation, score)
     assert last.champion.genome == tuple(genome)
@@ -101,8 +101,8 @@ def test_it_is_what_the_command_line_evolves(begun, gaitsim):
 def test_stops_pauses_and_steps_change_nothing(begun, seed):
     drawn = random.Random(seed)
     path = begun()
-    while Run(path).generation < 30:
-        done = Run(path).generation
+    while RunSnapshot(path).generation < 30:
+        done = RunSnapshot(path).generation
         steps = drawn.randrange(1, 10)
         commands = ["pause", *["step"] * steps, *drawn.choice([[], ["go", "pause", "step"]])]
         snapshots = steer(path, *commands, "stop")
@@ -137,8 +137,8 @@ def test_a_change_is_what_resume_makes_of_it(begun, gaitsim, assignments):
 def test_champions_of_another_fitness_are_forgotten(begun):
     path = begun()
     snapshots = steer(path, "pause", *["step"] * 7, change("fitness.price=5.0"), "step", "stop")
-    history = Run(path).history
-    assert snapshots[-1].scored_from == Run(path).comparable == 8
+    history = RunSnapshot(path).history
+    assert snapshots[-1].scored_from == RunSnapshot(path).comparable == 8
     assert snapshots[-1].champion.generation == 8
     assert snapshots[-1].champion.score == history["best"][7]
 
@@ -203,7 +203,10 @@ def test_a_broken_plugin_is_told_and_the_run_goes_on(begun, install):
     assert "organism 'spoilt' of package spoilt 1.0" in snapshot.error.what
     assert "gaitsim resume run" in snapshot.error.remedy
     assert steer(path)[-1].state == "finished"
-    assert Run(path).history["best"].tolist() == Run(whole(begun)).history["best"].tolist()
+    assert (
+        RunSnapshot(path).history["best"].tolist()
+        == RunSnapshot(whole(begun)).history["best"].tolist()
+    )
 
 
 def test_a_full_disk_is_told_and_the_run_goes_on(begun, monkeypatch):
@@ -261,5 +264,5 @@ def test_a_reader_who_is_gone_stops_the_run(begun):
 def test_the_best_of_each_island_is_told(begun):
     path = begun("run", "islands.number=3", "islands.migrants=1", generations=12)
     last = steer(path)[-1]
-    assert last.islands == tuple(Run(path).islands[-1])
+    assert last.islands == tuple(RunSnapshot(path).islands[-1])
     assert steer(begun("plain", generations=3))[-1].islands == ()

@@ -11,7 +11,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Best
 from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.files.folder import champion_file, kept_champions
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 
@@ -35,11 +35,11 @@ def test_a_stopped_and_a_finished_run(begun):
     watch = RunWatcher(path)
     snapshot = watch.look()
     assert (snapshot.state, snapshot.reason, snapshot.generation) == ("stopped", "", 12)
-    best = Run(path).individual()
+    best = RunSnapshot(path).individual()
     generation, score, genome = best.generation, best.score, best.genome
     assert (snapshot.champion.generation, snapshot.champion.score) == (generation, score)
     assert snapshot.champion.genome == tuple(genome)
-    for name, values in Run(path).history.items():
+    for name, values in RunSnapshot(path).history.items():
         np.testing.assert_array_equal(watch.history[name], values)
     kinds = {event.kind for event in snapshot.events}
     assert kinds == {"best", "kept"}
@@ -103,14 +103,14 @@ def test_a_stage_is_told_and_its_scores_are_compared_with_its_own(begun):
 def test_a_missing_plugin_takes_only_the_champions_genome(begun, monkeypatch):
     path = begun()
     evolve(path)
-    best = Run(path).individual()
+    best = RunSnapshot(path).individual()
     generation, score = best.generation, best.score
     assert generation < 30
 
     def missing(*_):
         raise ExperimentError([GaitsimError("unknown organism plugin 'puppet'")])
 
-    monkeypatch.setattr("gaitsim.runs.reader.parse_experiment", missing)
+    monkeypatch.setattr("gaitsim.runs.snapshot.parse_experiment", missing)
     snapshot = RunWatcher(path).look()
     assert snapshot.champion == Best(generation, score, ())
     assert len(snapshot.top) == 5
@@ -140,4 +140,4 @@ def test_a_damaged_run_is_told_in_a_snapshot(begun, spoil, what):
 def test_the_best_of_each_island_is_seen(begun):
     path = begun("run", "islands.number=3", "islands.migrants=1")
     evolve(path, 5)
-    assert RunWatcher(path).look().islands == tuple(Run(path).islands[-1])
+    assert RunWatcher(path).look().islands == tuple(RunSnapshot(path).islands[-1])

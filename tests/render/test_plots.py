@@ -11,7 +11,7 @@ from gaitsim.render.plots import fitness_figure, save
 from gaitsim.render.plots.kinds import draw
 from gaitsim.render.plots.request import Request
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 def plot_fitness(run, path):
@@ -79,7 +79,7 @@ def test_generations_without_a_finite_score_are_left_out(
 
 
 def test_a_run_without_a_generation_has_no_plot(puppet, tmp_path):
-    run = Run(create_run(puppet(), tmp_path / "run"))
+    run = RunSnapshot(create_run(puppet(), tmp_path / "run"))
     with pytest.raises(RunError, match="no finished generation"):
         plot_fitness(run, tmp_path / "a.png")
 

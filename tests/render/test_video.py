@@ -15,7 +15,7 @@ from gaitsim.render.encoder import encode
 from gaitsim.render.scene import Scene
 from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 SMALL = {"size": (128, 96), "intro": False}
 
@@ -291,7 +291,7 @@ def test_too_many_bodies_are_refused(spider_run):
 
 
 def test_a_run_without_a_generation_has_no_video(puppet, tmp_path):
-    run = Run(create_run(puppet(), tmp_path / "run"))
+    run = RunSnapshot(create_run(puppet(), tmp_path / "run"))
     with pytest.raises(RunError, match="no finished generation"):
         Video(run, (), RenderSettings(**SMALL))
 

@@ -12,11 +12,12 @@ import pytest
 from gaitsim.errors import CheckpointError, ExperimentError, PluginError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
+from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import folder as folders
 from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
-from gaitsim.runs.files.folder import create_run, find_run, list_runs
+from gaitsim.runs.files.folder import create_run, exports_folder, find_run, list_runs
 from gaitsim.runs.files.history import best_terms
-from gaitsim.runs.reader import Run, versions
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 LONG = "evolution.generations=8"
@@ -54,7 +55,7 @@ def whole(puppet):
     """A run of eight generations that was never interrupted."""
     path = create_run(puppet(LONG, THRESHOLD), Path("whole"))
     go_on(path)
-    return Run(path)
+    return RunSnapshot(path)
 
 
 @pytest.fixture
@@ -62,11 +63,17 @@ def half(puppet):
     """The same run, stopped after generation 4."""
     path = create_run(puppet(LONG, THRESHOLD), Path("half"))
     go_on(path, 4)
-    return Run(path)
+    return RunSnapshot(path)
+
+
+def again(run):
+    """The same run as it is now."""
+    return RunSnapshot(run.path)
 
 
 def assert_same(one, other):
     """Two runs hold the same, but for the times in their histories."""
+    one, other = again(one), again(other)
     assert one.fingerprint() == other.fingerprint()
     assert (one.path / "bests.bin").read_bytes() == (other.path / "bests.bin").read_bytes()
     champions = [sorted((run.path / "champions").iterdir()) for run in (one, other)]
@@ -87,7 +94,7 @@ def test_a_new_run_holds_its_experiment_and_empty_folders(puppet):
     path = create_run(puppet())
     assert path == Path("runs/puppet")
     assert names(path) == {"experiment.toml", "champions", "exports"}
-    assert Run(path).experiment == puppet()
+    assert RunSnapshot(path).experiment == puppet()
     assert names(Path("runs")) == {"puppet"}
 
 
@@ -244,8 +251,8 @@ def test_a_run_is_written_and_read(whole, puppet):
         "champions",
         "exports",
     }
-    checkpoint, warning = whole.checkpoint()
-    assert warning is None
+    checkpoint, warning = whole.checkpoint, whole.warning
+    assert not warning
     assert (checkpoint.generation, checkpoint.evaluations) == (8, 48)
     assert checkpoint.experiment == puppet(LONG, THRESHOLD).to_toml()
     assert checkpoint.versions == versions(puppet())
@@ -270,20 +277,20 @@ def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
         (whole.path / name).unlink()
     before = (whole.path / "history.csv").read_bytes()
     with pytest.raises(CheckpointError, match=r"are gone, but history\.csv holds generations"):
-        Run(whole.path).generation  # noqa: B018
+        RunSnapshot(whole.path).generation  # noqa: B018
     with pytest.raises(CheckpointError):
         go_on(whole.path)
     assert (whole.path / "history.csv").read_bytes() == before
     # One row may have been written before its checkpoint, which was not.
     (whole.path / "history.csv").write_bytes(b"\n".join(before.split(b"\n")[:2]) + b"\n")
-    assert Run(whole.path).generation == 0
+    assert RunSnapshot(whole.path).generation == 0
 
 
 def test_a_best_that_the_history_does_not_know_is_refused(whole):
     path = whole.path / "bests.bin"
     path.write_bytes(np.random.default_rng(0).bytes(path.stat().st_size))
     with pytest.raises(RunError, match=r"in bests\.bin, but .* in history\.csv"):
-        Run(whole.path).individual()
+        RunSnapshot(whole.path).individual()
 
 
 def test_champions_are_kept_each_time_the_best_beats_the_threshold(whole):
@@ -309,7 +316,7 @@ def test_a_run_gone_on_with_is_the_same(whole, puppet, until):
     path = create_run(puppet(LONG, THRESHOLD))
     go_on(path, until)
     assert go_on(path) == ""
-    assert_same(Run(path), whole)
+    assert_same(RunSnapshot(path), whole)
 
 
 @pytest.mark.parametrize(
@@ -319,37 +326,39 @@ def test_a_run_gone_on_with_stops_where_it_would_have(puppet, stop):
     overrides = ("evolution.generations=60", f"evolution.{stop}")
     whole = create_run(puppet(*overrides))
     go_on(whole)
-    end = Run(whole).generation
+    end = RunSnapshot(whole).generation
     assert 3 < end < 60
     path = create_run(puppet(*overrides))
     for generation in range(1, end + 2):
         go_on(path, generation)
-    assert Run(path).generation == end
-    assert Run(path).fingerprint() == Run(whole).fingerprint()
+    assert RunSnapshot(path).generation == end
+    assert RunSnapshot(path).fingerprint() == RunSnapshot(whole).fingerprint()
 
 
 def test_a_run_extended_is_the_same(whole, puppet):
     path = create_run(puppet(THRESHOLD, "evolution.generations=3"))
     go_on(path)
-    assert Run(path).generation == 3
+    assert RunSnapshot(path).generation == 3
     assert go_on(path, generations=8) == ""
-    assert Run(path).fingerprint() == whole.fingerprint()
-    assert Run(path).experiment.evolution.generations == 8
+    assert RunSnapshot(path).fingerprint() == whole.fingerprint()
+    assert RunSnapshot(path).experiment.evolution.generations == 8
     with pytest.raises(RunError, match="is at generation 8 already") as error:
         RunWriter(path, generations=7)
     assert error.value.allowed == "--generations 8 or more"
-    assert Run(path).experiment.evolution.generations == 8
+    assert RunSnapshot(path).experiment.evolution.generations == 8
 
 
 def test_a_run_grows_while_it_is_read(half, whole):
     assert (half.generation, len(half.history["best"]), len(half.bests)) == (4, 4, 4)
     go_on(half.path)
-    assert (half.generation, len(half.history["best"]), len(half.bests)) == (8, 8, 8)
+    assert (half.generation, len(half.history["best"]), len(half.bests)) == (4, 4, 4)
+    grown = again(half)
+    assert (grown.generation, len(grown.history["best"]), len(grown.bests)) == (8, 8, 8)
 
 
 def test_before_the_first_generation_there_is_nothing(puppet):
-    run = Run(create_run(puppet()))
-    assert run.checkpoint() is None
+    run = RunSnapshot(create_run(puppet()))
+    assert run.checkpoint is None
     assert (run.generation, run.history, len(run.bests)) == (0, {}, 0)
     for ask in (run.individual, run.fingerprint, lambda: run.individual(1)):
         with pytest.raises(RunError, match="has no finished generation yet") as error:
@@ -389,7 +398,7 @@ def test_a_run_killed_at_any_step_goes_on_the_same(
     path = create_run(puppet(LONG, "evolution.fitness_threshold=0"))
     if begun:
         go_on(path, begun)
-    before = begun and Run(path).fingerprint()
+    before = begun and RunSnapshot(path).fingerprint()
     real, calls = getattr(owner, step), iter(range(100))
 
     def stub(*arguments, **options):
@@ -405,7 +414,7 @@ def test_a_run_killed_at_any_step_goes_on_the_same(
         with pytest.raises(Killed):
             writer.record(event)
     # Until the new checkpoint is there, the run is what it was, and is read as such.
-    run = Run(path)
+    run = RunSnapshot(path)
     if run.generation == begun:
         assert len(run.history.get("best", [])) == begun
         assert len(run.bests) == begun
@@ -427,8 +436,9 @@ def test_records_past_the_checkpoint_are_cut_off(half, whole):
         half.path / "champions/generation-000005.pickle",
     )
     (half.path / "champions/generation-mine.pickle").touch()
-    assert half.fingerprint() == fingerprint
-    assert len(half.history["best"]) == len(half.bests) == 4
+    read = again(half)
+    assert read.fingerprint() == fingerprint
+    assert len(read.history["best"]) == len(read.bests) == 4
     with RunWriter(half.path):
         pass
     assert len((half.path / "history.csv").read_text().splitlines()) == 5
@@ -476,7 +486,7 @@ def spoil(path, how):
 def test_a_damaged_checkpoint_falls_back_to_the_same_end(half, whole, how):
     spoil(half.path / "population.pickle", how)
     before = names(half.path)
-    checkpoint, warning = half.checkpoint()
+    checkpoint, warning = half.checkpoint, half.warning
     assert checkpoint.generation == 3
     assert "population.previous.pickle, of generation 3, is used instead" in warning
     assert half.generation == len(half.history["best"]) == len(half.bests) == 3
@@ -492,7 +502,7 @@ def test_two_damaged_checkpoints_are_one_message(half):
     for name in ("population.pickle", "population.previous.pickle"):
         spoil(half.path / name, "changed")
     before = names(half.path)
-    for ask in (half.checkpoint, half.fingerprint, lambda: RunWriter(half.path)):
+    for ask in (lambda: half.checkpoint, half.fingerprint, lambda: RunWriter(half.path)):
         with pytest.raises(CheckpointError, match="neither checkpoint can be read"):
             ask()
     assert names(half.path) == before
@@ -525,7 +535,7 @@ def test_an_experiment_edited_to_other_genomes_is_refused(
         {"organism": {"wide-puppet": "Wide"}},
     )
     edit(half.path, old, new)
-    run = Run(half.path)
+    run = RunSnapshot(half.path)
     for ask in (lambda: RunWriter(half.path, any_version=True), run.individual, lambda: run.bests):
         with pytest.raises(
             CheckpointError, match=r"population of 6 with 3 genes in .* not"
@@ -539,7 +549,7 @@ def test_an_experiment_edited_otherwise_goes_on_with_a_warning(half, whole):
     edit(half.path, "price = 0.1", "price = 0.2")
     warning = go_on(half.path)
     assert "experiment.toml was changed after generation 4 (fitness.price: 0.1, now 0.2)" in warning
-    assert half.fingerprint() != whole.fingerprint()
+    assert again(half).fingerprint() != whole.fingerprint()
     assert go_on(half.path) == ""
 
 
@@ -555,10 +565,10 @@ def test_an_experiment_that_cannot_be_read_is_one_message(half, text):
 def test_a_plugin_that_is_missing_is_named_with_its_package(half, monkeypatch):
     edit(half.path, 'plugin = "puppet-reach"', 'plugin = "gone-reach"')
     path = half.path / "population.pickle"
-    checkpoint, _ = half.checkpoint()
+    checkpoint = half.checkpoint
     checkpoint.versions["fitness gone-reach"] = "gone 2.5"
     write_checkpoint(path, checkpoint)
-    for ask in (lambda: RunWriter(half.path), lambda: Run(half.path).experiment):
+    for ask in (lambda: RunWriter(half.path), lambda: RunSnapshot(half.path).experiment):
         with pytest.raises(ExperimentError, match="unknown fitness plugin 'gone-reach'") as error:
             ask()
         assert "pip install gone==2.5" in str(error.value)
@@ -566,7 +576,7 @@ def test_a_plugin_that_is_missing_is_named_with_its_package(half, monkeypatch):
 
 def test_another_version_of_a_package_is_refused_unless_wanted(half, whole):
     path = half.path / "population.pickle"
-    checkpoint, _ = half.checkpoint()
+    checkpoint = half.checkpoint
     checkpoint.versions["organism puppet"] = "gaitsim-puppets 0.9"
     write_checkpoint(path, checkpoint)
     with pytest.raises(RunError, match="made with other versions") as error:
@@ -580,7 +590,7 @@ def test_another_version_of_a_package_is_refused_unless_wanted(half, whole):
 
 def test_another_numpy_is_a_warning(half):
     path = half.path / "population.pickle"
-    checkpoint, _ = half.checkpoint()
+    checkpoint = half.checkpoint
     checkpoint.versions["numpy"] = "1.0"
     write_checkpoint(path, checkpoint)
     assert "another version of numpy: 1.0 then" in go_on(half.path)
@@ -624,7 +634,7 @@ def test_a_full_disk_stops_the_run_as_it_was(half, whole, monkeypatch, step, num
             record_all(writer)
         assert "free some space" in error.value.remedy
         stopped = read_checkpoint(half.path / "population.pickle").generation
-    assert stopped > 4 or half.fingerprint() == fingerprint
+    assert stopped > 4 or again(half).fingerprint() == fingerprint
     go_on(half.path)
     assert_same(half, whole)
 
@@ -642,7 +652,7 @@ def test_folders_that_a_user_removed_are_made_again(half, whole):
     shutil.rmtree(half.path / "champions")
     shutil.rmtree(half.path / "exports")
     go_on(half.path)
-    assert half.exports().is_dir()
+    assert exports_folder(half.path).is_dir()
 
 
 @pytest.mark.parametrize(
@@ -656,7 +666,7 @@ def test_terms_named_as_columns_are_refused(puppet, puppets, monkeypatch, terms)
     path = create_run(puppet())
     with pytest.raises(PluginError, match=r"fitness 'puppet-reach' of package gaitsim-puppets"):
         go_on(path)
-    assert Run(path).generation == 0
+    assert RunSnapshot(path).generation == 0
 
 
 def test_a_run_in_which_all_fail_is_written_and_gone_on_with(puppet, puppets, monkeypatch):
@@ -666,10 +676,10 @@ def test_a_run_in_which_all_fail_is_written_and_gone_on_with(puppet, puppets, mo
     path = create_run(puppet("evolution.population=1002"))
     go_on(path, 2)
     assert go_on(path) == ""
-    run = Run(path)
+    run = RunSnapshot(path)
     assert run.generation == 5
     assert (run.history["best"] == -np.inf).all()
-    reasons = run.checkpoint()[0].reasons
+    reasons = run.checkpoint.reasons
     assert len(reasons) == 1000  # of the rest it is as well known
     assert set(reasons.values()) == {"reach is nan"}
     for generation in (None, 2):
@@ -682,21 +692,21 @@ def test_bits_are_written_and_read(puppet):
     path = create_run(puppet("organism.plugin=bit-puppet"))
     go_on(path, 2)
     go_on(path)
-    best = Run(path).individual()
+    best = RunSnapshot(path).individual()
     score, genome = best.score, best.genome
     assert genome.dtype == np.uint8
-    assert evaluate(Run(path).experiment, genome[None]).scores[0] == score
+    assert evaluate(RunSnapshot(path).experiment, genome[None]).scores[0] == score
 
 
 def test_a_fingerprint_is_of_all_but_time(whole, puppet):
     other = create_run(puppet(LONG, THRESHOLD), Path("other"))
     go_on(other)
     assert (other / "history.csv").read_text() != (whole.path / "history.csv").read_text()
-    assert Run(other).fingerprint() == whole.fingerprint()
+    assert RunSnapshot(other).fingerprint() == whole.fingerprint()
     text = (other / "history.csv").read_text()
     row = text.splitlines()[3].split(",")
     (other / "history.csv").write_text(text.replace(row[3], repr(math.nextafter(float(row[3]), 9))))
-    assert Run(other).fingerprint() != whole.fingerprint()
+    assert RunSnapshot(other).fingerprint() != whole.fingerprint()
     another = create_run(puppet(LONG, "seed=2"))
     go_on(another)
-    assert Run(another).fingerprint() != whole.fingerprint()
+    assert RunSnapshot(another).fingerprint() != whole.fingerprint()

@@ -10,7 +10,7 @@ from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.follow import RunFollower
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 
@@ -62,7 +62,7 @@ def test_rows_are_those_of_the_history(make):
     for until in (4, 5, 9):
         evolve(path, until)
         parts.append(follower.read_rows(follower.poll()))
-    for name, values in Run(path).history.items():
+    for name, values in RunSnapshot(path).history.items():
         np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), values)
 
 

@@ -11,7 +11,7 @@ from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.checkpoint import pack, read_checkpoint
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import stages_of
 from gaitsim.runs.start import champion_of
 from gaitsim.runs.verify.verify import verify
@@ -38,7 +38,7 @@ def evolve(path, *overrides, generations=None, until=None, parallel=False):
         ):
             if generation.number == until:
                 break
-    return Run(path)
+    return RunSnapshot(path)
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def run(new):
 
 
 def test_each_islands_best_is_kept(run):
-    checkpoint = run.checkpoint()[0]
+    checkpoint = run.checkpoint
     assert checkpoint.genomes.shape == (18, 3)
     assert run.islands.shape == (8, 3)
     assert np.array_equal(run.islands[-1], checkpoint.scores.reshape(3, 6).max(axis=1))
@@ -108,9 +108,9 @@ def test_lost_islands_are_told(run):
 
 
 def test_islands_are_verified(run):
-    verdict = verify(run, everything=True, workers=1)
+    verdict = verify(RunSnapshot(run.path), everything=True, workers=1)
     assert verdict.identical, verdict.differences
-    sampled = verify(run, workers=1)
+    sampled = verify(RunSnapshot(run.path), workers=1)
     assert (sampled.identical, sampled.whole) == (True, (1, 8))
     path = run.path / "islands.csv"
     lines = path.read_text().splitlines()
@@ -119,11 +119,11 @@ def test_islands_are_verified(run):
     cells[worse] = repr(float(cells[worse]) - 1e-9)
     lines[4] = ",".join(cells)
     path.write_text("\n".join(lines) + "\n")
-    assert [*verify(run, [1], workers=1).differences] == [4]
-    verdict = verify(run, everything=True, workers=1)
+    assert [*verify(RunSnapshot(run.path), [1], workers=1).differences] == [4]
+    verdict = verify(RunSnapshot(run.path), everything=True, workers=1)
     assert f"islands.csv: the best score of island {worse} is another" in verdict.differences[4]
     (run.path / "digests.bin").unlink()
-    assert [*verify(run, everything=True, workers=1).differences] == [4]
+    assert [*verify(RunSnapshot(run.path), everything=True, workers=1).differences] == [4]
 
 
 def test_stages_may_change_all_but_the_number(run):
@@ -135,7 +135,7 @@ def test_stages_may_change_all_but_the_number(run):
             "islands.topology",
         ]
     changed = evolve(run.path)
-    assert [stage.first for stage in stages_of(changed.checkpoint()[0])] == [1, 9]
+    assert [stage.first for stage in stages_of(changed.checkpoint)] == [1, 9]
     assert verify(changed, everything=True, workers=1).identical
     with pytest.raises(ExperimentError) as refused:
         evolve(run.path, "islands.number=2")
@@ -153,7 +153,7 @@ def test_a_plain_run_gets_no_islands(puppet, tmp_path):
         evolve(plain.path, "islands.number=2", generations=9)
     # What means nothing to it begins no stage.
     evolve(plain.path, "islands.every=2", generations=9)
-    assert len(stages_of(plain.checkpoint()[0])) == 1
+    assert len(stages_of(plain.checkpoint)) == 1
 
 
 def test_an_experiment_changed_by_hand_must_fit(run):
@@ -170,7 +170,7 @@ def test_a_fork_is_cut_to_the_checkpoint(run, new):
     stopped = evolve(new(), until=4)
     path = stopped.path / "islands.csv"
     path.write_bytes(path.read_bytes() + b"5,0.5,0.25,0.125\n")
-    fork = Run(fork_run(stopped.path))
+    fork = RunSnapshot(fork_run(stopped.path))
     assert len((fork.path / "islands.csv").read_text().splitlines()) == 5
     assert evolve(fork.path).fingerprint() == run.fingerprint()
 
@@ -193,8 +193,8 @@ def test_an_older_checkpoint_has_one_island(puppet, tmp_path):
     older = text[:start] + text[end:]
     path.write_bytes(pack(replace(checkpoint, experiment=older)))
     (plain.path / "experiment.toml").write_text(older)
-    run = Run(plain.path)
+    run = RunSnapshot(plain.path)
     assert run.fingerprint() == before
     assert run.pending == ()
-    assert len(stages_of(evolve(plain.path, generations=7).checkpoint()[0])) == 1
-    assert verify(Run(plain.path), everything=True, workers=1).identical
+    assert len(stages_of(evolve(plain.path, generations=7).checkpoint)) == 1
+    assert verify(RunSnapshot(plain.path), everything=True, workers=1).identical

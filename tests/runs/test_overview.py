@@ -12,7 +12,7 @@ from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.overview import POINTS, Curve, RunsWatcher, overview
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 
@@ -45,7 +45,7 @@ def _first(terms, motion):
 class TestOverview:
     def test_it_tells_what_the_run_is_and_how_far(self, make):
         path = make("walk", 3, "seed=7")
-        found, history = overview(path), Run(path).history
+        found, history = overview(path), RunSnapshot(path).history
         assert (found.name, found.state, found.problem) == ("walk", "stopped", None)
         assert (found.generation, found.generations, found.stage, found.seed) == (3, 5, 1, 7)
         assert found.plugins["organism"] == "puppet"
@@ -87,7 +87,7 @@ class TestOverview:
         evolve(path, 4, "fitness.price=0.9")
         found = overview(path)
         assert found.stage == 2
-        assert found.best == Run(path).history["best"][2:].max()
+        assert found.best == RunSnapshot(path).history["best"][2:].max()
         assert len(found.curve) == 4
 
     @pytest.mark.parametrize(
@@ -115,23 +115,19 @@ class TestOverview:
 
 
 class TestWatch:
-    def test_it_reads_what_changed_and_no_more(self, make, monkeypatch):
+    def test_it_reads_what_changed_and_no_more(self, make, monkeypatch, checkpoint_reads):
         paths = [make("a", 2), make("b", 2)]
-        watch, read = RunsWatcher(paths[0].parent), []
-        checkpoint = Run.checkpoint
-        monkeypatch.setattr(
-            Run, "checkpoint", lambda run, **options: (read.append(run.path), checkpoint(run))[1]
-        )
+        watch, read = RunsWatcher(paths[0].parent), checkpoint_reads
         monkeypatch.setattr("gaitsim.runs.overview.PATIENCE", 0)
         first = watch.look()
-        assert set(read) == set(paths)
+        assert read == [path / "population.pickle" for path in paths]
         read.clear()
         assert watch.look() == first
         assert not read
         evolve(paths[1], 3)
         read.clear()
         assert [found.generation for found in watch.look()] == [2, 3]
-        assert set(read) == {paths[1]}
+        assert read == [paths[1] / "population.pickle"]
 
     def test_what_was_read_slowly_is_not_read_at_once_again(self, make, monkeypatch):
         path = make("a", 2)

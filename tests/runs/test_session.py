@@ -6,8 +6,8 @@ import pytest
 from gaitsim.errors import PluginError, RunError
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import is_locked
-from gaitsim.runs.reader import Run
 from gaitsim.runs.session import Session
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 @pytest.fixture
@@ -31,10 +31,10 @@ def evolve(path, until=None, **options):
 def test_a_stopped_run_continues_to_the_same_result(begun):
     path, whole = begun(), begun("whole")
     evolve(path, 2)
-    assert Run(path).generation == 2
+    assert RunSnapshot(path).generation == 2
     evolve(path)
     evolve(whole)
-    assert Run(path).fingerprint() == Run(whole).fingerprint()
+    assert RunSnapshot(path).fingerprint() == RunSnapshot(whole).fingerprint()
 
 
 def test_a_finished_run_says_why_and_evolves_no_generation(begun):

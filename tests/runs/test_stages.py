@@ -15,7 +15,7 @@ from gaitsim.experiment import with_overrides
 from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.history import COLUMNS, best_terms
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 CLIMB = {"fitness.plugin": "puppet-climb", "mutation.plugin": "puppet-jitter"}
@@ -54,7 +54,7 @@ def staged(puppet):
     """The same run, then four generations that climb."""
     path = begin(puppet, THRESHOLD, out="staged")
     assert go_on(path, overrides=CLIMB, generations=8) == ""
-    return Run(path)
+    return RunSnapshot(path)
 
 
 def edit(path, *replacements):
@@ -77,6 +77,7 @@ def content(path):
 
 def assert_same(one, other):
     """Two runs hold the same, but for the times in their histories."""
+    one, other = RunSnapshot(one.path), RunSnapshot(other.path)
     assert one.fingerprint() == other.fingerprint()
     held = [content(run.path) for run in (one, other)]
     assert held[0].keys() == held[1].keys()
@@ -99,7 +100,7 @@ def test_a_stage_breeds_from_the_population_that_is_judged_anew(puppet, staged):
     for number in range(5, 9):
         scores = evaluate(second, genomes).scores
         genomes = breed(second, second.space(), genomes, scores, number)
-    checkpoint, _ = staged.checkpoint()
+    checkpoint = staged.checkpoint
     assert checkpoint.genomes.tobytes() == genomes.tobytes()
     assert checkpoint.scores.tobytes() == evaluate(second, genomes).scores.tobytes()
     # The population of generation 4 was evaluated twice.
@@ -133,7 +134,7 @@ def test_the_stages_of_a_run_are_told(puppet, staged):
 def test_options_of_another_plugin_are_told_where_they_are_not_its_defaults(puppet):
     path = begin(puppet)
     go_on(path, overrides=CLIMB | {"fitness.weight": 2, "seed": 7}, generations=5)
-    told = [str(change) for change in Run(path).stages[1].changes]
+    told = [str(change) for change in RunSnapshot(path).stages[1].changes]
     assert told == ["seed: 1, now 7", "fitness.plugin: puppet-reach, now puppet-climb (weight 2.0)"]
 
 
@@ -173,6 +174,7 @@ def test_the_champion_is_of_generations_that_can_be_compared(puppet, staged):
 def test_going_back_makes_a_third_stage_in_the_columns_of_the_first(staged):
     columns = list(staged.history)
     go_on(staged.path, overrides={"fitness.plugin": "puppet-reach"}, generations=10)
+    staged = RunSnapshot(staged.path)
     assert list(staged.history) == columns
     assert staged.history["stage"][-2:].tolist() == [3, 3]
     assert staged.comparable == 9
@@ -183,11 +185,11 @@ def test_going_back_makes_a_third_stage_in_the_columns_of_the_first(staged):
 def test_other_rates_alone_keep_scores_and_progress(puppet):
     options = ("evolution.stagnation=50", THRESHOLD)
     path = begin(puppet, *options, generations=10)
-    before, _ = Run(path).checkpoint()
+    before = RunSnapshot(path).checkpoint
     rates = {"evolution.elites": 1, "crossover.children": 1}
     go_on(path, overrides=rates, generations=11)
-    run = Run(path)
-    after, _ = run.checkpoint()
+    run = RunSnapshot(path)
+    after = run.checkpoint
     assert after.evaluations == 66
     assert after.best_score >= before.best_score
     assert after.best_score == run.history["best"].max()
@@ -206,7 +208,7 @@ def test_another_seed_is_a_stage_and_matters_from_there_on(puppet, plain):
     shutil.copytree(plain, other)
     go_on(plain, generations=8)
     go_on(other, overrides={"seed": 99}, generations=8)
-    one, two = Run(plain), Run(other)
+    one, two = RunSnapshot(plain), RunSnapshot(other)
     assert one.bests[:4].tobytes() == two.bests[:4].tobytes()
     assert one.bests.tobytes() != two.bests.tobytes()
     assert [str(change) for change in two.stages[1].changes] == ["seed: 1, now 99"]
@@ -215,16 +217,16 @@ def test_another_seed_is_a_stage_and_matters_from_there_on(puppet, plain):
 def test_how_long_a_run_goes_is_no_stage(puppet, plain):
     options = {"evolution.generations": 8, "evolution.target_score": 90, "evolution.stagnation": 9}
     assert go_on(plain, overrides=options) == ""
-    run = Run(plain)
+    run = RunSnapshot(plain)
     assert (run.generation, len(run.stages)) == (8, 1)
     assert run.experiment.evolution.target_score == 90
     whole = begin(puppet, THRESHOLD, generations=8, out="whole")
-    assert run.fingerprint() == Run(whole).fingerprint()
+    assert run.fingerprint() == RunSnapshot(whole).fingerprint()
 
 
 def test_another_option_of_the_body_judges_anew(plain):
     go_on(plain, overrides={"organism.pause": 0.0001}, generations=5)
-    run = Run(plain)
+    run = RunSnapshot(plain)
     assert run.comparable == 5
     assert run.history["evaluations"][-1] == 36
 
@@ -249,11 +251,11 @@ def test_another_threshold_holds_from_there_on_and_is_no_stage(puppet):
     assert not list((path / "champions").iterdir())
     go_on(path, overrides={"evolution.fitness_threshold": -100}, generations=6)
     assert [file.name for file in (path / "champions").iterdir()] == ["generation-000005.pickle"]
-    run = Run(path)
+    run = RunSnapshot(path)
     assert len(run.stages) == 1
-    assert run.checkpoint()[0].threshold >= run.history["best"].max()
+    assert run.checkpoint.threshold >= run.history["best"].max()
     go_on(path, overrides={"evolution.fitness_threshold": "none"}, generations=7)
-    assert run.checkpoint()[0].threshold is None
+    assert RunSnapshot(path).checkpoint.threshold is None
 
 
 # The same, however it is begun and whatever happens
@@ -266,28 +268,28 @@ def test_an_experiment_edited_by_hand_begins_the_same_stage(plain, staged):
         ("price = 0.1", "weight = 0.5"),
         ("generations = 4", "generations = 8"),
     )
-    assert [str(change) for change in Run(plain).pending] == [
+    assert [str(change) for change in RunSnapshot(plain).pending] == [
         "fitness.plugin: puppet-reach, now puppet-climb"
     ]
     assert (
         "was changed after generation 4 (fitness.plugin: puppet-reach, now puppet-climb)"
         in go_on(plain)
     )
-    assert Run(plain).fingerprint() == staged.fingerprint()
+    assert RunSnapshot(plain).fingerprint() == staged.fingerprint()
 
 
 def test_options_that_are_left_out_are_no_change(plain):
     edit(plain, ("price = 0.1", ""), ("pause = 0.0", ""), ("generations = 4", "generations = 5"))
-    assert Run(plain).pending == ()
+    assert RunSnapshot(plain).pending == ()
     assert go_on(plain) == ""
-    assert len(Run(plain).stages) == 1
+    assert len(RunSnapshot(plain).stages) == 1
 
 
 @pytest.mark.parametrize("until", [5, 6, 7])
 def test_a_stage_gone_on_with_is_the_same(plain, staged, until):
     go_on(plain, until, overrides=CLIMB, generations=8)
     assert go_on(plain) == ""
-    assert_same(Run(plain), staged)
+    assert_same(RunSnapshot(plain), staged)
 
 
 class Killed(BaseException):
@@ -321,7 +323,7 @@ STEPS = [(os, "write"), (os, "fsync"), (Path, "replace"), (os, "open")]
 def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
     plain, staged, monkeypatch, owner, step
 ):
-    before = Run(plain).fingerprint()
+    before = RunSnapshot(plain).fingerprint()
     for number in range(40):
         path = Path(f"killed-{number}")
         shutil.copytree(plain, path)
@@ -332,12 +334,12 @@ def test_a_stage_killed_at_any_step_of_its_beginning_is_the_same(
             number,
             lambda path=path: go_on(path, 5, overrides=CLIMB, generations=8),
         )
-        run = Run(path)
+        run = RunSnapshot(path)
         # Until its first generation is there, the run is what it was, and is read as such.
         if run.generation == 4:
             assert run.fingerprint() == before
             assert len(run.stages) == 1
-            assert run.individual().generation == Run(plain).individual().generation
+            assert run.individual().generation == RunSnapshot(plain).individual().generation
         # What was not written yet is asked for again.
         pending = run.generation > 4 or run.pending
         go_on(path, **({} if pending else {"overrides": CLIMB, "generations": 8}))
@@ -358,11 +360,12 @@ def test_a_stage_that_was_given_up_leaves_nothing(plain, puppet, monkeypatch):
         lambda: go_on(plain, overrides=CLIMB, generations=8),
     )
     assert "height" in (plain / "history.csv").read_text()
-    run = Run(plain)
+    run = RunSnapshot(plain)
     assert "height" not in run.history
     assert run.pending
     go_on(plain, overrides={"fitness.plugin": "puppet-reach"})
-    whole = Run(begin(puppet, THRESHOLD, generations=8, out="whole"))
+    run = RunSnapshot(plain)
+    whole = RunSnapshot(begin(puppet, THRESHOLD, generations=8, out="whole"))
     assert run.fingerprint() == whole.fingerprint()
     assert run.bests.tobytes() == whole.bests.tobytes()
     assert "height" not in (plain / "history.csv").read_text()
@@ -372,7 +375,7 @@ def test_another_change_before_a_generation_replaces_the_stage(plain, puppet):
     for overrides in (CLIMB, {"fitness.weight": 3}, {"mutation.plugin": "none"}):
         RunWriter(plain, overrides=overrides, generations=6).__exit__(None, None, None)
     go_on(plain)
-    run = Run(plain)
+    run = RunSnapshot(plain)
     assert [str(change) for change in run.stages[1].changes] == [
         "fitness.plugin: puppet-reach, now puppet-climb (weight 3.0)",
         "mutation.plugin: puppet-jitter, now none",
@@ -385,7 +388,7 @@ def test_a_damaged_checkpoint_of_a_stages_first_generation_makes_no_difference(p
     path = plain / "population.pickle"
     path.write_bytes(path.read_bytes()[:-3])
     assert "population.pickle cannot be read" in go_on(plain)
-    assert Run(plain).fingerprint() == staged.fingerprint()
+    assert RunSnapshot(plain).fingerprint() == staged.fingerprint()
 
 
 def test_a_fingerprint_tells_stages_apart(puppet):
@@ -394,7 +397,7 @@ def test_a_fingerprint_tells_stages_apart(puppet):
     for count, overrides in enumerate([{"fitness.price": 0}, {"fitness.price": 0, "seed": 2}]):
         path = begin(puppet, "mutation.plugin=none", "fitness.price=0.1", out=f"run-{count}")
         go_on(path, overrides=overrides | {"selection.plugin": "puppet-best"}, generations=5)
-        fingerprints.add(Run(path).fingerprint())
+        fingerprints.add(RunSnapshot(path).fingerprint())
     assert len(fingerprints) == 2
 
 
@@ -448,7 +451,7 @@ def test_what_does_not_fit_the_population_is_refused_and_changes_nothing(puppet,
 def test_wider_bounds_are_a_stage(puppet):
     path = begin(puppet, "organism.plugin=shaped")
     go_on(path, overrides={"organism.most": 3}, generations=8)
-    assert Run(path).comparable == 5
+    assert RunSnapshot(path).comparable == 5
 
 
 def test_other_labels_by_hand_are_refused(puppet):
@@ -472,25 +475,25 @@ def test_a_stage_without_a_generation_is_refused(plain):
     assert content(plain) == before
     # A target that the former scores have reached does not stop the new ones.
     go_on(plain, overrides=CLIMB | {"evolution.target_score": -50}, generations=8)
-    assert Run(plain).generation == 5
+    assert RunSnapshot(plain).generation == 5
 
 
 def test_terms_named_as_columns_of_a_former_stage_are_refused(plain):
     with pytest.raises(PluginError, match="fitness 'clash' of package climb"):
         go_on(plain, overrides={"fitness.plugin": "clash"}, generations=8)
-    assert Run(plain).generation == 4
+    assert RunSnapshot(plain).generation == 4
     go_on(plain, overrides={"fitness.plugin": "puppet-reach"})
-    assert len(Run(plain).stages) == 1
+    assert len(RunSnapshot(plain).stages) == 1
 
 
 def test_changes_before_the_first_generation_are_no_stage(puppet):
     path = create_run(puppet())
     go_on(path, overrides={"evolution.population": 8, "seed": 3})
-    run = Run(path)
-    assert len(run.checkpoint()[0].genomes) == 8
+    run = RunSnapshot(path)
+    assert len(run.checkpoint.genomes) == 8
     assert len(run.stages) == 1
     other = begin(puppet, "evolution.population=8", "seed=3", generations=5, out="other")
-    assert run.fingerprint() == Run(other).fingerprint()
+    assert run.fingerprint() == RunSnapshot(other).fingerprint()
 
 
 # Versions
@@ -507,7 +510,7 @@ def test_what_only_former_stages_used_may_be_gone(staged, monkeypatch, climb):
     monkeypatch.syspath_prepend(str(climb))  # so that undoing it leaves the path as it was
     shutil.rmtree(climb)
     assert go_on(staged.path, generations=10) == ""
-    run = Run(staged.path)
+    run = RunSnapshot(staged.path)
     assert run.individual().generation >= 9
     assert run.experiment_at(4).fitness == run.experiment.fitness
     assert run.stages[1].versions["fitness puppet-climb"] == "climb 0.1"
@@ -527,7 +530,7 @@ def test_a_plugin_that_is_gone_can_be_replaced(plain, monkeypatch, climb):
     with pytest.raises(ExperimentError, match="unknown fitness plugin 'puppet-climb'"):
         RunWriter(plain, generations=8)
     go_on(plain, overrides={"fitness.plugin": "puppet-reach"}, generations=8)
-    assert [stage.last for stage in Run(plain).stages] == [4, 6, 8]
+    assert [stage.last for stage in RunSnapshot(plain).stages] == [4, 6, 8]
 
 
 def test_another_version_of_what_goes_on_is_refused_before_anything_is_changed(plain):
@@ -543,4 +546,4 @@ def test_another_version_of_what_goes_on_is_refused_before_anything_is_changed(p
     assert "puppet-reach" not in error.value.what  # the stage does without it
     assert content(plain) == before
     go_on(plain, overrides=CLIMB, generations=8, any_version=True)
-    assert Run(plain).stages[0].versions["organism puppet"] == "gaitsim-puppets 0.9"
+    assert RunSnapshot(plain).stages[0].versions["organism puppet"] == "gaitsim-puppets 0.9"

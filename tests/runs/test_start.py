@@ -11,8 +11,8 @@ from gaitsim.evaluation import evaluate
 from gaitsim.evolution.breeding import Purpose, stream
 from gaitsim.runs.files.checkpoint import Champion, read_champion, write_champion
 from gaitsim.runs.files.folder import START, create_run
-from gaitsim.runs.reader import Run
-from gaitsim.runs.start import check_start, kept_individual, read_start
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.start import check_start, kept_individual
 from gaitsim.runs.writer import RunWriter
 
 THRESHOLD = "evolution.fitness_threshold=0"
@@ -28,7 +28,7 @@ def go_on(path, until=None, **options):
         for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if event.number == until:
                 break
-    return Run(path)
+    return RunSnapshot(path)
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ def test_the_initial_population_is_the_individual_and_its_mutations(puppet, stag
     start = kept_individual("staged@2")
     experiment = puppet("seed=5")
     run = go_on(create_run(experiment, Path("from"), start), 1)
-    genomes = run.checkpoint()[0].genomes
+    genomes = run.checkpoint.genomes
     assert genomes[0].tobytes() == start.genome.tobytes()
     copies = np.tile(start.genome, (5, 1))
     noise = stream(5, 1, Purpose.MUTATION)
@@ -103,7 +103,7 @@ def test_bits_begin_a_run(puppet):
     bits = ("organism.plugin=bit-puppet",)
     source = go_on(create_run(puppet(*bits), Path("source")))
     run = go_on(create_run(puppet(*bits, "seed=9"), None, kept_individual("source")))
-    genomes = run.checkpoint()[0].genomes
+    genomes = run.checkpoint.genomes
     assert genomes.dtype == np.uint8
     assert run.individual().score >= source.individual().score
 
@@ -118,7 +118,7 @@ def test_a_run_from_each_kept_champion_is_the_same_again(puppet, staged):
         parts = create_run(puppet(), Path("parts"), start)
         for until in (1, 3, None):
             go_on(parts, until)
-        assert Run(parts).fingerprint() == whole.fingerprint()
+        assert RunSnapshot(parts).fingerprint() == whole.fingerprint()
         assert (parts / "bests.bin").read_bytes() == (whole.path / "bests.bin").read_bytes()
         found.add(whole.fingerprint())
     assert len(found) == len(files)
@@ -130,10 +130,10 @@ def test_a_run_needs_nothing_but_its_own_folder(puppet, staged):
     whole = go_on(path)
     shutil.rmtree(staged.path)
     assert go_on(Path("copy")).fingerprint() == whole.fingerprint()
-    assert read_start(whole).generation == kept_individual("copy/start.pickle").generation
+    assert whole.start.generation == kept_individual("copy/start.pickle").generation
     unlike = go_on(create_run(puppet(), Path("unlike")))
     assert unlike.fingerprint() != whole.fingerprint()
-    assert read_start(unlike) is None
+    assert unlike.start is None
 
 
 def test_a_start_is_held_to_the_body_when_the_run_begins(puppet, staged):
@@ -148,7 +148,7 @@ def test_a_start_is_held_to_the_body_when_the_run_begins(puppet, staged):
     with pytest.raises(CheckpointError, match=r"start\.pickle") as error:
         RunWriter(path)
     assert "restore it from a copy" in error.value.remedy
-    assert Run(path).generation == 0
+    assert RunSnapshot(path).generation == 0
 
 
 def champion(experiment, genome):

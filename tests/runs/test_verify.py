@@ -14,14 +14,20 @@ from gaitsim.runs.files.checksums import RECORD, of_genomes, of_row, of_scores, 
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.provenance import read_origins, write_origin
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.reader import Run
 from gaitsim.runs.resume import restored
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.start import champion_of
-from gaitsim.runs.verify.recorded import Recorded
-from gaitsim.runs.verify.verify import sample, verify
+from gaitsim.runs.verify.consistency import best_record, row_of
+from gaitsim.runs.verify.verify import sample
+from gaitsim.runs.verify.verify import verify as verify_snapshot
 from gaitsim.runs.writer import RunWriter
 
 LAST = 12
+
+
+def verify(run, *arguments, **options):
+    """Verify a run as it is now."""
+    return verify_snapshot(RunSnapshot(run.path), *arguments, **options)
 
 
 def evolve(path, *overrides, generations=None, until=None):
@@ -29,7 +35,7 @@ def evolve(path, *overrides, generations=None, until=None):
         for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if generation.number == until:
                 break
-    return Run(path)
+    return RunSnapshot(path)
 
 
 @pytest.fixture
@@ -72,7 +78,7 @@ def test_workers_make_no_difference(run):
 
 
 def test_forks_and_runs_from_an_individual_are_identical(run, puppet, tmp_path):
-    fork = Run(fork_run(run.path, overrides={"mutation.plugin": "puppet-jitter"}))
+    fork = RunSnapshot(fork_run(run.path, overrides={"mutation.plugin": "puppet-jitter"}))
     assert everything(fork).identical
     assert verify(fork, workers=1).best[-1] == LAST  # the generation before it is not kept
     evolve(fork.path, generations=LAST + 2)
@@ -98,8 +104,9 @@ def digested(run, generation, **parts):
 
 def refit(run, generation):
     """Make the digest of a row fit what the files say."""
-    recorded = Recorded.of(run)
-    digested(run, generation, row=of_row(recorded.row(generation), recorded.kept(generation)))
+    run = RunSnapshot(run.path)
+    record = best_record(run, generation)
+    digested(run, generation, row=of_row(row_of(run, generation), record))
 
 
 def forge_bests(run, generation, change):
@@ -171,7 +178,7 @@ def test_one_score_is_found(run):
 
 
 def test_one_gene_of_the_checkpoint_is_found(run):
-    forged = forge_checkpoint(run, genomes=one_gene(run.checkpoint()[0].genomes))
+    forged = forge_checkpoint(run, genomes=one_gene(run.checkpoint.genomes))
     found = verify(run, [1], workers=1).differences
     assert (
         found[LAST][0] == "the genomes in population.pickle are not those that digests.bin tells of"
@@ -260,7 +267,7 @@ def test_a_champion_is_compared(run):
 
 def test_an_option_that_was_changed_is_found(run):
     """All but the experiment is as it was: what is evolved again is not."""
-    checkpoint = run.checkpoint()[0]
+    checkpoint = run.checkpoint
     other = with_overrides(run.experiment, {"seed": 2}).to_toml()
     forge_checkpoint(
         run, stages=(replace(checkpoint.stages[0], experiment=other), *checkpoint.stages[1:])
@@ -274,7 +281,7 @@ def edit(run, *overrides):
     """Change the experiment's file as by hand."""
     text = with_overrides(run.experiment, parse_assignments(overrides)).to_toml()
     (run.path / "experiment.toml").write_text(text)
-    return Run(run.path)
+    return RunSnapshot(run.path)
 
 
 @pytest.mark.parametrize(
@@ -296,14 +303,14 @@ def test_a_changed_experiment_file_is_a_difference(run, override, change):
         assert (verdict.differences, verdict.damaged) == ({}, ())
     # Once a generation was made with it, the file is right again.
     evolve(run.path, generations=LAST + 1)
-    assert verify(Run(run.path), workers=1).identical
+    assert verify(RunSnapshot(run.path), workers=1).identical
 
 
 def test_an_option_that_the_file_lacks_is_its_default(run):
     path = run.path / "experiment.toml"
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(line for line in lines if not line.startswith("price")))
-    assert [one.key for one in everything(Run(run.path)).asked] == ["fitness.price"]
+    assert [one.key for one in everything(RunSnapshot(run.path)).asked] == ["fitness.price"]
 
 
 def test_the_end_of_the_search_and_its_name_may_be_others(run):
@@ -321,11 +328,11 @@ def test_the_step_between_champions_is_nothing_where_none_are_kept(puppet, tmp_p
 
 
 def test_a_stage_that_has_not_begun_is_told(run):
-    fork = Run(fork_run(run.path, overrides={"fitness.price": 0.2}, generations=LAST + 2))
+    fork = RunSnapshot(fork_run(run.path, overrides={"fitness.price": 0.2}, generations=LAST + 2))
     verdict = everything(fork)
     assert ([one.key for one in verdict.asked], verdict.differences) == (["fitness.price"], {})
     evolve(fork.path)
-    assert everything(Run(fork.path)).identical
+    assert everything(RunSnapshot(fork.path)).identical
 
 
 def test_an_old_run_is_verified_by_history_and_bests(run):
@@ -363,7 +370,7 @@ def test_what_is_asked_for_must_be_there(run, puppet, tmp_path):
         with pytest.raises(RunError, match=f"no generation {asked[-1]}"):
             verify(run, asked)
     with pytest.raises(RunError, match="no finished generation"):
-        verify(Run(create_run(puppet(), tmp_path / "new")))
+        verify(RunSnapshot(create_run(puppet(), tmp_path / "new")))
 
 
 def test_progress_is_told(run):

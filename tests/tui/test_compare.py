@@ -12,7 +12,7 @@ import pytest
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.study.compare_runs import RunsReader, table
 from gaitsim.study.differences import ABSENT, differences
@@ -101,7 +101,7 @@ def two(made):
 class TestRuns:
     def test_they_say_what_became_of_each(self, two):
         courses = RunsReader(two).read()
-        run = Run(two[0])
+        run = RunSnapshot(two[0])
         best = run.individual()
         number, score = best.generation, best.score
         rows = {row.key: row.values for row in table(courses)}
@@ -161,7 +161,7 @@ class TestScreen:
     def test_curves_and_table_are_of_the_runs(self, two):
         async def test(screen, pilot):
             assert [one.name for one in shown(screen)] == ["one", "two"]
-            assert np.array_equal(shown(screen)[0].y, Run(two[0]).history["best"])
+            assert np.array_equal(shown(screen)[0].y, RunSnapshot(two[0]).history["best"])
             assert cells(screen)["seed"] == ["1", "2"]
             assert screen.sub_title == "best score by generation"
 
@@ -169,7 +169,7 @@ class TestScreen:
 
     def test_quantities_and_axes_come_round(self, two):
         async def test(screen, pilot):
-            history = Run(two[0]).history
+            history = RunSnapshot(two[0]).history
             for quantity in ("mean", "median", "diversity", "best"):
                 await pilot.press("o")
                 assert np.array_equal(shown(screen)[0].y, history[quantity])
@@ -276,7 +276,7 @@ class TestCommand:
 
     def test_json_has_numbers(self, gaitsim, two):
         told = json.loads(gaitsim("differences", *two, "--json").stdout)
-        best = Run(two[0]).individual()
+        best = RunSnapshot(two[0]).individual()
         number, score = best.generation, best.score
         assert told["runs"][0] | {"score": score, "generation": number} == told["runs"][0]
         assert told["options"] == {"seed": ["1", "2"]}

@@ -18,7 +18,7 @@ from gaitsim.live.protocol import Event, Individual, Snapshot
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.follow import HistoryBuffer
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens import live_formatting as formatting
@@ -121,7 +121,7 @@ def whole(make, gaitsim, *overrides, **options):
     """The fingerprint of the same run, never stopped."""
     path = make(0, *overrides, out="whole", **options)
     gaitsim("resume", path)
-    return Run(path).fingerprint()
+    return RunSnapshot(path).fingerprint()
 
 
 class TestAtRest:
@@ -136,8 +136,8 @@ class TestAtRest:
 
     def test_a_stopped_run(self, make):
         run = make(7, "evolution.fitness_threshold=0")
-        history = Run(run).history
-        best = Run(run).individual()
+        history = RunSnapshot(run).history
+        best = RunSnapshot(run).individual()
         generation, score = best.generation, best.score
 
         async def test(screen, pilot):
@@ -209,7 +209,7 @@ class TestSteering:
             at = screen.snapshot.generation
             await pilot.press("s")
             await until(pilot, lambda: screen._engine is None)
-            assert (screen.state, Run(run).generation) == ("stopped", at)
+            assert (screen.state, RunSnapshot(run).generation) == ("stopped", at)
             assert not is_locked(run)
             await pilot.press("space")
             await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
@@ -219,7 +219,7 @@ class TestSteering:
             assert len(set(screen.board.live.events)) == len(kinds)
 
         live(run, test)
-        assert Run(run).fingerprint() == whole(make, gaitsim, generations=150)
+        assert RunSnapshot(run).fingerprint() == whole(make, gaitsim, generations=150)
 
     def test_the_footer_offers_what_can_be_done_once_it_has_finished(self, make):
         async def test(screen, pilot):
@@ -262,12 +262,14 @@ class TestSteering:
             await until(pilot, lambda: screen._engine is None)
 
         live(run, test, go=True)
-        first, second = Run(run).stages
+        first, second = RunSnapshot(run).stages
         whole = make(0, SLOW, out="other", generations=first.last)
         gaitsim("resume", whole)
         more = ("--set", "fitness.price=0.7", "--generations", second.last)
         gaitsim("resume", whole, *more)
-        assert Run(whole).history["best"].tolist() == Run(run).history["best"].tolist()
+        assert (
+            RunSnapshot(whole).history["best"].tolist() == RunSnapshot(run).history["best"].tolist()
+        )
 
     def test_options_are_found_and_chosen_from_the_list(self, make):
         async def test(screen, pilot):
@@ -309,7 +311,7 @@ class TestSteering:
             await until(pilot, lambda: copy._engine is None)
 
         live(run, test, go=True)
-        assert Run(Path("runs/[red]fork")).stages[0].last <= Run(run).generation
+        assert RunSnapshot(Path("runs/[red]fork")).stages[0].last <= RunSnapshot(run).generation
 
     def test_a_copy_that_cannot_be_made_is_told(self, make):
         async def test(screen, pilot):
@@ -344,7 +346,7 @@ class TestLeaving:
             assert not is_locked(run)
 
         live(run, test, go=True)
-        assert Run(run).generation == len(Run(run).history["best"]) > 2
+        assert RunSnapshot(run).generation == len(RunSnapshot(run).history["best"]) > 2
 
     def test_a_run_at_rest_is_left_at_once(self, make):
         async def test(screen, pilot):
@@ -495,7 +497,7 @@ class TestProblems:
             await until(pilot, lambda: screen._engine is None)
 
         live(run, test, go=True)
-        assert Run(run).generation == 2
+        assert RunSnapshot(run).generation == 2
 
     def test_rows_that_did_not_come_are_read(self, make):
         async def test(screen, pilot):

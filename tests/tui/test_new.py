@@ -8,7 +8,7 @@ from textual.widgets import Input, Select, TabbedContent
 
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import KINDS, options
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.new import TITLES
 from gaitsim.tui.widgets.form import Field
 
@@ -267,9 +267,11 @@ class TestLeaving:
             await driver.press("ctrl+r")
             live = await driver.at("Live")
             path = Path("runs/puppet")
-            assert Run(path).experiment_text == load_experiment(reference, overrides).to_toml()
+            assert (
+                RunSnapshot(path).experiment_text == load_experiment(reference, overrides).to_toml()
+            )
             await driver.until(lambda: live._engine is None or live.state == "finished")
-            await driver.until(lambda: Run(path).generation == 2)
+            await driver.until(lambda: RunSnapshot(path).generation == 2)
             await driver.press("escape")
             await driver.at("Home")
 
@@ -294,7 +296,7 @@ class TestLeaving:
             await driver.press("ctrl+r")
             live = await driver.at("Live")
             assert live.run == Path("elsewhere/puppet")
-            await driver.until(lambda: Run(live.run).generation > 0)
+            await driver.until(lambda: RunSnapshot(live.run).generation > 0)
             await ended(driver, live)
 
         fill(test, folder=Path("elsewhere"))

@@ -15,7 +15,7 @@ from gaitsim.render.terminal.body import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, QUIET, strip
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.replay import Replay
@@ -372,7 +372,7 @@ class TestTrouble:
         replay(run, test)
 
     def test_a_run_without_a_generation(self, walk):
-        experiment = parse_experiment(Run(walk()).experiment_text, "walk.toml")
+        experiment = parse_experiment(RunSnapshot(walk()).experiment_text, "walk.toml")
         run = create_run(experiment, Path("runs/new"))
 
         async def test(screen, pilot):

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from gaitsim.render.plots.labels import head, heading_of_experiment, numeral
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
-from gaitsim.runs.files.folder import kept_champions
-from gaitsim.runs.reader import Run
+from gaitsim.runs.files.folder import kept_champions, unfinished
+from gaitsim.runs.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +19,7 @@ History = dict[str, NDArray[np.float64]]
 
 
 def fitness_figure(
-    run: Run, theme: Theme = LIGHT, size: tuple[float, float] = (WIDTH, 2.4)
+    run: RunSnapshot, theme: Theme = LIGHT, size: tuple[float, float] = (WIDTH, 2.4)
 ) -> "Figure":
     """Best, mean and quartiles of the scores, kept champions, and where stages begin.
 
@@ -35,7 +35,7 @@ def fitness_figure(
 
     history = run.history
     if not history:
-        raise run.unfinished()
+        raise unfinished(run.path)
     with styled(theme):
         figure = Figure(figsize=size)
         axes = figure.subplots()
@@ -108,7 +108,7 @@ def _draw_islands(
             )
 
 
-def _mark_champions(axes: "Axes", run: Run, history: History, theme: Theme) -> None:
+def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: Theme) -> None:
     """Mark the champions that the run kept, and the best one of all."""
     kept = np.array([one for one in kept_champions(run.path) if one <= len(history["best"])], int)
     style: dict[str, Any] = {"linestyle": "", "color": theme.ink, "clip_on": False, "zorder": 3}

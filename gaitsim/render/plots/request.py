@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.plots.style import LIGHT, Theme
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 class LackingError(GaitsimError):
@@ -25,7 +25,7 @@ class Request:
         theme: colours.
     """
 
-    run: Run
+    run: RunSnapshot
     individuals: tuple[Individual, ...] = ()
     channel: str | None = None
     components: tuple[str, ...] = ()

@@ -9,6 +9,7 @@ from gaitsim.render.plots.labels import head, heading_of_experiment, shortened
 from gaitsim.render.plots.panels import grid
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.style import WIDTH, styled
+from gaitsim.runs.files.folder import unfinished
 from gaitsim.runs.files.history import COLUMNS, MEAN
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def terms_figure(request: Request) -> "Figure":
     """
     history, theme = request.run.history, request.theme
     if not history:
-        raise request.run.unfinished()
+        raise unfinished(request.run.path)
     names = [name for name in history if name not in COLUMNS and MEAN + name in history]
     generations = history["generation"]
     with styled(theme):

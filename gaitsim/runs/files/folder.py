@@ -64,6 +64,37 @@ def find_run(reference: str) -> Path:
     )
 
 
+def ends_early(run: Path, name: str, found: int, generation: int) -> RunError:
+    """Return the error of a file that lacks records which the checkpoint counts."""
+    there = (run / name).exists()
+    what = f"{name} ends at generation {found}" if there else f"there is no {name}"
+    return RunError(
+        f"{what}, but the checkpoint is of generation {generation}",
+        where=str(run / name),
+        remedy="restore all files of the run from one copy",
+    )
+
+
+def unfinished(run: Path) -> RunError:
+    """Return the error of a run whose first generation is not finished."""
+    return RunError(
+        f"the run {run} has no finished generation yet",
+        remedy=f"continue it: {command('resume', run)}",
+    )
+
+
+def exports_folder(run: Path) -> Path:
+    """Return the folder for what is exported from a run; create it if it is missing.
+
+    Raises:
+        RunError: it cannot be created.
+    """
+    folder = run / EXPORTS
+    with writing(folder):
+        folder.mkdir(exist_ok=True)
+    return folder
+
+
 def champion_file(generation: int) -> str:
     """Where in a run's folder the champion of a generation is kept."""
     return f"{CHAMPIONS}/generation-{generation:06d}.pickle"

@@ -16,9 +16,9 @@ import numpy as np
 
 from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
+from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import ORIGINS
-from gaitsim.runs.reader import versions
 
 LARGEST = 10_000_000  # bytes
 

@@ -1,4 +1,4 @@
-"""Generations of a run made once more, and what is not as it was recorded."""
+"""Generations of a run made once more, and what is not as it was run."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -14,31 +14,32 @@ from gaitsim.runs.files.checksums import of_genomes, of_scores
 from gaitsim.runs.files.folder import CHECKPOINT, PREVIOUS, champion_file
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.resume import restored
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.start import fitting_start
-from gaitsim.runs.verify.recorded import Recorded, row_differences
+from gaitsim.runs.verify.consistency import checksum, row_differences
 
 Judges = Callable[[Experiment], Evaluator]
 """Makes an evaluator of an experiment."""
 
 
-def all_again(recorded: Recorded, judges: Judges) -> Iterator[tuple[Generation, list[str]]]:
+def all_again(run: RunSnapshot, judges: Judges) -> Iterator[tuple[Generation, list[str]]]:
     """Evolve the whole run once more, from its file alone, stage by stage.
 
     Yields:
-        Each generation, and what is not as it was recorded.
+        Each generation, and what is not as it was run.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
     """
     last: Generation | None = None
-    for stage in recorded.stages:
-        for generation in _goes_on(recorded, last, stage.last, judges):
-            yield generation, differences(recorded, generation)
+    for stage in run.stages:
+        for generation in _goes_on(run, last, stage.last, judges):
+            yield generation, differences(run, generation)
             last = generation
 
 
 def some_again(
-    recorded: Recorded, generations: list[int], judges: Judges
+    run: RunSnapshot, generations: list[int], judges: Judges
 ) -> Iterator[tuple[int, bool, list[str]]]:
     """Make some generations once more, wholly where what they were bred from is still there.
 
@@ -46,38 +47,38 @@ def some_again(
     best individual is judged again.
 
     Args:
-        recorded: the run.
+        run: the run.
         generations: in order.
         judges: evaluators.
 
     Yields:
-        Each one's number, whether it was made wholly, and what is not as it was recorded.
+        Each one's number, whether it was made wholly, and what is not as it was run.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
     """
     for number in generations:
         before = None
-        if number == recorded.last and recorded.previous is not None:
-            before = restored(recorded.previous)
+        if number == run.generation and run.previous is not None:
+            before = restored(run.previous)
         if number == 1 or before is not None:
-            (generation,) = _goes_on(recorded, before, number, judges)
-            yield number, True, differences(recorded, generation)
+            (generation,) = _goes_on(run, before, number, judges)
+            yield number, True, differences(run, generation)
             continue
-        with judges(recorded.experiment(number)) as evaluator:
-            found = _best_again(recorded, number, evaluator.evaluate)
-            if number == recorded.last:
-                found += _population_again(recorded, evaluator.evaluate)
+        with judges(run.experiment_at(number)) as evaluator:
+            found = _best_again(run, number, evaluator.evaluate)
+            if number == run.generation:
+                found += _population_again(run, evaluator.evaluate)
         yield number, False, found
 
 
 def _goes_on(
-    recorded: Recorded, last: Generation | None, until: int, judges: Judges
+    run: RunSnapshot, last: Generation | None, until: int, judges: Judges
 ) -> Iterator[Generation]:
     """The generations after `last` up to `until`, all of one stage."""
-    stage = recorded.stage(until)
-    experiment = endless(recorded.experiment(until), until)
-    start = fitting_start(recorded.run, experiment) if last is None else None
+    stage = run.stage_at(until)
+    experiment = endless(run.experiment_at(until), until)
+    start = fitting_start(run, experiment) if last is None else None
     with judges(experiment) as evaluator:
         if last is not None and last.number < stage.first and stage.number > 1:
             progress = stage_progress(
@@ -101,7 +102,7 @@ def endless(experiment: Experiment, generations: int) -> Experiment:
     return replace(experiment, evolution=evolution)
 
 
-def differences(recorded: Recorded, again: Generation) -> list[str]:
+def differences(run: RunSnapshot, again: Generation) -> list[str]:
     """What a generation that was made again is not as recorded, a text each."""
     number = again.number
     found = []
@@ -109,14 +110,14 @@ def differences(recorded: Recorded, again: Generation) -> list[str]:
         ("genomes", of_genomes(again.genomes)),
         ("scores", of_scores(again.evaluation)),
     ):
-        if recorded.digest(number, part) not in (None, digest):
+        if checksum(run, number, part) not in (None, digest):
             found.append(f"the {part} of the population are others")
-    found += row_differences(recorded, again)
-    if number == recorded.last:
-        found += _unlike(recorded.checkpoint, CHECKPOINT, again)
-    elif recorded.previous is not None and number == recorded.previous.generation:
-        found += _unlike(recorded.previous, PREVIOUS, again)
-    champion = recorded.champions.get(number)
+    found += row_differences(run, again)
+    if number == run.generation:
+        found += _unlike(run.finished, CHECKPOINT, again)
+    elif run.previous is not None and number == run.previous.generation:
+        found += _unlike(run.previous, PREVIOUS, again)
+    champion = run.champions.get(number)
     if isinstance(champion, CheckpointError):
         found.append(champion.what)
     elif champion is not None and not np.array_equal(champion.genome, again.genomes[again.best]):
@@ -153,16 +154,16 @@ def _unlike_scores(checkpoint: Checkpoint, name: str, again: Evaluation) -> list
     return found
 
 
-def _best_again(recorded: Recorded, number: int, evaluate: Callable[..., Evaluation]) -> list[str]:
-    """What of a generation's best individual, judged again, is not as recorded."""
-    best = recorded.bests[number - 1]
-    genome = best["genome"].astype(recorded.experiment(number).space().dtype)
+def _best_again(run: RunSnapshot, number: int, evaluate: Callable[..., Evaluation]) -> list[str]:
+    """What of a generation's best individual, judged again, is not as run."""
+    best = run.bests[number - 1]
+    genome = best["genome"].astype(run.experiment_at(number).space().dtype)
     evaluation = evaluate(genome[None])
     found = []
     then, now = float(best["score"]), float(evaluation.scores[0])
     if then != now:
         found.append(f"the score of its best individual is {then!r}, but {now!r}")
-    kept = best_terms(recorded.columns, number)
+    kept = best_terms(run.history, number)
     for term, values in evaluation.terms.items():
         value = float(values[0])
         if not np.isnan(value) and kept.get(term) != value:
@@ -172,6 +173,6 @@ def _best_again(recorded: Recorded, number: int, evaluate: Callable[..., Evaluat
     return found
 
 
-def _population_again(recorded: Recorded, evaluate: Callable[..., Evaluation]) -> list[str]:
-    checkpoint = recorded.checkpoint
+def _population_again(run: RunSnapshot, evaluate: Callable[..., Evaluation]) -> list[str]:
+    checkpoint = run.finished
     return _unlike_scores(checkpoint, CHECKPOINT, evaluate(checkpoint.genomes))

@@ -9,9 +9,9 @@ from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.provenance import Origin, differences, here, read_origins
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change
-from gaitsim.runs.verify.recorded import Recorded, disagreements
+from gaitsim.runs.verify.consistency import disagreements, edited_options, without_checksum
 from gaitsim.runs.verify.reproduce import all_again, some_again
 
 SAMPLES = 10
@@ -59,7 +59,7 @@ def sample(last: int, count: int = SAMPLES) -> list[int]:
 
 
 def verify(
-    run: Run,
+    run: RunSnapshot,
     generations: Sequence[int] | None = None,
     *,
     everything: bool = False,
@@ -83,48 +83,49 @@ def verify(
         ExperimentError: its experiment has problems, such as a plugin that is not installed.
         PluginError: a plugin fails.
     """
-    recorded = Recorded.of(run)
-    asked = sorted({*generations}) if generations else sample(recorded.last)
+    last = run.finished.generation
+    _ = run.previous  # now, before the run grows
+    asked = sorted({*generations}) if generations else sample(last)
     for number in (asked[0], asked[-1]):
-        if not 1 <= number <= recorded.last:
+        if not 1 <= number <= last:
             raise RunError(
                 f"the run {run.path} has no generation {number}",
                 where="--generations",
-                allowed=f"1 to {recorded.last}",
+                allowed=f"1 to {last}",
             )
-    found: Mapping[int, Sequence[str]] = disagreements(recorded)
+    found: Mapping[int, Sequence[str]] = disagreements(run)
 
     def judges(experiment: Experiment) -> Evaluator:
         return Evaluator(experiment, workers or unusual(experiment))
 
-    begin(recorded.last if everything else len(asked))
+    begin(last if everything else len(asked))
     whole: list[int] = []
     best: list[int] = []
     if everything:
-        for generation, wrong in all_again(recorded, judges):
+        for generation, wrong in all_again(run, judges):
             whole.append(generation.number)
             advance()
             if wrong:
                 found = _merged(found, generation.number, wrong)
                 break
     else:
-        for number, wholly, wrong in some_again(recorded, asked, judges):
+        for number, wholly, wrong in some_again(run, asked, judges):
             (whole if wholly else best).append(number)
             advance()
             if wrong:
                 found = _merged(found, number, wrong)
     origins = read_origins(run.path)
     return Verdict(
-        last=recorded.last,
+        last=last,
         whole=tuple(whole),
         best=tuple(best),
         differences=found,
-        undigested=recorded.undigested,
-        warning=recorded.warning,
-        damaged=recorded.damaged,
-        asked=recorded.asked_otherwise,
+        undigested=without_checksum(run),
+        warning=run.warning,
+        damaged=run.damaged,
+        asked=edited_options(run),
         origins=tuple(origins),
-        elsewhere=tuple(differences(origins, here(recorded.experiment(recorded.last)))),
+        elsewhere=tuple(differences(origins, here(run.experiment_at(last)))),
     )
 
 

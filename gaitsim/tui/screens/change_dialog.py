@@ -22,8 +22,8 @@ from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
-from gaitsim.runs.reader import Run
 from gaitsim.runs.resume import plan
+from gaitsim.runs.snapshot import RunSnapshot
 
 CALM = 0.15  # seconds without a key before what is typed is checked
 
@@ -50,7 +50,7 @@ class KnownOption:
     about: str
 
 
-def known_options(run: Run) -> list[KnownOption]:
+def known_options(run: RunSnapshot) -> list[KnownOption]:
     """All options of a run's experiment, rates and weights before the choice of plugins.
 
     Raises:
@@ -153,7 +153,7 @@ class Change(ModalScreen[ChangeRequest | None]):
     @work(thread=True, group="read")
     def _read(self) -> None:
         try:
-            known = known_options(Run(self._run))
+            known = known_options(RunSnapshot(self._run))
         except GaitsimError as error:
             self.app.call_from_thread(self._say, str(error), wrong=True)
             return
@@ -217,15 +217,14 @@ class Change(ModalScreen[ChangeRequest | None]):
     @work(thread=True, group="check", exclusive=True)
     def _check(self, text: str, assignments: tuple[str, ...]) -> None:
         """See what the changes come to, in a thread. Writes nothing."""
-        run = Run(self._run)
+        run = RunSnapshot(self._run)
         try:
-            found = run.checkpoint()
             overrides = parse_assignments(assignments)
-            opening = plan(run, found, overrides, generations=None, any_version=True)
+            opening = plan(run, overrides, generations=None, any_version=True)
         except GaitsimError as error:
             self.app.call_from_thread(self._found, text, error, "")
             return
-        first = found[0].generation + 1 if found else 1
+        first = run.generation + 1
         said = "".join(f"▶ {change}\n" for change in opening.changes)
         if said:
             said += f"from generation {first} on"

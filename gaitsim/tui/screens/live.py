@@ -20,7 +20,7 @@ from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import HistoryBuffer
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import LiveDialogs
 from gaitsim.tui.screens.live_source import about
@@ -187,7 +187,9 @@ the app in any way, and the run can be gone on with exactly where it stood.
     @work(thread=True, group="reread", exclusive=True)
     def _reread(self) -> None:
         with suppress(GaitsimError):
-            self.app.call_from_thread(self.board.live.reread, HistoryBuffer(Run(self.run).history))
+            self.app.call_from_thread(
+                self.board.live.reread, HistoryBuffer(RunSnapshot(self.run).history)
+            )
 
     # Steering
 

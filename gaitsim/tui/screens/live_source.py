@@ -12,7 +12,7 @@ from gaitsim.individual import Individual
 from gaitsim.live.protocol import Best, Event, Snapshot
 from gaitsim.runs.files.folder import EXPERIMENT
 from gaitsim.runs.follow import HistoryBuffer
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import parse
 
 EVENTS_KEPT = 200
@@ -50,7 +50,7 @@ class LiveState:
 def about(run: Path) -> str:
     """Body, fitness and seed, without loading a plugin; '' where the file does not say."""
     try:
-        tables = parse(Run(run).experiment_text, str(run / EXPERIMENT))
+        tables = parse(RunSnapshot(run).experiment_text, str(run / EXPERIMENT))
         names = [str(tables[kind]["plugin"]) for kind in ("organism", "fitness")]
         return " · ".join([*names, f"seed {tables['seed']}"])
     except (GaitsimError, KeyError, TypeError):
@@ -67,7 +67,7 @@ class ChampionMover:
 
     def __init__(self, run: Path, number: int) -> None:
         self.number = number
-        self._run = Run(run)
+        self._run = run
         self._experiment: Experiment | None = None
 
     def move(self, champion: Best) -> Skeleton:
@@ -77,11 +77,11 @@ class ChampionMover:
             GaitsimError: its body's plugin is missing, or cannot move or draw it.
         """
         if self._experiment is None:  # of the same body as long as scores can be compared
-            self._experiment = self._run.experiment_at(champion.generation)
+            self._experiment = RunSnapshot(self._run).experiment_at(champion.generation)
         experiment = self._experiment
         if not champion.genome:
             raise RunError("the champion cannot be read", remedy="see what 'gaitsim show' says")
         genome = np.array(champion.genome, dtype=experiment.space().dtype)
         return Individual(
-            experiment, champion.score, {}, champion.generation, genome, self._run.path
+            experiment, champion.score, {}, champion.generation, genome, self._run
         ).skeleton

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.individual import Individual, Measurement
-from gaitsim.runs.reader import Run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ def load(path: Path, generation: int | None) -> Shown:
             OSError is told as one.
     """
     try:
-        run = Run(path)
+        run = RunSnapshot(path)
         found = run.individual(generation)
         _ = found.skeleton  # here, as it takes long
         history = run.history
@@ -56,20 +56,13 @@ def load(path: Path, generation: int | None) -> Shown:
             individual=found,
             measurements=_measured(found),
             last=len(history["best"]),
-            champion=_champion(run),
+            champion=run.best_generation,
             stage=(run.stage_at(found.generation).number, len(run.stages)),
             history=history,
             marks=tuple(stage.first for stage in run.stages[1:]),
         )
     except OSError as error:
         raise RunError(f"cannot read {path}: {error.strerror or error}") from None
-
-
-def _champion(run: Run) -> int | None:
-    try:
-        return run.individual().generation
-    except RunError:
-        return None
 
 
 def _measured(individual: Individual) -> Mapping[str, Measurement]:

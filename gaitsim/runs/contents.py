@@ -1,0 +1,223 @@
+"""What the files of a run say, without any plugin. Each file is read once."""
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import CheckpointError, RunError
+from gaitsim.runs.files.checkpoint import (
+    Champion,
+    Checkpoint,
+    read_champion,
+    read_checkpoint,
+    read_with_fallback,
+)
+from gaitsim.runs.files.checksums import read_digests
+from gaitsim.runs.files.folder import (
+    CHECKPOINT,
+    DIGESTS,
+    EXPERIMENT,
+    HISTORY,
+    ISLANDS,
+    PREVIOUS,
+    START,
+    champion_file,
+    command,
+    ends_early,
+    kept_champions,
+    unfinished,
+)
+from gaitsim.runs.files.history import header, read_history, read_islands, used_terms
+from gaitsim.runs.stages import islands_in
+
+
+@dataclass(frozen=True)
+class RunFiles:
+    """The contents of a run folder; its files are as safe to open as text files.
+
+    A file is read when it is first asked for, and kept. The run may grow meanwhile: records
+    after the generation of the checkpoint are left out. They belong to a generation that is
+    being written, or that a killed process left half written.
+
+    Attributes:
+        path: the run's folder.
+        keep_damaged: whether a damaged checkpoint is renamed, so that the next one does not
+            replace it; for the writer of the run.
+    """
+
+    path: Path
+    keep_damaged: bool = False
+
+    @cached_property
+    def experiment_text(self) -> str:
+        """The resolved experiment as TOML."""
+        path = self.path / EXPERIMENT
+        try:
+            return path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "it is not a text in UTF-8"
+            raise RunError(
+                f"cannot read {path}: {reason}",
+                remedy="restore it from a copy of the run; the checkpoint holds its text, too",
+            ) from None
+
+    @cached_property
+    def _found(self) -> tuple[Checkpoint | None, str]:
+        """The checkpoint and a warning."""
+        current, previous = self.path / CHECKPOINT, self.path / PREVIOUS
+        if not current.exists() and not previous.exists():
+            self._check_no_generation()
+            return None, ""
+        checkpoint, warning = read_with_fallback(current, previous, rename=self.keep_damaged)
+        return checkpoint, warning or ""
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """The latest whole checkpoint; None before the first generation.
+
+        Raises:
+            CheckpointError: no whole one is left.
+        """
+        return self._found[0]
+
+    @property
+    def warning(self) -> str:
+        """Why `checkpoint` is not the last one, or ''."""
+        return self._found[1]
+
+    @cached_property
+    def _previous(self) -> tuple[Checkpoint | None, str]:
+        """The checkpoint of the generation before, and why it cannot be read."""
+        path = self.path / PREVIOUS
+        # Not in a run of one generation, nor in a copy by `gaitsim fork`. And where the last one
+        # is damaged, this one stands in for it.
+        if self.warning or not path.exists():
+            return None, ""
+        try:
+            found = read_checkpoint(path)
+        except CheckpointError as error:
+            return None, error.what
+        return (found if found.generation == self.generation - 1 else None), ""
+
+    @property
+    def previous(self) -> Checkpoint | None:
+        """The checkpoint of the generation before the last one; None where it cannot be read."""
+        return self._previous[0]
+
+    @property
+    def damaged(self) -> tuple[str, ...]:
+        """The checkpoints that cannot be read, a text each: which, and why."""
+        return tuple(text for text in (self.warning, self._previous[1]) if text)
+
+    @property
+    def finished(self) -> Checkpoint:
+        """The checkpoint of a run that has one.
+
+        Raises:
+            RunError: no generation is finished yet.
+        """
+        if self.checkpoint is None:
+            raise unfinished(self.path)
+        return self.checkpoint
+
+    @property
+    def generation(self) -> int:
+        """The last generation; 0 before the first one."""
+        return self.checkpoint.generation if self.checkpoint else 0
+
+    @cached_property
+    def history(self) -> dict[str, NDArray[np.float64]]:
+        """The columns of the history by name, each (generations,); {} before the first one.
+
+        Raises:
+            RunError: it is damaged, or ends before the checkpoint.
+        """
+        if self.checkpoint is None:
+            return {}
+        columns = read_history(self.path / HISTORY)
+        columns = {name: self._cut(values, HISTORY) for name, values in columns.items()}
+        if not columns:
+            raise ends_early(self.path, HISTORY, 0, self.generation)
+        terms = [name for name in self.checkpoint.terms if name in columns]
+        # Without those of a stage whose first generation was not finished.
+        return {name: columns[name] for name in header(used_terms(columns, terms))}
+
+    def _cut(self, records: NDArray[Any], name: str) -> NDArray[Any]:
+        """The records of a file up to the checkpoint's generation."""
+        if len(records) < self.generation:
+            raise ends_early(self.path, name, len(records), self.generation)
+        return records[: self.generation]
+
+    @cached_property
+    def islands(self) -> NDArray[np.float64]:
+        """The best score of each island by generation, (generations, islands).
+
+        Of a run of one population, (generations, 1): the best scores of the history.
+
+        Raises:
+            RunError: it is damaged, or ends before the checkpoint.
+        """
+        if self.checkpoint is None:
+            return np.empty((0, 1))
+        number = islands_in(self.checkpoint.experiment)
+        if number == 1:
+            return self.history["best"][:, None]
+        return self._cut(read_islands(self.path / ISLANDS, number), ISLANDS)
+
+    @cached_property
+    def checksums(self) -> NDArray[Any]:
+        """Each generation's checksums; fewer where the last ones were lost.
+
+        Raises:
+            RunError: they cannot be read.
+        """
+        return read_digests(self.path / DIGESTS)[: self.generation]
+
+    @cached_property
+    def champions(self) -> dict[int, Champion | CheckpointError]:
+        """The saved champions by generation; the error of one that cannot be read."""
+        found: dict[int, Champion | CheckpointError] = {}
+        for generation in kept_champions(self.path):
+            try:
+                if generation <= self.generation:
+                    found[generation] = read_champion(self.path / champion_file(generation))
+            except CheckpointError as error:
+                found[generation] = error
+        return found
+
+    @cached_property
+    def start(self) -> Champion | None:
+        """The individual that the run began with; None where its first population was drawn.
+
+        Raises:
+            CheckpointError: its file is damaged or hostile.
+        """
+        path = self.path / START
+        return read_champion(path) if os.path.lexists(path) else None
+
+    def _check_no_generation(self) -> None:
+        """Check that a run without a checkpoint never had one.
+
+        A row of the history is written before its checkpoint, so there may be one.
+
+        Raises:
+            CheckpointError: there was one.
+        """
+        try:
+            with (self.path / HISTORY).open("rb") as file:
+                rows = [*islice(file, 3)][1:]
+        except OSError:
+            return
+        if len(rows) > 1:
+            raise CheckpointError(
+                f"{CHECKPOINT} and {PREVIOUS} are gone, but {HISTORY} holds generations",
+                where=str(self.path),
+                remedy="restore them from a copy; to begin anew: "
+                + command("run", self.path / EXPERIMENT),
+            )

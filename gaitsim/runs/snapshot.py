@@ -1,0 +1,211 @@
+"""A run folder as it was at one moment: each of its files is read once."""
+
+import hashlib
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import ExperimentError, RunError
+from gaitsim.experiment import Experiment, Overrides, parse_experiment
+from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.individual import Individual
+from gaitsim.runs.compatibility import check_population, missing_packages
+from gaitsim.runs.contents import RunFiles
+from gaitsim.runs.files.folder import BESTS, EXPERIMENT, HISTORY, command
+from gaitsim.runs.files.history import best_terms, read_bests, record_type
+from gaitsim.runs.stages import (
+    Change,
+    RunStage,
+    changes,
+    comparable,
+    options,
+    pending,
+    stages_of,
+)
+
+
+class RunSnapshot(RunFiles):
+    """A run at one moment: its files, experiments, stages and individuals.
+
+    Each file is read once. A new snapshot sees what was added to a run that grows.
+    """
+
+    @cached_property
+    def experiment(self) -> Experiment:
+        """The experiment, its plugins loaded.
+
+        Raises:
+            ExperimentError: it has problems, such as a plugin that is no longer installed.
+        """
+        return self.experiment_with()
+
+    def experiment_with(
+        self, overrides: Overrides | None = None, place: str = COMMAND_LINE
+    ) -> Experiment:
+        """Return the experiment with options changed by key, its plugins loaded.
+
+        Raises:
+            ExperimentError: with all the problems of both.
+        """
+        try:
+            source = str(self.path / EXPERIMENT)
+            return parse_experiment(self.experiment_text, source, overrides, place)
+        except ExperimentError as error:
+            try:
+                versions = self.checkpoint.versions if self.checkpoint else {}
+            except RunError:
+                versions = {}
+            raise ExperimentError([*error.problems, *missing_packages(versions)]) from None
+
+    @cached_property
+    def stages(self) -> tuple[RunStage, ...]:
+        """The stages of the run, the present one last; () before the first generation."""
+        return stages_of(self.checkpoint) if self.checkpoint else ()
+
+    def stage_at(self, generation: int) -> RunStage:
+        """Return the stage that a generation belongs to.
+
+        Raises:
+            RunError: there is no such generation.
+        """
+        last = self.finished.generation
+        for stage in self.stages:
+            if stage.first <= generation <= stage.last:
+                return stage
+        raise RunError(
+            f"the run {self.path} has no generation {generation}", allowed=f"1 to {last}"
+        )
+
+    def experiment_at(self, generation: int) -> Experiment:
+        """Return the experiment that `generation` was evolved under, its plugins loaded.
+
+        Raises:
+            ExperimentError: it has problems, such as a plugin that is no longer installed.
+            RunError: there is no such generation.
+        """
+        stage = self.stage_at(generation)
+        text = stage.experiment
+        if text not in self._parsed:
+            if not changes(text, self.experiment_text):
+                return self.experiment
+            source = f"{self.path}, the experiment of stage {stage.number}"
+            try:
+                self._parsed[text] = parse_experiment(text, source)
+            except ExperimentError as error:
+                missing = missing_packages(stage.versions)
+                raise ExperimentError([*error.problems, *missing]) from None
+        return self._parsed[text]
+
+    @cached_property
+    def _parsed(self) -> dict[str, Experiment]:
+        return {}
+
+    @cached_property
+    def pending(self) -> tuple[Change, ...]:
+        """The changes since the last generation, which begin a stage with the next one.
+
+        Raises:
+            ExperimentError: the experiment has problems.
+        """
+        if self.checkpoint is None or self.checkpoint.experiment == self.experiment_text:
+            return ()
+        return pending(self.checkpoint, self.experiment)
+
+    @property
+    def comparable(self) -> int:
+        """The first generation whose scores can be compared with those of the last one.
+
+        Those before it were evaluated by another fitness, or of another body.
+
+        Raises:
+            RunError: no generation is finished yet.
+        """
+        _ = self.finished
+        return comparable(self.stages)
+
+    @cached_property
+    def bests(self) -> NDArray[Any]:
+        """Every generation's best, `score` and `genome`; generation g at index g − 1.
+
+        Raises:
+            RunError: they are damaged, end before the checkpoint, or are of another body.
+        """
+        space = self.experiment.space()
+        if self.checkpoint is None:
+            return np.empty(0, record_type(space))
+        check_population(self.experiment, self.checkpoint, self.path)
+        return self._cut(read_bests(self.path / BESTS, space), BESTS)
+
+    @property
+    def best_generation(self) -> int | None:
+        """The generation of the champion; None before the first one, and where all failed.
+
+        Raises:
+            RunError: the history is damaged.
+        """
+        scores = self.history["best"][self.comparable - 1 :] if self.checkpoint else np.empty(0)
+        if not np.isfinite(scores).any():
+            return None
+        return self.comparable + int(np.argmax(scores))
+
+    def individual(self, generation: int | None = None) -> Individual:
+        """Return the best individual of a generation, or of all.
+
+        Of all, only those count whose scores can be compared with the last generation's.
+
+        Raises:
+            ExperimentError: its experiment has problems, such as a plugin that is not installed.
+            RunError: no generation is finished yet, there is no such one, or all failed; or the
+                files of the run contradict each other.
+        """
+        last = self.finished.generation
+        self.stage_at(last if generation is None else generation)
+        first = self.comparable
+        bests = self.bests
+        number = generation or first + int(np.argmax(bests["score"][first - 1 :]))
+        best, recorded = bests[number - 1], self.history["best"][number - 1]
+        if best["score"] != recorded:
+            raise RunError(
+                f"the best score of generation {number} is {best['score']:g} in {BESTS}, but "
+                f"{recorded:g} in {HISTORY}",
+                where=str(self.path),
+                remedy="restore all files of the run from one copy",
+            )
+        if not np.isfinite(best["score"]):
+            which = f"generation {generation}"
+            if generation is None:
+                which = "any generation" if first == 1 else f"all generations from {first} on"
+            raise RunError(
+                f"the run {self.path} has no champion: every individual of {which} failed",
+                remedy=f"see why: {command('show', self.path)}",
+            )
+        experiment = self.experiment_at(number)
+        return Individual(
+            experiment,
+            float(best["score"]),
+            best_terms(self.history, number),
+            number,
+            best["genome"].astype(experiment.space().dtype),
+            self.path,
+        )
+
+    def fingerprint(self) -> str:
+        """Return the SHA-256 of population, scores, history and stages.
+
+        Times and the names of columns are left out.
+
+        Raises:
+            RunError: no generation is finished yet.
+        """
+        checkpoint = self.finished
+        digest = hashlib.sha256()
+        digest.update(checkpoint.genomes.tobytes())
+        digest.update(checkpoint.scores.tobytes())
+        for name, values in self.history.items():
+            if name != "seconds":
+                digest.update(values.tobytes())
+        for stage in self.stages if len(self.stages) > 1 else ():
+            digest.update(f"{stage.first} {options(stage.experiment)}".encode())
+        return digest.hexdigest()

@@ -1,0 +1,200 @@
+"""Whether the files of a run agree with one another."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gaitsim.errors import CheckpointError
+from gaitsim.evolution import Generation
+from gaitsim.experiment import Evolution, Experiment
+from gaitsim.runs.files.checkpoint import Checkpoint
+from gaitsim.runs.files.checksums import NONE, of_genomes, of_row, of_scores
+from gaitsim.runs.files.folder import (
+    BESTS,
+    CHECKPOINT,
+    DIGESTS,
+    HISTORY,
+    ISLANDS,
+    PREVIOUS,
+    champion_file,
+)
+from gaitsim.runs.files.history import best_terms, island_bests, islands_record, row
+from gaitsim.runs.resume import restored
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.stages import Change, comparable
+from gaitsim.toml import parse
+
+KEEPING = ("fitness_threshold", "delta_fitness")
+"""Options of [evolution] that begin no stage, yet say which champions are kept."""
+
+
+def row_of(run: RunSnapshot, generation: int) -> dict[str, float]:
+    """Return a generation's row of the history by column."""
+    return {name: float(values[generation - 1]) for name, values in run.history.items()}
+
+
+def best_record(run: RunSnapshot, generation: int) -> bytes:
+    """Return the records of a generation's best, as its checksum counts them."""
+    record: bytes = run.bests[generation - 1].tobytes()
+    return record + islands_record(run.islands[generation - 1])
+
+
+def checksum(run: RunSnapshot, generation: int, part: str) -> bytes | None:
+    """Return a recorded checksum: of `genomes`, `scores` or `row`; None where there is none."""
+    if generation > len(run.checksums):
+        return None
+    found: bytes = run.checksums[generation - 1][part].tobytes()
+    return None if found == NONE else found
+
+
+def without_checksum(run: RunSnapshot) -> int:
+    """Return the number of generations that have no checksum."""
+    if not len(run.checksums):
+        return run.generation
+    return run.generation - int((run.checksums["row"] != np.void(NONE)).sum())
+
+
+def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
+    """Return what `experiment.toml` changes against the experiment of the last generation.
+
+    Options that only say how long the search goes are left out.
+
+    Raises:
+        ExperimentError: the file has problems.
+    """
+    evolved = run.finished.experiment
+    if evolved == run.experiment_text:
+        return ()
+    return (*run.pending, *_saved_otherwise(evolved, run.experiment))
+
+
+def _saved_otherwise(evolved: str, experiment: Experiment) -> tuple[Change, ...]:
+    """Return the options by which other champions are saved than under `evolved`, in TOML."""
+    then = Evolution().model_dump() | parse(evolved, "the checkpoint").get("evolution", {})
+    now = experiment.evolution.model_dump()
+    if then["fitness_threshold"] is None and now["fitness_threshold"] is None:
+        return ()  # none are kept, by whatever step
+    return tuple(
+        Change(f"evolution.{key}", then[key], now[key]) for key in KEEPING if then[key] != now[key]
+    )
+
+
+def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
+    """Where the files of a run disagree with one another, by generation in order.
+
+    Raises:
+        GaitsimError: an experiment of it has problems, or its body fails.
+    """
+    found: dict[int, list[str]] = {}
+    for generation, what in (
+        *_of_rows(run),
+        *_of_checkpoint(run, run.finished, CHECKPOINT),
+        *_of_checkpoint(run, run.previous, PREVIOUS),
+        *_of_progress(run),
+        *_of_champions(run),
+    ):
+        found.setdefault(generation, []).append(what)
+    return dict(sorted(found.items()))
+
+
+def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+    """History and bests, with one another and with their digests."""
+    for at, score in enumerate(run.bests["score"].tolist()):
+        generation = at + 1
+        found = row_of(run, generation)
+        if found["best"] != score:
+            yield generation, f"best is {found['best']!r} in {HISTORY}, {score!r} in {BESTS}"
+        islands = float(run.islands[at].max())
+        if islands != score and run.islands.shape[1] > 1:
+            yield generation, f"best is {islands!r} in {ISLANDS}, {score!r} in {BESTS}"
+        if found["stage"] != run.stage_at(generation).number:
+            yield generation, f"stage is {found['stage']:g} in {HISTORY} alone"
+        digest = checksum(run, generation, "row")
+        if digest is not None and digest != of_row(found, best_record(run, generation)):
+            yield (
+                generation,
+                f"its row of {HISTORY} or its record of {BESTS} was changed",
+            )
+
+
+def _of_checkpoint(
+    run: RunSnapshot, checkpoint: Checkpoint | None, name: str
+) -> Iterator[tuple[int, str]]:
+    """A checkpoint with its digests, its row and its record."""
+    if checkpoint is None:
+        return
+    generation = restored(checkpoint)
+    number = generation.number
+    for part, digest in (
+        ("genomes", of_genomes(generation.genomes)),
+        ("scores", of_scores(generation.evaluation)),
+    ):
+        if checksum(run, number, part) not in (None, digest):
+            yield number, f"the {part} in {name} are not those that {DIGESTS} tells of"
+    space = run.experiment_at(number).space()
+    diversity = float(space.diversity(generation.genomes))
+    for what in row_differences(run, replace(generation, diversity=diversity)):
+        yield number, f"{what} by {name}"
+
+
+def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+    """How far the checkpoint says that the search is, with the history."""
+    checkpoint, last = run.finished, run.generation
+    course = run.history["best"][comparable(run.stages) - 1 :]
+    best = float(course.max())
+    if checkpoint.best_score != best:
+        yield last, f"the best score is {checkpoint.best_score!r} in {CHECKPOINT}, not {best!r}"
+    since = len(course) - 1 - int(np.argmax(course))
+    if np.isfinite(best) and checkpoint.stagnation != since:
+        yield last, f"{CHECKPOINT} counts {checkpoint.stagnation} generations since, not {since}"
+
+
+def _of_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+    """The champions with the bests and the history."""
+    for generation, champion in run.champions.items():
+        name = champion_file(generation)
+        if isinstance(champion, CheckpointError):
+            yield generation, champion.what
+            continue
+        best = run.bests[generation - 1]
+        if champion.generation != generation:
+            yield generation, f"{name} says that it is of generation {champion.generation}"
+        if not np.array_equal(champion.genome, best["genome"]):
+            yield generation, f"the genome in {name} is not that in {BESTS}"
+        if champion.score != best["score"]:
+            yield generation, f"the score in {name} is not that in {BESTS}"
+        if champion.terms != best_terms(run.history, generation):
+            yield generation, f"the terms in {name} are not those in {HISTORY}"
+
+
+def row_differences(run: RunSnapshot, generation: Generation) -> list[str]:
+    """What a generation's row and best record are not as recorded, a text each."""
+    number = generation.number
+    then, now = row_of(run, number), row(generation)
+    found = [
+        f"{HISTORY}: {name} is {then[name]!r}, but {float(now.get(name, np.nan))!r}"
+        for name in then
+        if name != "seconds" and not _same(then[name], now.get(name, np.nan))
+    ]
+    found += [f"{HISTORY} lacks the column {name}" for name in now if name not in then]
+    best, genome = run.bests[number - 1], generation.genomes[generation.best]
+    score = float(generation.scores[generation.best])
+    if best["score"] != score:
+        found.append(f"{BESTS}: the score is {float(best['score'])!r}, but {score!r}")
+    islands = island_bests(generation, run.islands.shape[1])
+    wrong = np.flatnonzero(run.islands[number - 1] != islands)
+    if len(wrong) and len(islands) > 1:
+        found.append(f"{ISLANDS}: the best score of island {wrong[0] + 1} is another")
+    genes = np.flatnonzero(best["genome"] != genome)
+    if len(genes):
+        at = genes[0]
+        found.append(
+            f"{BESTS}: gene {at + 1} is {best['genome'][at].item()!r}, but {genome[at].item()!r}"
+        )
+    return found
+
+
+def _same(one: float, other: float) -> bool:
+    return one == other or (math.isnan(one) and math.isnan(other))
