@@ -28,10 +28,10 @@ def main() -> None:
 
 
 def _run() -> None:
-    from gaitsim.cli.streams import check_environment
+    from gaitsim.cli import streams
 
     try:
-        check_environment()
+        streams.check_environment()
         # Within, as half of the start-up is spent on it, and Ctrl-C may come then.
         from gaitsim.cli.app import app
 
@@ -43,6 +43,7 @@ def _run() -> None:
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
+        streams.finish()  # which could not be written either, and would be reported again
         _fail(GaitsimError(f"cannot write: {error.strerror}"))
 
 

@@ -64,7 +64,7 @@ def read_file(path: Path, what: str, preset: str, listed: str) -> str:
         path: the file.
         what: what it is to be, as told in errors: 'an experiment'.
         preset: how a file to start from is got.
-        listed: how the ready ones are found.
+        listed: how the bundled files are listed.
 
     Raises:
         GaitsimError: it cannot be read, is no text, or too large.

@@ -1,4 +1,4 @@
-"""Ready experiments and studies: TOML files that packages ship.
+"""Presets and studies: TOML files that packages ship.
 
 An entry point of the group `gaitsim.experiments` or `gaitsim.studies` has the file's name,
 and for value the package of which `<name>.toml` is a resource.

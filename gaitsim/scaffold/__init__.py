@@ -86,7 +86,7 @@ def _check_free(plugin: str, kind: str) -> None:
 
 
 def _whose(entry: Entry) -> str:
-    kind = "ready experiment" if entry.kind == EXPERIMENTS else entry.kind
+    kind = "preset" if entry.kind == EXPERIMENTS else entry.kind
     return f"{kind} of package {entry.source}"
 
 

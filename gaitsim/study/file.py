@@ -112,7 +112,7 @@ class Cell:
 
 
 def read_study(reference: str) -> tuple[Study, str]:
-    """A study and its text, of a ready study's name or a TOML file's path.
+    """A study and its text, of a bundled study's name or a TOML file's path.
 
     Raises:
         GaitsimError: there is none, or with all problems of the file.
@@ -126,8 +126,8 @@ def read_study(reference: str) -> tuple[Study, str]:
 
 
 def _read(path: Path) -> str:
-    ready = "the study.toml that 'gaitsim study millipede-operators' leaves"
-    return read_file(path, "a study", ready, "name a ready study: millipede-operators")
+    template = "the study.toml that 'gaitsim study millipede-operators' leaves"
+    return read_file(path, "a study", template, "name a bundled study: millipede-operators")
 
 
 def parse_study(text: str, source: str) -> Study:

@@ -32,7 +32,7 @@ __all__ = ["SECONDS", "Finding", "Report", "check", "check_chosen", "check_packa
 def check(
     kind: str, name: str, *, options: Mapping[str, Any] | None = None, seconds: float = SECONDS
 ) -> Report:
-    """Check one installed plugin, or one ready experiment.
+    """Check one installed plugin, or one preset.
 
     Args:
         kind: 'organism', 'fitness', 'selection', 'crossover', 'mutation' or 'experiments'.

@@ -1,4 +1,4 @@
-"""One plugin, or one ready experiment, examined in this process."""
+"""One plugin, or one preset, examined in this process."""
 
 import random
 import sys

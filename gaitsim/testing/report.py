@@ -48,7 +48,7 @@ def advice(rule: str, expected: str, actual: str, fix: str) -> Finding:
 
 @dataclass(frozen=True)
 class Report:
-    """What the check of one plugin, or of one ready experiment, found.
+    """What the check of one plugin, or of one preset, found.
 
     Attributes:
         entry: which one, and of which package.

@@ -1,1 +1,1 @@
-"""The bundled millipede: body, codec, motion, fitness, ready experiments."""
+"""The bundled millipede: body, codec, motion, fitness, presets."""

@@ -247,7 +247,7 @@ def test_damaged_entry_points_are_told_and_do_no_harm(gaitsim, install):
     code, out, message = gaitsim("plugins", "list")
     assert code == 0
     assert "spider-walk" in out
-    assert "fake-1.0.dist-info cannot be read" in message
+    assert "entry points of fake in" in message
 
 
 def test_a_broken_preset_stands_in_the_list(gaitsim, install):

@@ -1,4 +1,4 @@
-"""Every plugin and ready experiment that is installed is held to what a third party's is."""
+"""Every plugin and preset that is installed is held to what a third party's is."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The fly's ready experiments: the source's scheme, and what they reach."""
+"""The fly's presets: the source's scheme, and what they reach."""
 
 from dataclasses import replace
 from typing import Any

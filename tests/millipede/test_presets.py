@@ -1,4 +1,4 @@
-"""The ready experiments: the source's five algorithms, and what they reach."""
+"""The presets: the source's five algorithms, and what they reach."""
 
 from dataclasses import replace
 from itertools import pairwise

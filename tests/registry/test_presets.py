@@ -1,4 +1,4 @@
-"""Ready experiments come out of any package, as text, without importing it."""
+"""Presets come out of any package, as text, without importing it."""
 
 import importlib
 import sys

@@ -93,7 +93,7 @@ TAKEN = {
     "spider": "organism of package gaitsim",
     "gaitsim-spider": "organism of package gaitsim",
     "truncation": "selection of package gaitsim",
-    "fly-hover": "ready experiment of package gaitsim",
+    "fly-hover": "preset of package gaitsim",
     "operators": "gaitsim_operators is installed already",
 }
 

@@ -216,7 +216,7 @@ def test_the_cheapest_cell_that_reaches_the_target() -> None:
     assert (second.population, second.generations, second.mean) == (None, None, 1.0)
 
 
-def test_the_ready_study_is_the_published_sweep() -> None:
+def test_the_bundled_study_is_the_published_sweep() -> None:
     study, _ = read_study("millipede-operators")
     assert study.repeats == 100
     assert study.values("evolution.population") == list(range(3, 80, 2))

@@ -119,7 +119,7 @@ class TestOffers:
         other = validate(choose_plugin(found, "organism", "fly", catalogue), catalogue)
         assert other.chosen("mutation") == "reset"
 
-    def test_back_to_the_ready_one_is_no_change(self, catalogue):
+    def test_going_back_to_the_preset_is_no_change(self, catalogue):
         found = validate(drafted(crossover__plugin="blend"), catalogue)
         assert choose_plugin(found, "crossover", "uniform", catalogue) == drafted()
 

@@ -95,7 +95,7 @@ def test_an_installation_that_cannot_be_read_is_told(look, monkeypatch):
     look(test)
 
 
-def test_a_body_or_a_ready_experiment_begins_a_new_run(look):
+def test_a_body_or_a_preset_begins_a_new_run(look):
     async def test(driver):
         for key, name in (("organism fly", "fly"), (f"{EXPERIMENTS} millipede", "millipede")):
             await go(driver, key)

@@ -35,12 +35,12 @@ def new(
     console = output()
     console.print(visible(f"{folder}: the package of the {kind} {plugin!r}"), markup=False)
     console.print("\nNext:")
-    ready = {"organism": f"gaitsim run {plugin}"}.get(
+    trial = {"organism": f"gaitsim run {plugin}"}.get(
         kind, f"gaitsim run spider --set {kind}.plugin={plugin}"
     )
     for command, what in (
         (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "does it keep its contract?"),
         (f"pip install -e ./{shlex.quote(str(folder))}", "once: what you edit counts at once"),
-        (ready, f"what it does; it is in {source}"),
+        (trial, f"what it does; it is in {source}"),
     ):
         console.print(f"  {command}  # {what}", markup=False)

@@ -21,7 +21,7 @@ _GROUP = "gaitsim."
 
 @dataclass(frozen=True)
 class Chosen:
-    """Plugins and ready experiments to check.
+    """Plugins and presets to check.
 
     Attributes:
         entries: which ones.
@@ -33,7 +33,7 @@ class Chosen:
 
 
 def installed() -> tuple[Entry, ...]:
-    """All plugins and ready experiments that are installed, whatever state they are in."""
+    """All plugins and presets that are installed, whatever state they are in."""
     return tuple(
         entry for kind in CHECKED for claims in registry.entries(kind).values() for entry in claims
     )

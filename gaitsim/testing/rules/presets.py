@@ -1,4 +1,4 @@
-"""Rules for a ready experiment: it is read, its first individuals move, and it breeds."""
+"""Rules for a preset: it is read, its first individuals move, and it breeds."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -15,7 +15,7 @@ FEW = 3  # individuals that are judged; the whole population is drawn and bred
 
 
 def preset_rules(entry: Entry) -> Iterator[Finding]:
-    """All rules for a ready experiment.
+    """All rules for a preset.
 
     Raises:
         GaitsimError: it has problems, all of which are told.

@@ -1,1 +1,1 @@
-"""The fly's ready experiments."""
+"""The fly's presets."""

@@ -1,1 +1,1 @@
-"""The millipede's ready experiments."""
+"""The millipede's presets."""

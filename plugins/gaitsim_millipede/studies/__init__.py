@@ -1,1 +1,1 @@
-"""The millipede's ready studies."""
+"""The millipede's studies."""

@@ -1,1 +1,1 @@
-"""The spider's ready experiments."""
+"""The spider's presets."""

@@ -1,1 +1,1 @@
-"""The walker's ready experiments."""
+"""The walker's presets."""
