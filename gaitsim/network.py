@@ -118,7 +118,7 @@ class Network:
     def __post_init__(self) -> None:
         for name in (self.activation, self.output):
             if name not in ACTIVATIONS:
-                raise ValueError(f"activation {name!r} is none of {', '.join(ACTIVATIONS)}")
+                raise ValueError(f"activation {name!r} is not one of {', '.join(ACTIVATIONS)}")
         if not self.weights or len(self.weights) != len(self.biases):
             raise ValueError(
                 f"{len(self.weights)} layers of weights and {len(self.biases)} of biases: "
@@ -147,11 +147,6 @@ class Network:
     def genes(self) -> Floats:
         """All parameters in one row, (…, genes): W1 row by row, b1, W2, b2 …"""
         return _flat(self.weights, self.biases)
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Name of each gene."""
-        return gene_labels(self.sizes)
 
     @classmethod
     def from_genes(

@@ -57,7 +57,7 @@ def drawn(sizes, seed=0, population=()):
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 @pytest.mark.parametrize("output", ACTIVATIONS)
-def test_it_computes_what_plain_loops_do(activation, output):
+def test_activate_agrees_with_plain_loops(activation, output):
     genes = drawn(SIZES)
     inputs = np.random.default_rng(1).normal(0, 2, (3, 7))
     answers = Network.from_genes(SIZES, genes, activation, output).activate(inputs)
@@ -68,7 +68,7 @@ def test_it_computes_what_plain_loops_do(activation, output):
 
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)
-def test_a_whole_population_at_once_is_each_of_them_alone(activation):
+def test_a_population_computes_the_same_as_each_network_alone(activation):
     genes = drawn(SIZES, population=(6,))
     inputs = np.random.default_rng(1).normal(0, 1, (6, 3, 4))
     targets = np.random.default_rng(2).normal(0, 1, (6, 2, 4))
@@ -86,7 +86,7 @@ def test_a_whole_population_at_once_is_each_of_them_alone(activation):
         assert slopes[n] == pytest.approx(slope, abs=1e-12)
 
 
-def test_a_population_can_see_the_same():
+def test_a_population_can_share_inputs():
     genes = drawn(SIZES, population=(6,))
     inputs = np.random.default_rng(1).normal(0, 1, (3, 4))
     network = Network.from_genes(SIZES, genes)
@@ -149,15 +149,15 @@ def test_genes_and_network_round_trip(sizes, population, seed):
     assert np.array_equal(network.genes, genes)
     again = Network(network.weights, network.biases)
     assert np.array_equal(again.genes, genes)
-    assert len(network.labels) == gene_count(sizes) == genes.shape[-1]
-    assert len(set(network.labels)) == len(network.labels)
+    assert len(gene_labels(sizes)) == gene_count(sizes) == genes.shape[-1]
+    assert len(set(gene_labels(sizes))) == gene_count(sizes)
 
 
 @given(layer_sizes, seeds)
 def test_each_label_says_where_its_gene_is(sizes, seed):
     genes = drawn(sizes, seed)
     network = Network.from_genes(sizes, genes)
-    for label, gene in zip(network.labels, genes, strict=True):
+    for label, gene in zip(gene_labels(sizes), genes, strict=True):
         kind, layer, place = label[0], int(label[1]) - 1, label[3:-1].split(",")
         array = (network.weights if kind == "W" else network.biases)[layer]
         assert array[tuple(map(int, place))] == gene
@@ -172,14 +172,14 @@ def test_the_order_of_layers_and_of_genes():
     assert network.activate([[10.0], [20.0]]).tolist() == [[20.0], [5.0]]
 
 
-def test_single_precision_stays():
+def test_single_precision_is_kept():
     network = Network.from_genes(SIZES, drawn(SIZES).astype(np.float32), "leaky-relu")
     inputs = np.ones((3, 2), np.float32)
     error, slopes = network.gradients(inputs, np.ones((2, 2), np.float32))
     assert network.activate(inputs).dtype == error.dtype == slopes.dtype == np.float32
 
 
-def test_far_from_zero_nothing_overflows():
+def test_activations_do_not_overflow():
     network = Network.from_genes((1, 1), [1.0, 0.0], output="sigmoid")
     assert network.activate([[-1e4, 0.0, 1e4]]).tolist() == [[0.0, 0.5, 1.0]]
 
@@ -196,41 +196,41 @@ def test_a_random_network_depends_on_its_generator_alone():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Network.from_genes((3,), []), "layers of 3: expected at least two"),
+        (lambda: Network.from_genes((3,), []), "layers of 3"),
         (lambda: gene_labels(()), "layers of nothing"),
         (lambda: gene_count((3, 0, 2)), "layers of 3-0-2"),
         (lambda: Network.random((3, -1), np.random.default_rng()), "at least one neuron"),
-        (lambda: Network.from_genes((3, 2), np.zeros(7)), r"shape \(7,\), .*8 genes .* 3-2"),
+        (lambda: Network.from_genes((3, 2), np.zeros(7)), r"\(7,\).* 8 genes"),
         (lambda: Network.from_genes((3, 2), 1.0), r"shape \(\)"),
-        (lambda: Network.from_genes((3, 2), np.zeros(8), "selu"), "'selu' is none of tanh"),
-        (lambda: Network.from_genes((3, 2), np.zeros(8), output="x"), "'x' is none of"),
+        (lambda: Network.from_genes((3, 2), np.zeros(8), "selu"), "'selu'"),
+        (lambda: Network.from_genes((3, 2), np.zeros(8), output="x"), "'x'"),
         (lambda: Network((), ()), "at least one"),
-        (lambda: Network((np.zeros((2, 3)),), ()), "1 layers of weights and 0"),
-        (lambda: Network((np.zeros((2, 3)),), (np.zeros(3),)), r"b1 has .*\(3,\), expected \(2,\)"),
+        (lambda: Network((np.zeros((2, 3)),), ()), "1 layers"),
+        (lambda: Network((np.zeros((2, 3)),), (np.zeros(3),)), r"b1 .*\(3,\).*\(2,\)"),
         (
             lambda: Network((np.zeros((2, 3)), np.zeros((1, 3))), (np.zeros(2), np.zeros(1))),
-            r"W2 has the shape \(1, 3\), .* from = 2",
+            r"W2 .*\(1, 3\).* from = 2",
         ),
-        (lambda: Network((np.zeros(3),), (np.zeros(()),)), r"W1 has the shape \(3,\)"),
+        (lambda: Network((np.zeros(3),), (np.zeros(()),)), r"W1 .*\(3,\)"),
         (
             lambda: Network.from_genes((3, 2), np.zeros(8)).activate(np.zeros((2, 5))),
-            r"inputs have the shape \(2, 5\), .* 3 inputs",
+            r"inputs .*\(2, 5\).* 3 inputs",
         ),
         (lambda: Network.from_genes((3, 2), np.zeros(8)).activate(np.zeros(3)), "inputs have"),
         (
             lambda: Network.from_genes((3, 2), np.zeros(8)).gradients(
                 np.zeros((3, 5)), np.zeros((2, 1))
             ),
-            r"targets have the shape \(2, 1\), .* \(2, 5\)",
+            r"targets .*\(2, 1\).*\(2, 5\)",
         ),
     ],
 )
-def test_what_does_not_fit_is_told(make, says):
+def test_shapes_that_do_not_fit_are_refused(make, says):
     with pytest.raises(ValueError, match=says):
         make()
 
 
-def test_plugins_can_import_it_lightly():
+def test_importing_the_network_imports_little():
     code = "import sys, gaitsim.network; print(sorted({m.split('.')[0] for m in sys.modules}))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(eval(done.stdout))

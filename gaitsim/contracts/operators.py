@@ -11,7 +11,7 @@ from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 
 class Selection(Plugin):
-    """Chooses who breeds."""
+    """Chooses the parents."""
 
     @abstractmethod
     def parents(
@@ -21,7 +21,7 @@ class Selection(Plugin):
 
         Args:
             scores: (population,), more is better; may hold −inf, never NaN.
-            pairs: how many pairs are wanted.
+            pairs: number of pairs to choose.
             rng: the only source of randomness.
 
         Returns:
@@ -34,19 +34,19 @@ class Selection(Plugin):
         """Choose parents in each of several populations, (populations, population).
 
         Returns:
-            Indices into each population, (populations, pairs, 2). For one population it
-            is what `parents` chooses. A selection that many repeats use can do better
-            than this, which takes one population after the other.
+            Indices into each population, (populations, pairs, 2); of one population, the same
+            as `parents`. This default takes one population after the other; a selection that
+            studies use can override it with something faster.
         """
         return np.stack([self.parents(row, pairs, rng) for row in scores])
 
     def objection(self, population: int, elites: int, children: int) -> str:
-        """Why populations of this size cannot be bred as this selection means it, or ''.
+        """Return why this selection cannot breed populations of this size, or ''.
 
         Args:
             population: individuals in each generation.
-            elites: how many of them are carried over.
-            children: how many each pair of parents has.
+            elites: number of individuals copied to the next generation.
+            children: number of children of each pair.
         """
         return ""
 
@@ -55,9 +55,8 @@ class Crossover(Plugin):
     """Makes children of pairs of parents.
 
     Attributes:
-        children: how many children a pair has; an option of every crossover, which
-            one that can make only one number of them narrows to `Literal[1]` or
-            `Literal[2]`.
+        children: number of children of a pair, an option of every crossover. A crossover that
+            supports only one number narrows it to `Literal[1]` or `Literal[2]`.
         spaces: the genome spaces it works on.
     """
 

@@ -1,4 +1,4 @@
-"""What every plugin is: a frozen model whose fields are its options."""
+"""The base of all plugins: a frozen model whose fields are its options."""
 
 from typing import Any, Self
 
@@ -21,7 +21,7 @@ def option(
     and the documentation.
 
     Args:
-        default: the value where nothing else is said.
+        default: value where none is given.
         help: what the option does, one sentence.
         unit: its SI unit, `''` for a pure number.
         ge: smallest value allowed; `gt` excludes the bound itself.
@@ -50,9 +50,9 @@ class Plugin(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def at(self, generation: int) -> Self:
-        """This plugin with its options as they are when `generation` is bred, counted from 1.
+        """Return the plugin with its options at `generation`, from 1.
 
-        For schedules, such as a mutation strength that decays. The default is
-        the plugin itself.
+        Override it for schedules, such as a mutation strength that decays. By default, options
+        stay the same.
         """
         return self

@@ -1,4 +1,4 @@
-"""Genome spaces: which genomes a body understands."""
+"""Genome spaces: the genomes that a body understands."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -30,15 +30,15 @@ class GenomeSpace(ABC):
 
     @abstractmethod
     def repair(self, genomes: Genomes) -> Genomes:
-        """Bring genomes that breeding moved outside back into the space."""
+        """Return the genomes with genes outside the space brought back into it."""
 
     @abstractmethod
     def contains(self, genomes: Genomes) -> bool:
-        """Whether shape, dtype and every gene belong to the space."""
+        """Return whether shape, dtype and every gene belong to the space."""
 
     @abstractmethod
     def diversity(self, genomes: Genomes) -> float:
-        """How different the genomes are: 0 where all are equal, about 0.3 to 0.5 at random."""
+        """Return how much the genomes differ: 0 where all are equal, 0.3 to 0.5 at random."""
 
     def _has_form(self, genomes: Genomes) -> bool:
         return genomes.ndim == 2 and genomes.shape[1] == self.genes and genomes.dtype == self.dtype
@@ -56,7 +56,7 @@ class RealSpace(GenomeSpace):
             the bounds, in the unit of the gene, (genes,); None draws uniformly
             between the bounds.
         periodic: genes that are angles of a cycle, (genes,) bool: a value past one
-            bound comes in again at the other. None where no gene is.
+            bound wraps around to the other. None where no gene is.
 
     Raises:
         ValueError: shapes differ, or bounds are not finite and ascending.
@@ -99,22 +99,22 @@ class RealSpace(GenomeSpace):
 
     def repair(self, genomes: Genomes) -> Genomes:
         """Clip to the bounds; wrap periodic genes."""
-        confined = np.clip(genomes, self.lower, self.upper)
+        clipped = np.clip(genomes, self.lower, self.upper)
         if self.periodic is None:
-            return confined
+            return clipped
         wrapped = self.lower + np.mod(genomes - self.lower, self.width)
         outside = (genomes < self.lower) | (genomes > self.upper)
         # Clipping again guards the last bit: lower + mod(…) may round up past upper.
-        return np.where(self.periodic & outside, np.minimum(wrapped, self.upper), confined)
+        return np.where(self.periodic & outside, np.minimum(wrapped, self.upper), clipped)
 
     def contains(self, genomes: Genomes) -> bool:
-        """Whether shape, dtype and bounds fit."""
+        """Return whether shape, dtype and bounds fit."""
         return self._has_form(genomes) and bool(
             ((genomes >= self.lower) & (genomes <= self.upper)).all()
         )
 
     def diversity(self, genomes: Genomes) -> float:
-        """Mean over genes of the standard deviation, in widths of the gene's bounds."""
+        """Return the mean over genes of the standard deviation, in widths of the gene's bounds."""
         return float(np.mean(np.std(genomes, axis=0) / self.width))
 
 
@@ -124,8 +124,8 @@ class BitSpace(GenomeSpace):
 
     Args:
         labels: name of each bit.
-        repair_bits: brings bit patterns that mean nothing back to ones that do,
-            (population, genes) -> (population, genes); None where all patterns count.
+        repair_bits: replaces invalid bit patterns by valid ones, (population, genes) ->
+            (population, genes); None where all patterns are valid.
     """
 
     labels: tuple[str, ...]
@@ -139,11 +139,11 @@ class BitSpace(GenomeSpace):
         return self.repair(rng.integers(0, 2, (count, self.genes), dtype=np.uint8))
 
     def repair(self, genomes: Genomes) -> Genomes:
-        """Repair patterns that mean nothing."""
+        """Replace invalid bit patterns by valid ones."""
         return genomes if self.repair_bits is None else self.repair_bits(genomes)
 
     def contains(self, genomes: Genomes) -> bool:
-        """Whether shape and dtype fit, all genes are bits, and repair would change none."""
+        """Return whether shape and dtype fit, all genes are bits, and repair changes none."""
         return (
             self._has_form(genomes)
             and bool((genomes <= 1).all())
@@ -151,5 +151,5 @@ class BitSpace(GenomeSpace):
         )
 
     def diversity(self, genomes: Genomes) -> float:
-        """Mean over bits of the standard deviation; 0.5 where half of each bit is set."""
+        """Return the mean over bits of their standard deviation, 0.5 for fair bits."""
         return float(np.mean(np.std(genomes, axis=0)))

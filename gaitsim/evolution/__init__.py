@@ -4,7 +4,6 @@ from gaitsim.evolution.breeding import breed, initial_population
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import ParallelMap, island_map
 from gaitsim.evolution.loop import evolve, stop_reason
-from gaitsim.evolution.stage import reevaluate, stage_progress
 
 __all__ = [
     "Generation",
@@ -14,7 +13,5 @@ __all__ = [
     "evolve",
     "initial_population",
     "island_map",
-    "reevaluate",
-    "stage_progress",
     "stop_reason",
 ]

@@ -1,4 +1,4 @@
-"""One population from the one before: pure, and a function of seed and generation."""
+"""Breeding: one population from the one before, a pure function of seed and generation."""
 
 from enum import IntEnum
 from typing import TypeVar
@@ -13,7 +13,7 @@ from gaitsim.registry import plugin_errors
 
 
 class Purpose(IntEnum):
-    """What a random stream is for. The numbers are part of what makes a run repeatable."""
+    """Purpose of a random stream. Other numbers would change the results of every run."""
 
     INITIAL = 0
     SELECTION = 1
@@ -22,15 +22,15 @@ class Purpose(IntEnum):
 
 
 def stream(seed: int, generation: int, purpose: Purpose, island: int = 0) -> np.random.Generator:
-    """The random stream of one purpose in one generation. There is no state to save.
+    """Return the random stream of one purpose in one generation, so that no state is saved.
 
-    Each island has streams of its own; those of the first one are a single population's.
+    Each island has streams of its own; the first one has those of a search without islands.
     """
     return np.random.default_rng([seed, generation, purpose, *([island] if island else [])])
 
 
 def initial_population(experiment: Experiment, space: GenomeSpace, island: int = 0) -> Genomes:
-    """Generation 1: fresh genomes, (population, genes)."""
+    """Draw generation 1, (population, genes)."""
     only: Genomes = initial_populations(experiment, space, 1, island)[0]
     return only
 
@@ -38,7 +38,7 @@ def initial_population(experiment: Experiment, space: GenomeSpace, island: int =
 def initial_populations(
     experiment: Experiment, space: GenomeSpace, populations: int, island: int = 0
 ) -> Genomes:
-    """Generation 1 of several populations, (populations, population, genes)."""
+    """Draw generation 1 of several populations, (populations, population, genes)."""
     size = experiment.evolution.population
     rng = stream(experiment.seed, 1, Purpose.INITIAL, island)
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):
@@ -52,20 +52,19 @@ def initial_populations(
 def warm_start_population(
     experiment: Experiment, space: GenomeSpace, start: Array, island: int = 0
 ) -> Genomes:
-    """Generation 1 out of one genome: itself, then its mutations.
+    """Return generation 1 of a warm start: one genome, then mutations of it.
 
-    The experiment's own mutation makes them, with its options as they are at generation 1
-    and the random stream of that generation's mutation, which a population that is drawn
-    leaves unused.
+    They come from the experiment's mutation with its options at generation 1, and from that
+    generation's random stream of mutation.
 
     Args:
         experiment: its scheme and seed.
         space: the genome space.
-        start: (genes,), of the space.
-        island: whose population it is.
+        start: genome of the space, (genes,).
+        island: number of the island.
 
     Returns:
-        (population, genes): the genome itself first.
+        (population, genes), the genome itself first.
 
     Raises:
         PluginError: the mutation fails or breaks its contract; names its package.
@@ -83,9 +82,9 @@ def breed(
     generation: int,
     island: int = 0,
 ) -> Genomes:
-    """The population of `generation` from the one before.
+    """Breed the population of `generation` from the one before.
 
-    Elites are copied; parents are selected, crossed, and their children mutated, then
+    Elites are copied. Parents are selected and crossed, their children mutated and
     repaired. Children beyond the population's size are dropped.
 
     Args:
@@ -93,8 +92,8 @@ def breed(
         space: the genome space.
         genomes: the population before, (population, genes); not changed.
         scores: (population,), more is better.
-        generation: number of the generation that is made, from 2.
-        island: whose random streams are drawn from.
+        generation: number of the generation to breed, from 2.
+        island: number of the island, which has random streams of its own.
 
     Returns:
         (population, genes): the elites, best first, then the children.
@@ -115,18 +114,18 @@ def breed_each(
     generation: int,
     island: int = 0,
 ) -> Genomes:
-    """`breed` for several populations that share the random streams of a generation.
+    """Breed several populations that share the random streams of a generation.
 
     Args:
         experiment: its scheme and seed.
         space: the genome space.
         genomes: the populations before, (populations, population, genes); not changed.
         scores: (populations, population), more is better.
-        generation: number of the generation that is made, from 2.
-        island: whose random streams are drawn from.
+        generation: number of the generation to breed, from 2.
+        island: number of the island, which has random streams of its own.
 
     Returns:
-        (populations, population, genes); one population alone is as `breed` makes it.
+        (populations, population, genes); of one population, the same bits as `breed`.
 
     Raises:
         PluginError: an operator fails or breaks its contract; names its package.
@@ -139,7 +138,7 @@ def breed_each(
     selection = _at(experiment, "selection", experiment.selection, generation)
     crossover = _at(experiment, "crossover", experiment.crossover, generation)
     pairs = -(-wanted // crossover.children)
-    # Each operator gets arrays of its own: what it changes in them is seen by no other.
+    # Each operator gets arrays of its own, which it may change.
     parents = _parents(
         experiment,
         selection,
@@ -157,7 +156,7 @@ def breed_each(
             space,
             stream(experiment.seed, generation, Purpose.CROSSOVER, island),
         )
-    _hold_children(experiment, "crossover", children, len(rows) * crossover.children, space)
+    _check_children(experiment, "crossover", children, len(rows) * crossover.children, space)
     # First children of all pairs, then second ones: brought together by population.
     families = children.reshape(crossover.children, populations, pairs, genes)
     families = families.swapaxes(0, 1).reshape(populations, -1, genes)[:, :wanted]
@@ -169,13 +168,13 @@ def breed_each(
 def _mutated(
     experiment: Experiment, space: GenomeSpace, genomes: Genomes, generation: int, island: int
 ) -> Genomes:
-    """The genomes mutated and repaired, (individuals, genes)."""
+    """Return the genomes mutated and repaired, (individuals, genes)."""
     mutation = _at(experiment, "mutation", experiment.mutation, generation)
     with plugin_errors(experiment.entries["mutation"], "mutating children"):
         mutants = mutation.mutate(
             genomes, space, stream(experiment.seed, generation, Purpose.MUTATION, island)
         )
-    _hold_children(experiment, "mutation", mutants, len(genomes), space)
+    _check_children(experiment, "mutation", mutants, len(genomes), space)
     with plugin_errors(experiment.entries["organism"], "repairing genomes"):
         mutants = space.repair(mutants)
         belong = space.contains(mutants) and len(mutants) == len(genomes)
@@ -188,7 +187,7 @@ _Scheduled = TypeVar("_Scheduled", bound=Plugin)
 
 
 def _at(experiment: Experiment, kind: str, plugin: _Scheduled, generation: int) -> _Scheduled:
-    """The plugin with its options as they are at this generation."""
+    """Return the plugin with its options at this generation."""
     with plugin_errors(experiment.entries[kind], "following its schedule"):
         return plugin.at(generation)
 
@@ -200,7 +199,7 @@ def _parents(
     pairs: int,
     rng: np.random.Generator,
 ) -> NDArray[np.intp]:
-    """Select in every population, (populations, pairs, 2); held to indices of the population."""
+    """Select parents in every population, (populations, pairs, 2), and check the indices."""
     populations, size = scores.shape
     with plugin_errors(experiment.entries["selection"], "selecting parents"):
         if populations == 1:
@@ -208,7 +207,7 @@ def _parents(
         else:
             parents = selection.parents_each(scores, pairs, rng)
     shape = (pairs, 2) if populations == 1 else (populations, pairs, 2)
-    _hold(experiment, "selection", parents, shape, np.dtype(np.intp))
+    _check_form(experiment, "selection", parents, shape, np.dtype(np.intp))
     if not ((parents >= 0) & (parents < size)).all():
         raise broken(
             experiment,
@@ -219,30 +218,32 @@ def _parents(
     return parents.reshape(populations, pairs, 2)
 
 
-def _hold_children(
+def _check_children(
     experiment: Experiment, kind: str, children: Genomes, count: int, space: GenomeSpace
 ) -> None:
-    """Hold crossover and mutation to genomes that repairing can bring into the space."""
-    _hold(experiment, kind, children, (count, space.genes), space.dtype)
+    """Check that repairing can bring the genomes of crossover or mutation into the space."""
+    _check_form(experiment, kind, children, (count, space.genes), space.dtype)
     if children.dtype.kind == "f" and not np.isfinite(children).all():
         raise broken(experiment, kind, "returned genes that are not finite", "finite genes")
     if isinstance(space, BitSpace) and not (children <= 1).all():
-        raise broken(experiment, kind, "returned genes that are no bits", "0 and 1")
+        raise broken(experiment, kind, "returned genes that are not bits", "0 and 1")
 
 
-def _hold(
+def _check_form(
     experiment: Experiment,
     kind: str,
     result: object,
     shape: tuple[int, ...],
     dtype: np.dtype[np.generic],
 ) -> None:
-    """Hold an operator to the shape and dtype that its contract promises."""
+    """Check the shape and dtype that the contract of an operator requires."""
     if isinstance(result, np.ndarray) and result.shape == shape and result.dtype == dtype:
         return
-    came = (
+    actual = (
         f"shape {result.shape}, dtype {result.dtype}"
         if isinstance(result, np.ndarray)
         else type(result).__name__
     )
-    raise broken(experiment, kind, f"returned {came}", f"an array of shape {shape}, dtype {dtype}")
+    raise broken(
+        experiment, kind, f"returned {actual}", f"an array of shape {shape}, dtype {dtype}"
+    )

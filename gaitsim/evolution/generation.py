@@ -1,26 +1,28 @@
 """What the loop yields: one finished generation, frozen."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
+from gaitsim.experiment import Evolution
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a search has come, beside its population.
+    """The state of a search apart from its population.
 
     Attributes:
-        evaluations: individuals evaluated so far.
+        evaluations: number of individuals evaluated.
         best_score: the best score so far, −inf where none was finite.
         stagnation: generations since the best score last rose.
-        threshold: score that the next champion must beat, None where none is kept.
-        stage: of a run whose experiment was changed on the way, counted from 1.
+        threshold: score that the next champion must beat; None where none is kept.
+        stage: number of the stage, from 1; changing the experiment of a run begins the next.
     """
 
     evaluations: int
@@ -28,6 +30,24 @@ class Progress:
     stagnation: int
     threshold: float | None
     stage: int = 1
+
+    def next_stage(self, evolution: Evolution, *, reevaluated: bool, population: int) -> "Progress":
+        """Return the progress with which the next stage begins.
+
+        New scores cannot be compared with the best score and the threshold of the stage before:
+        both start as in a run's first generation. Re-evaluating the population counts.
+
+        Args:
+            evolution: of the next stage.
+            reevaluated: whether body or fitness was changed.
+            population: individuals.
+        """
+        if not reevaluated:
+            return replace(self, stage=self.stage + 1)
+        evaluations = self.evaluations + population
+        return Progress(
+            evaluations, -math.inf, -1, evolution.fitness_threshold, stage=self.stage + 1
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,11 +58,11 @@ class Generation(ReprMixin):
         number: from 1.
         genomes: (population, genes).
         evaluation: its scores, their terms, and reasons of failures.
-        progress: of the search, this generation counted.
+        progress: of the search, this generation included.
         diversity: of the genomes, by their space's measure.
-        seconds: what making and evaluating it took.
-        is_champion: whether its best beat the threshold and is to be kept.
-        stop: why the search ends here, '' where it goes on.
+        seconds: time that breeding and evaluating it took.
+        is_champion: whether its best individual beat the threshold.
+        stop: why the search ends here, '' where it continues.
     """
 
     number: int
@@ -67,6 +87,17 @@ class Generation(ReprMixin):
     def best(self) -> int:
         """Index of the best individual; the first of equals."""
         return int(np.argmax(self.scores))
+
+    def reevaluated(
+        self, evaluate: Callable[[Genomes], Evaluation], progress: Progress
+    ) -> "Generation":
+        """Return the generation with new scores of the same genomes, to breed the next one from.
+
+        Args:
+            evaluate: scores a population under the experiment of the next stage.
+            progress: with which the next stage begins.
+        """
+        return replace(self, evaluation=evaluate(self.genomes), progress=progress)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         best, finite = self.best, self.scores[np.isfinite(self.scores)]

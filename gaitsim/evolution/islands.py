@@ -7,13 +7,12 @@
                                                                 ──▶ …  then they breed
 
 A generation's genomes are those of all islands, one island after the other, and so are its
-scores. Migration is a part of breeding: what is recorded of a generation is from before it.
-So a search with islands is, as one without, a function of the generation before.
+scores. Migration is part of breeding, so the history records a generation before its migration.
+With islands or without, each generation is a function of the one before.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,29 +26,18 @@ from gaitsim.experiment import Experiment, Islands
 Scores = NDArray[np.float64]
 
 
-class ParallelMap(Protocol):
-    """Does a function of an experiment and a task for all tasks, as `Evaluator.map` does."""
-
-    def __call__(
-        self,
-        function: "Callable[[Experiment, Epoch], list[Made]]",
-        tasks: "Sequence[Epoch]",
-    ) -> "list[list[Made]]":
-        """The results in the tasks' order."""
-
-
 Made = tuple[Genomes, Evaluation]
 
 
 @dataclass(frozen=True, eq=False)
 class Epoch:
-    """Generations of one island between two migrations: a task.
+    """A task: the generations of one island between two migrations.
 
     Attributes:
-        island: its number, from 0.
-        first: the first generation to make.
-        last: the last one.
-        genomes: what the first one is bred from, (population, genes), its immigrants among them.
+        island: number of the island, from 0.
+        first: first generation to breed.
+        last: last generation to breed.
+        genomes: population to breed the first one from, (population, genes), immigrants included.
         scores: of these, (population,).
     """
 
@@ -60,24 +48,29 @@ class Epoch:
     scores: Scores
 
 
+ParallelMap = Callable[
+    [Callable[[Experiment, Epoch], list[Made]], Sequence[Epoch]], list[list[Made]]
+]
+"""Applies a function of an experiment and a task to all tasks, in order, as `Evaluator.map`."""
+
+
 def by_island(islands: Islands, values: Array) -> Array:
-    """What is known of all individuals, (individuals, …), as (islands, population, …)."""
+    """Reshape values of all individuals, (individuals, …) -> (islands, population, …)."""
     return values.reshape(islands.number, -1, *values.shape[1:])
 
 
 def migrated(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes, Scores]:
-    """Copies of each island's best in place of the worst of its neighbours.
+    """Replace the worst of each island by copies of the best of its neighbours.
 
-    Of equal scores, the first counts as better. The migrants stay at home, too, and all
-    islands send before any receives.
+    Of equal scores, the first counts as better. All islands send before any receives.
 
     Args:
-        islands: which neighbours, how many migrants.
+        islands: topology and number of migrants.
         genomes: (islands, population, genes); not changed.
         scores: (islands, population).
 
     Returns:
-        The same with the migrants arrived, each with its score.
+        Genomes and scores after the migration.
     """
     number, size = scores.shape
     if not islands.immigrants:
@@ -98,12 +91,12 @@ def migrated(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genome
 def initial_islands(
     experiment: Experiment, space: GenomeSpace, warm_start: Array | None
 ) -> Genomes:
-    """Generation 1 of all islands, (individuals, genes).
+    """Return generation 1 of all islands, (individuals, genes).
 
     Args:
         experiment: its scheme and seed.
         space: the genome space.
-        warm_start: a genome, (genes,), that each is made of; None draws them.
+        warm_start: genome that each population is made of, (genes,); None draws them.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -119,14 +112,14 @@ def initial_islands(
 def breed_islands(
     experiment: Experiment, space: GenomeSpace, genomes: Genomes, scores: Scores, number: int
 ) -> Genomes:
-    """Generation `number` of all islands, (individuals, genes), after a migration if one is due.
+    """Breed generation `number` of all islands, (individuals, genes), after a migration if due.
 
     Args:
         experiment: its scheme and seed.
         space: the genome space.
         genomes: the generation before, (individuals, genes); not changed.
         scores: of these, (individuals,).
-        number: of the generation that is made, from 2.
+        number: of the generation to breed, from 2.
 
     Raises:
         PluginError: an operator fails or breaks its contract; names its package.
@@ -142,7 +135,7 @@ def breed_islands(
 def _epochs(
     experiment: Experiment, genomes: Genomes, scores: Scores, first: int, last: int
 ) -> list[Epoch]:
-    """Each island's epoch of generations, after the migration if one is due before it."""
+    """Return the epoch of each island, after the migration if one is due."""
     islands = experiment.islands
     populations, values = by_island(islands, genomes), by_island(islands, scores)
     if (first - 1) % islands.every == 0:
@@ -154,13 +147,13 @@ def _epochs(
 
 
 def epoch_end(experiment: Experiment, first: int) -> int:
-    """The last generation that islands can make without one another, from `first` on."""
+    """Return the last generation that starts before the next migration, from `first` on."""
     every = experiment.islands.every
     return min(-(-first // every) * every, max(experiment.evolution.generations, first))
 
 
 def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
-    """Evolve one island for the generations of its epoch; for a worker.
+    """Evolve one island for an epoch; runs on a worker.
 
     Returns:
         Each generation's population and its evaluation.
@@ -180,10 +173,10 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
 
 
 def island_map(evaluator: Evaluator) -> ParallelMap | None:
-    """What spreads the evaluator's islands over its workers, at least one for each; else None.
+    """Return the map that evolves islands on the evaluator's workers; None if not worth it.
 
-    Where there are fewer islands than workers, or these are threads, all islands are better
-    evolved here, generation by generation, and the workers move individuals.
+    With fewer islands than workers, or with threads, it is faster to evolve all islands here,
+    generation by generation, and to let the workers evaluate individuals.
     """
     number = evaluator.experiment.islands.number
     worth = number > 1 and evaluator.elsewhere and number >= evaluator.workers
@@ -193,14 +186,14 @@ def island_map(evaluator: Evaluator) -> ParallelMap | None:
 def parallel_epoch(
     experiment: Experiment, parallel_map: ParallelMap, genomes: Genomes, scores: Scores, first: int
 ) -> Iterator[Made]:
-    """Generations of all islands from `first` to the next migration, an island a task.
+    """Evolve all islands from generation `first` to the next migration, one task an island.
 
     Args:
         experiment: its scheme and seed.
-        parallel_map: does the tasks.
+        parallel_map: runs the tasks.
         genomes: the generation before, (individuals, genes).
         scores: of these, (individuals,).
-        first: the first generation that is made, from 2.
+        first: first generation to breed, from 2.
 
     Yields:
         Each generation of all islands and its evaluation.

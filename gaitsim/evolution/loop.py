@@ -2,10 +2,10 @@
 
     initial population ─▶ evaluate ─▶ Generation 1 ─▶ breed ─▶ evaluate ─▶ Generation 2 …
                                         │
-                                        └─▶ whoever iterates: writes, shows, stops
+                                        └─▶ the caller writes, shows, stops
 
-Between two generations nothing is pending: whoever stops iterating loses nothing, and
-whoever begins again from a `Generation` gets the same ones after it.
+Between two generations nothing is pending. A caller that stops iterating loses nothing, and
+starting again from a `Generation` yields the same ones after it.
 """
 
 import math
@@ -39,13 +39,13 @@ def evolve(
     Args:
         experiment: what to evolve, and how.
         evaluate: scores a population.
-        after: the generation to go on from; None begins with the first.
-        warm_start: a genome, (genes,), that the initial population is made of; None draws it.
+        after: generation to continue from; None starts with the first.
+        warm_start: genome that the initial population is made of, (genes,); None draws it.
         parallel_map: evolves islands over workers, from one migration to the next; None evolves all
             of them here, generation by generation. The result is the same.
 
     Yields:
-        Each finished generation; the last one says in `stop` why it is the last.
+        Each finished generation; `stop` of the last one holds the reason.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -87,7 +87,7 @@ def _populations(
     warm_start: Array | None,
     parallel_map: ParallelMap | None,
 ) -> Iterator[tuple[Genomes, Evaluation, float]]:
-    """The populations after a generation, judged, without end; and the seconds that each took."""
+    """Yield the populations after a generation, their evaluations and the seconds they took."""
     space = experiment.space()
     number, genomes, scores = (
         (after.number, after.genomes, after.scores) if after else (0, None, None)
@@ -113,10 +113,10 @@ def _populations(
 def advance(
     before: Progress, best: float, evaluated: int, evolution: Evolution
 ) -> tuple[Progress, bool]:
-    """Progress after a generation with this best score, and whether that is a champion.
+    """Return the progress after a generation with this best score, and whether it is a champion.
 
-    A best score above the threshold is one; the threshold then rises to it, in whole
-    steps of `delta_fitness`.
+    A champion's score is above the threshold, which then rises to it in whole steps of
+    `delta_fitness`.
     """
     threshold = before.threshold
     is_champion = threshold is not None and best > threshold
@@ -134,7 +134,7 @@ def advance(
 
 
 def _raised(threshold: float, best: float, step: float) -> float:
-    """The threshold raised in whole steps to `best` or just above."""
+    """Return the threshold raised in whole steps to `best` or just above."""
     steps = (best - threshold) / step
     raised = threshold + step * math.ceil(steps) if math.isfinite(steps) else best
     # Rounding may leave it below, and then the same individual would be a champion again.
@@ -142,7 +142,7 @@ def _raised(threshold: float, best: float, step: float) -> float:
 
 
 def stop_reason(evolution: Evolution, number: int, progress: Progress, individuals: int) -> str:
-    """Why a search ends after generation `number` of so many individuals, or ''."""
+    """Return why a search ends after generation `number`, or '' where it continues."""
     if number >= evolution.generations:
         return f"{number} generations are done"
     target = evolution.target_score

@@ -16,7 +16,7 @@ from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution.breeding import breed_each, initial_populations
 from gaitsim.evolution.islands import migrated
-from gaitsim.experiment import Experiment, Islands
+from gaitsim.experiment import Experiment
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class RepeatedGeneration:
 
     Attributes:
         number: from 1.
-        evaluations: made so far by each repeat.
+        evaluations: individuals that each repeat has evaluated.
         best: best score so far of each repeat, (repeats,); −inf where none was finite.
     """
 
@@ -39,16 +39,18 @@ def evolve_repeats(
 ) -> Iterator[RepeatedGeneration]:
     """Evolve `repeats` populations to the experiment's last generation.
 
-    Conditions that would stop a single run earlier do not stop repeats, which have to
-    stay comparable.
+    Other stop conditions do not apply, so that repeats stay comparable.
 
     Args:
         experiment: what to evolve, and how.
-        evaluate: scores a population; is given all repeats' genomes as one.
-        repeats: how many.
+        evaluate: scores a population; called with the genomes of all repeats.
+        repeats: number of repeats.
 
     Yields:
         Each finished generation.
+
+    Raises:
+        PluginError: a plugin fails or breaks its contract; names its package.
     """
     space = experiment.space()
     population, islands = experiment.evolution.population, experiment.islands
@@ -59,26 +61,12 @@ def evolve_repeats(
         if number == 1:
             genomes = initial_populations(experiment, space, populations)
         else:
-            if (number - 1) % islands.every == 0:
-                genomes, scores = _migrated_each(islands, genomes, scores)
+            if islands.immigrants and (number - 1) % islands.every == 0:
+                each = zip(np.split(genomes, repeats), np.split(scores, repeats), strict=True)
+                arrived = [migrated(islands, *repeat) for repeat in each]
+                genomes, scores = map(np.concatenate, zip(*arrived, strict=True))
             genomes = breed_each(experiment, space, genomes, scores, number)
         everyone = genomes.reshape(populations * population, space.genes)
         scores = evaluate(everyone).scores.reshape(populations, population)
         best = np.maximum(best, scores.reshape(repeats, -1).max(axis=1))
         yield RepeatedGeneration(number, number * experiment.individuals, best)
-
-
-def _migrated_each(
-    islands: Islands, genomes: Genomes, scores: NDArray[np.float64]
-) -> tuple[Genomes, NDArray[np.float64]]:
-    """`migrated` in every repeat, whose islands follow one another."""
-    arrived = [
-        migrated(
-            islands, genomes[first : first + islands.number], scores[first : first + islands.number]
-        )
-        for first in range(0, len(genomes), islands.number)
-    ]
-    return (
-        np.concatenate([populations for populations, _ in arrived]),
-        np.concatenate([values for _, values in arrived]),
-    )

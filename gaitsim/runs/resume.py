@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from gaitsim.contracts import Array
 from gaitsim.errors import ExperimentError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, Progress, stage_progress, stop_reason
+from gaitsim.evolution import Generation, Progress, stop_reason
 from gaitsim.experiment import Evolution, Experiment, Overrides, Typed
 from gaitsim.registry import options
 from gaitsim.runs.compatibility import check_population, fitting, misfit, versions
@@ -269,7 +269,7 @@ def next_progress(
     if begins:
         reevaluated = any(change.reevaluates for change in begins)
         size = len(checkpoint.genomes)
-        progress = stage_progress(progress, evolution, reevaluated=reevaluated, population=size)
+        progress = progress.next_stage(evolution, reevaluated=reevaluated, population=size)
     # One that the user changed holds from now on, whether a stage begins or not.
     if evolution.fitness_threshold != threshold_in(checkpoint.experiment):
         progress = replace(progress, threshold=evolution.fitness_threshold)

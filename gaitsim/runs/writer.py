@@ -11,7 +11,7 @@ import numpy as np
 from gaitsim.contracts import Genomes
 from gaitsim.errors import PluginError, RunError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluate, stop_reason
+from gaitsim.evolution import Generation, ParallelMap, evolve, stop_reason
 from gaitsim.experiment import Overrides
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
@@ -150,7 +150,7 @@ class RunWriter:
         return self._unscored
 
     def begin(self, evaluate: Callable[[Genomes], Evaluation]) -> None:
-        """Begin the stage, if one begins: judge the population anew if its scores changed.
+        """Begin the stage, if one begins: re-evaluate the population if its scores changed.
 
         Writes nothing. Done twice, it does no more than once.
 
@@ -161,7 +161,7 @@ class RunWriter:
             PluginError: the body or the fitness fails or breaks its contract.
         """
         if self._unscored and self.last is not None:
-            self.last = reevaluate(self.last, evaluate, self.last.progress)
+            self.last = self.last.reevaluated(evaluate, self.last.progress)
         self._unscored = False
 
     def evolve(

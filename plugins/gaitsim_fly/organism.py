@@ -116,11 +116,11 @@ class Fly(Organism):
             raise ValueError(f"hidden has {len(self.hidden)} layers, at most four are allowed")
         if not _divides(self.dt, self.control_step):
             raise ValueError(
-                f"control_step {self.control_step:g} s is no multiple of dt {self.dt:g} s"
+                f"control_step {self.control_step:g} s is not a multiple of dt {self.dt:g} s"
             )
         if not _divides(self.control_step, self.duration):
             raise ValueError(
-                f"duration {self.duration:g} s is no multiple of control_step "
+                f"duration {self.duration:g} s is not a multiple of control_step "
                 f"{self.control_step:g} s"
             )
         if self.frames * self.trials > 1_000_000:

@@ -101,7 +101,7 @@ class Walker(Organism):
         if not math.isclose(steps, round(steps), rel_tol=1e-3):
             near = 1 / (FRAME_RATE * round(steps))
             raise ValueError(
-                f"dt {self.dt:g} s makes no whole number of steps in 1/60 s; {near:.4g} s does"
+                f"dt {self.dt:g} s does not divide 1/60 s into whole steps; {near:.4g} s does"
             )
         return self
 

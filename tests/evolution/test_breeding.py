@@ -69,7 +69,7 @@ def test_children_beyond_the_population_are_dropped(puppet, children):
     assert after.shape == (6, 3)
 
 
-def test_children_that_leave_the_bounds_are_confined(puppet, puppets, monkeypatch):
+def test_children_outside_the_bounds_are_repaired(puppet, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Jitter, "mutate", lambda self, genomes, space, rng: genomes + 100)
     genomes, after = bred(puppet())
     assert (after[2:] == 2.0).all()
@@ -95,7 +95,7 @@ def test_operators_are_used_as_they_are_at_that_generation(puppet, puppets, monk
     assert asked == [("Best", 7), ("Mean", 7), ("Jitter", 7)]
 
 
-def test_even_a_population_that_failed_breeds(puppet):
+def test_a_population_in_which_all_failed_breeds(puppet):
     genomes, after = bred(puppet(), scores=np.full(6, -np.inf))
     assert np.array_equal(after[:2], genomes[:2])
 
@@ -168,10 +168,10 @@ def test_an_operator_that_breaks_its_contract_is_named(
     assert error.value.remedy
 
 
-def test_genes_that_are_no_bits_are_refused(puppet, puppets, monkeypatch):
+def test_genes_that_are_not_bits_are_refused(puppet, puppets, monkeypatch):
     twos = np.full((4, 3), 2, np.uint8)
     monkeypatch.setattr(puppets.Jitter, "mutate", lambda *arguments: twos)
-    with pytest.raises(PluginError, match=r"mutation 'puppet-jitter'.* no bits"):
+    with pytest.raises(PluginError, match=r"mutation 'puppet-jitter'.* bits"):
         bred(puppet("organism.plugin=bit-puppet"))
 
 
@@ -186,13 +186,13 @@ def test_genes_that_are_no_bits_are_refused(puppet, puppets, monkeypatch):
         ("repair", fail, "repairing genomes"),
     ],
 )
-def test_a_space_that_lies_is_the_organisms_fault(puppet, monkeypatch, method, wrong, says):
+def test_an_error_in_the_genome_space_names_the_organism(puppet, monkeypatch, method, wrong, says):
     monkeypatch.setattr(RealSpace, method, wrong)
     with pytest.raises(PluginError, match=f"organism 'puppet'.* {says}"):
         bred(puppet())
 
 
-def test_a_repair_that_is_none_is_the_organisms_fault(puppet, puppets, monkeypatch):
+def test_a_repair_that_is_not_stable_names_the_organism(puppet, puppets, monkeypatch):
     space = BitSpace(("a", "b", "c"), repair_bits=lambda genomes: 1 - genomes)
     monkeypatch.setattr(puppets.BitPuppet, "genome_space", lambda self: space)
     with pytest.raises(PluginError, match="organism 'bit-puppet'"):

@@ -55,7 +55,7 @@ def numbered(islands, population):
 # Migration
 
 
-def test_on_a_ring_the_best_go_to_the_next_island():
+def test_on_a_ring_the_best_migrate_to_the_next_island():
     genomes, scores = numbered(3, 5)
     arrived, values = migrated(Islands(number=3, migrants=2), genomes, scores)
     assert arrived[:, :, 0].tolist() == [
@@ -67,7 +67,7 @@ def test_on_a_ring_the_best_go_to_the_next_island():
     assert genomes[0, 3, 0] == 0.3  # what was there is not changed
 
 
-def test_to_all_the_best_go_everywhere():
+def test_with_topology_all_the_best_migrate_to_every_island():
     genomes, scores = numbered(3, 5)
     arrived, _ = migrated(Islands(number=3, migrants=2, topology="all"), genomes, scores)
     assert arrived[:, :, 0].tolist() == [
@@ -182,7 +182,7 @@ def test_epochs_make_the_same_generations(puppet, every, topology):
         )
 
 
-def test_epochs_begin_with_a_kept_individual(puppet):
+def test_epochs_start_from_a_warm_start(puppet):
     experiment = puppet(*THREE)
     start = np.array([0.5, -0.5, 1.0])
     whole = list(evolve(experiment, here(experiment), warm_start=start))
@@ -208,7 +208,7 @@ def test_epochs_end_at_migrations(puppet):
     assert ends == [10, 10, 10, 20, 20, 25, 25]
 
 
-def test_what_a_worker_is_given_and_gives_can_travel(puppet):
+def test_tasks_and_results_of_workers_can_be_pickled(puppet):
     import pickle
 
     experiment = puppet(*THREE)
@@ -268,7 +268,7 @@ def test_repeats_have_islands_of_their_own(puppet):
         ),
     ],
 )
-def test_what_cannot_be_is_refused(puppet, overrides, what, allowed):
+def test_invalid_islands_are_refused(puppet, overrides, what, allowed):
     with pytest.raises(ExperimentError) as refused:
         puppet(*overrides)
     (problem,) = refused.value.problems
@@ -276,7 +276,7 @@ def test_what_cannot_be_is_refused(puppet, overrides, what, allowed):
     assert allowed in problem.allowed
 
 
-def test_options_come_back(puppet):
+def test_options_of_islands_round_trip(puppet):
     experiment = puppet(*THREE, "islands.topology=all")
     again = parse_experiment(experiment.to_toml(), "again")
     assert again.islands == Islands(number=3, every=2, migrants=1, topology="all")

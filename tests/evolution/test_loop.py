@@ -47,7 +47,7 @@ def test_generations_follow_one_another_by_breeding(puppet):
     assert bests == sorted(bests)
 
 
-def test_whoever_begins_again_gets_the_same_generations(puppet):
+def test_continuing_from_any_generation_yields_the_same_ones(puppet):
     experiment = puppet()
 
     def scored(genomes):
@@ -64,7 +64,7 @@ def test_whoever_begins_again_gets_the_same_generations(puppet):
             assert one.stop == other.stop
 
 
-def test_events_are_frozen_to_the_last_array(puppet):
+def test_generations_and_their_arrays_are_read_only(puppet):
     experiment = puppet()
     generation = next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -76,7 +76,7 @@ def test_events_are_frozen_to_the_last_array(puppet):
             array[0] = 1
 
 
-def test_nothing_is_made_before_it_is_asked_for(puppet):
+def test_generations_are_evolved_lazily(puppet):
     calls = []
 
     def scored(genomes):
@@ -137,7 +137,7 @@ def test_champions_beat_a_threshold_that_rises_in_steps(puppet):
     st.floats(min_value=0, exclude_min=True, allow_infinity=False),
     st.floats(allow_nan=False, max_value=1e308),
 )
-def test_no_champion_is_one_twice(threshold, step, best):
+def test_the_same_score_is_a_champion_once(threshold, step, best):
     evolution = Evolution(delta_fitness=step)
     before = Progress(10, 0.0, 3, threshold)
     after, is_champion = advance(before, best, 5, evolution)
@@ -149,7 +149,7 @@ def test_no_champion_is_one_twice(threshold, step, best):
         assert after.threshold <= best + step * 1.000001
 
 
-def test_a_search_in_which_all_fail_goes_on(puppet):
+def test_a_search_in_which_all_fail_continues(puppet):
     generations = course(
         puppet, [-INF] * 4, "evolution.generations=4", "evolution.fitness_threshold=0"
     )
@@ -179,7 +179,7 @@ def test_terms_that_change_their_names_are_refused(puppet):
         next(events)
 
 
-def test_a_space_that_cannot_measure_diversity_is_named(puppet, monkeypatch):
+def test_an_error_in_measuring_diversity_names_the_package(puppet, monkeypatch):
     monkeypatch.setattr(RealSpace, "diversity", lambda self, genomes: 1 / 0)
     experiment = puppet()
     with pytest.raises(PluginError, match=r"gaitsim-puppets.* measuring diversity"):

@@ -5,28 +5,28 @@ import pytest
 
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import Progress, evolve, reevaluate, stage_progress
+from gaitsim.evolution import Progress, evolve
 from gaitsim.evolution.breeding import warm_start_population
 from gaitsim.experiment import Evolution
 
 BEFORE = Progress(evaluations=60, best_score=2.5, stagnation=4, threshold=2.6, stage=2)
 
 
-def test_new_scores_begin_anew_and_their_evaluations_count():
+def test_a_stage_with_new_scores_resets_progress_and_counts_evaluations():
     evolution = Evolution(fitness_threshold=-1.0)
-    after = stage_progress(BEFORE, evolution, reevaluated=True, population=6)
+    after = BEFORE.next_stage(evolution, reevaluated=True, population=6)
     assert after == Progress(66, -math.inf, -1, -1.0, 3)
 
 
-def test_the_same_scores_go_on():
-    after = stage_progress(BEFORE, Evolution(), reevaluated=False, population=6)
+def test_a_stage_with_the_same_scores_keeps_progress():
+    after = BEFORE.next_stage(Evolution(), reevaluated=False, population=6)
     assert after == Progress(60, 2.5, 4, 2.6, 3)
 
 
-def test_a_generation_judged_anew_keeps_its_genomes(puppet):
+def test_a_reevaluated_generation_keeps_its_genomes(puppet):
     experiment, other = puppet(), puppet("fitness.price=1")
     last = next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
-    anew = reevaluate(last, lambda genomes: evaluate(other, genomes), BEFORE)
+    anew = last.reevaluated(lambda genomes: evaluate(other, genomes), BEFORE)
     assert anew.genomes is last.genomes
     assert np.array_equal(anew.scores, evaluate(other, last.genomes).scores)
     assert not np.array_equal(anew.scores, last.scores)
@@ -36,16 +36,14 @@ def test_a_generation_judged_anew_keeps_its_genomes(puppet):
     assert following.progress.evaluations == 66
 
 
-def test_a_population_from_a_genome_needs_a_mutation_that_keeps_its_contract(
-    puppet, puppets, monkeypatch
-):
+def test_a_warm_start_checks_the_contract_of_the_mutation(puppet, puppets, monkeypatch):
     experiment = puppet()
     monkeypatch.setattr(puppets.Jitter, "mutate", lambda self, genomes, space, rng: genomes[1:])
     with pytest.raises(PluginError, match="mutation 'puppet-jitter'"):
         warm_start_population(experiment, experiment.space(), np.zeros(3))
 
 
-def test_a_population_from_a_genome_stays_within_bounds(puppet):
+def test_a_warm_start_stays_within_bounds(puppet):
     experiment = puppet("evolution.population=50")
     space = experiment.space()
     genomes = warm_start_population(experiment, space, space.upper)

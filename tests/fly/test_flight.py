@@ -47,7 +47,7 @@ def test_falling_with_locked_wings_reaches_the_terminal_velocity(options: dict[s
     np.testing.assert_allclose(motion["velocity"][0, :, 0, 2], closed, atol=1e-3)
 
 
-def test_without_air_and_gravity_momentum_and_energy_are_kept() -> None:
+def test_without_air_and_gravity_momentum_and_energy_are_conserved() -> None:
     fly, motion = flown(
         **AIRLESS, gravity=0.0, trials=6, start_spin=20.0, height=0.06, start_speed=3.0
     )
@@ -62,7 +62,7 @@ def test_without_air_and_gravity_momentum_and_energy_are_kept() -> None:
     np.testing.assert_allclose(energy[:, moving] / energy[0, moving], 1, rtol=1e-3)
 
 
-def test_free_rotation_is_as_scipy_integrates_it() -> None:
+def test_free_rotation_agrees_with_scipy() -> None:
     fly, motion = flown(
         **AIRLESS,
         gravity=0.0,
@@ -144,7 +144,7 @@ def loads(
 
 
 @pytest.mark.parametrize("wings", ["symmetric", "asymmetric"])
-def test_flapping_flight_is_as_scipy_integrates_the_drag_law(wings: str) -> None:
+def test_flapping_flight_agrees_with_scipy(wings: str) -> None:
     fly, motion = flown(2, wings=wings, duration=0.3, trials=2, dt=0.00025, start_spin=3.0)
     for individual, trial in ((0, 0), (1, 1)):
         angles = motion["wing_angles"][individual, :, trial]

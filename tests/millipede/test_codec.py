@@ -38,7 +38,7 @@ def test_every_angle_survives_encoding(codec):
 
 
 @BOTH
-def test_every_pattern_means_its_sign_and_magnitude_up_to_20(codec):
+def test_every_pattern_decodes_to_sign_and_magnitude_up_to_20(codec):
     for bits in every_pattern(codec):
         text = "".join(map(str, bits))
         magnitude = min(int(text[-5:], 2), 20)
@@ -67,7 +67,7 @@ def test_repair_is_the_encoding_of_what_was_decoded(codec):
 @BOTH
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(data=st.data())
-def test_repair_truncates_what_is_beyond_and_nothing_else(codec, data):
+def test_repair_truncates_angles_beyond_20_degrees_alone(codec, data):
     before = data.draw(genomes(codec))
     kept = before.copy()
     after = codec.repair(before)
@@ -93,7 +93,7 @@ def test_codes_are_the_bits_read_as_one_number_leg_by_leg(codec):
     np.testing.assert_array_equal(codec.codes(population), expected.T)
 
 
-def test_bits_have_names():
+def test_every_bit_has_a_label():
     assert SIGNED.labels(["L1", "R1"])[:7] == (
         *("L1 sign", "L1 16", "L1 8", "L1 4", "L1 2", "L1 1"),
         "R1 sign",

@@ -74,7 +74,7 @@ def test_every_genome_but_the_worst_breeds_once():
         ("millipede-crossover", (79, 80), 10, 10),
     ],
 )
-def test_what_is_reached_after_the_sources_generations(name, size, lowest, highest):
+def test_the_optimum_is_reached_after_the_sources_generations(name, size, lowest, highest):
     population, count = size
     experiment = load_experiment(
         name, {"evolution.population": population, "evolution.generations": count}

@@ -123,7 +123,7 @@ def test_each_direction_has_its_optimum_of_10(pairs, direction, left, right):
     assert sorted(scores(motion).values()) == [-10, 0, 0, 10]
 
 
-def test_nothing_scores_beyond_10():
+def test_no_score_exceeds_10():
     sides = np.random.default_rng(0).uniform(-1, 1, (1000, 2))
     for direction in DIRECTIONS:
         terms = MillipedeTravel(direction=direction).terms(Motion(30.0, {"side_reach": sides}))
@@ -142,7 +142,7 @@ def test_legs_that_cancel_leave_a_side_without_a_motion(left):
         assert not motion["pose"].any()
 
 
-def test_without_a_sign_there_is_no_way_back():
+def test_the_unsigned_codec_never_moves_backward():
     body = Millipede(codec="unsigned")
     space = body.genome_space()
     motion = body.move(space.random(500, np.random.default_rng(1)))

@@ -53,7 +53,7 @@ def test_second_children_have_the_other_genes(crossover):
 @pytest.mark.parametrize(
     "crossover", [SinglePoint, TwoPoint, Uniform, SimulatedBinary, NoCrossover]
 )
-def test_an_only_child_is_the_first_of_two(crossover):
+def test_a_single_child_equals_the_first_of_two(crossover):
     space = _reals(7)
     mothers, fathers = space.random(2000, np.random.default_rng(1)).reshape(2, 1000, 7)
     one = crossover(children=1).cross(mothers, fathers, space, np.random.default_rng(2))
@@ -73,13 +73,13 @@ def test_single_point_cuts_once_and_anywhere():
 
 
 @pytest.mark.parametrize(("genes", "cut"), [(2, 1), (7, 3), (48, 24)])
-def test_single_point_in_half(genes, cut):
+def test_single_point_can_cut_in_the_middle(genes, cut):
     (child,) = _from_father(SinglePoint(point="half"), genes, pairs=5)
     np.testing.assert_array_equal(child, np.tile(np.arange(genes) >= cut, (5, 1)))
 
 
 @pytest.mark.parametrize("crossover", [SinglePoint(), SinglePoint(point="half"), TwoPoint()])
-def test_cuts_of_short_genomes(crossover):
+def test_single_point_cuts_short_genomes(crossover):
     (first, *_) = _from_father(crossover, 1, pairs=10)
     assert not first.any()
     (first, *_) = _from_father(crossover, 2, pairs=10)
@@ -163,7 +163,7 @@ def test_simulated_binary_keeps_the_mean_of_parents(eta, genes, cyclic, seed):
 
 
 @pytest.mark.parametrize("crossover", [Blend(alpha=0), SimulatedBinary(eta=5)])
-def test_genes_of_a_cycle_are_mixed_the_shorter_way_round(crossover):
+def test_periodic_genes_are_mixed_the_shorter_way_round(crossover):
     space = _reals(2, lower=-np.pi, upper=np.pi, periodic=np.array([True, False]))
     mothers, fathers = np.full((5000, 2), 3.0), np.full((5000, 2), -3.0)
     children = crossover.cross(mothers, fathers, space, np.random.default_rng(7))

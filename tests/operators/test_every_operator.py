@@ -109,7 +109,7 @@ def test_selection_returns_pairs_of_indices(operator, scores, pairs, seed):
     [[0.0], [-np.inf], [1.0, 2.0], [-np.inf, -np.inf], [3.0] * 9, [-np.inf] * 8 + [5.0]],
     ids=str,
 )
-def test_selection_copes_with_edges(operator, scores):
+def test_selection_accepts_extreme_scores(operator, scores):
     parents = operator().parents(np.array(scores), 40, np.random.default_rng(1))
     assert set(parents.ravel()) <= set(range(len(scores)))
 
@@ -181,7 +181,7 @@ def test_mutation_returns_mutants(operator, data, population, generation, seed):
 
 
 @pytest.mark.parametrize("operator", _parameters("mutation"))
-def test_mutation_copes_with_genomes_that_are_not_contiguous(operator):
+def test_mutation_accepts_genomes_that_are_not_contiguous(operator):
     mutation = operator()
     space = (
         _real_space(6, 0, cyclic=True, gaussian=False)

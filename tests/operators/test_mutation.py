@@ -88,7 +88,7 @@ def test_options_out_of_bounds_are_refused():
             Gaussian(**options)
 
 
-def test_reset_genes_are_spread_as_in_the_space():
+def test_reset_genes_are_distributed_as_in_the_space():
     spread = WIDTH / 20
     genomes = np.tile(LOWER, (5000, 1))
     for space, distribution in (
@@ -133,7 +133,7 @@ def test_polynomial_steps_follow_the_closed_form(eta, below):
         assert cdf.pvalue > 1e-3
 
 
-def test_polynomial_steps_on_a_cycle_know_no_bounds():
+def test_polynomial_steps_cross_the_bounds_of_periodic_genes():
     space = RealSpace(LOWER, UPPER, LABELS, periodic=np.array([True, False, True, False]))
     steps = _steps(Polynomial(rate=1, eta=2), space, LOWER + 0.1 * WIDTH)
     for i, room in enumerate([(1, 1), (0.1, 0.9), (1, 1), (0.1, 0.9)]):
@@ -142,7 +142,7 @@ def test_polynomial_steps_on_a_cycle_know_no_bounds():
 
 
 @pytest.mark.parametrize("beyond", [0.2, 1.5, 40.0])
-def test_polynomial_leads_back_what_crossover_left_outside(beyond):
+def test_polynomial_brings_genes_outside_the_bounds_back(beyond):
     mutation = Polynomial(rate=1, eta=4)
     above = _steps(mutation, SPACE, UPPER + beyond * WIDTH)
     below = _steps(mutation, SPACE, LOWER - beyond * WIDTH)
@@ -161,7 +161,7 @@ def test_polynomial_leads_back_what_crossover_left_outside(beyond):
     population=st.integers(1, 20),
     seed=st.integers(0, 2**32),
 )
-def test_bit_flip_flips_so_many_different_bits(genes, count, population, seed):
+def test_bit_flip_flips_the_given_number_of_different_bits(genes, count, population, seed):
     space = _bits(genes)
     genomes = space.random(population, np.random.default_rng(seed))
     mutants = BitFlip(count=count).mutate(genomes, space, np.random.default_rng(seed))
@@ -169,7 +169,7 @@ def test_bit_flip_flips_so_many_different_bits(genes, count, population, seed):
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_bit_flip_flips_any_bits(count):
+def test_bit_flip_flips_all_bits_equally_often(count):
     genomes = np.zeros((20_000, 6), dtype=np.uint8)
     mutants = BitFlip(count=count).mutate(genomes, _bits(6), np.random.default_rng(7))
     flipped = dict.fromkeys(combinations(range(6), count), 0)

@@ -49,13 +49,13 @@ def test_tournament_wins_follow_the_closed_form(size):
     _assert_frequencies(parents, chances)
 
 
-def test_tournament_favours_no_one_among_equals():
+def test_tournament_treats_equal_scores_alike():
     parents = Tournament(size=3).parents(np.zeros(6), PAIRS, np.random.default_rng(1))
     _assert_frequencies(parents, np.ones(6))
 
 
 @pytest.mark.parametrize("pressure", [1.0, 1.1, 1.5, 2.0])
-def test_rank_follows_the_line_of_baker(pressure):
+def test_rank_follows_bakers_linear_ranking(pressure):
     count = len(SCORES)
     parents = Rank(pressure=pressure).parents(SCORES, PAIRS, np.random.default_rng(2))
     rank = np.arange(count)
@@ -64,7 +64,7 @@ def test_rank_follows_the_line_of_baker(pressure):
     _assert_frequencies(parents, chances)
 
 
-def test_rank_ignores_the_size_of_scores():
+def test_rank_depends_on_the_order_of_scores_alone():
     scores = np.where(np.arange(8) == 2, 1e300, SCORES)
     scores[1] = -np.inf
     for seed in range(5):
@@ -90,7 +90,7 @@ class _Always:
 
 
 @pytest.mark.parametrize(("draw", "position"), [(0.0, 1), (0.5, 3), (np.nextafter(1, 0), 3)])
-def test_the_wheel_never_stops_at_a_slot_without_width(draw, position):
+def test_roulette_never_chooses_an_individual_without_a_share(draw, position):
     weights = np.array([0.0, 0.5, 0.0, 0.5, 0.0])
     assert (spin(weights, 2, _Always(draw)) == position).all()
 
@@ -115,7 +115,7 @@ def test_roulette_mothers_and_fathers_are_independent():
     ],
     ids=["one failed", "equals beside failures", "all failed", "all equal", "widest", "narrowest"],
 )
-def test_roulette_at_its_edges(scores, weights):
+def test_roulette_with_failed_or_equal_scores(scores, weights):
     parents = Roulette().parents(np.array(scores), 5000, np.random.default_rng(5))
     _assert_frequencies(parents, weights)
 
@@ -140,7 +140,7 @@ def test_elite_without_luck_pairs_the_best():
     _assert_uniform_pairs_of_different(parents, RANKING[:4].tolist())
 
 
-def test_lucky_ones_are_any_of_the_rest():
+def test_lucky_survivors_are_drawn_from_all_the_rest():
     selection = EliteAndLucky(elite=3, lucky=2)
     rest = sorted(RANKING[3:].tolist())
     lucky = []
@@ -159,7 +159,7 @@ def test_lucky_ones_are_any_of_the_rest():
     lucky=st.integers(0, 40),
     seed=st.integers(0, 2**32),
 )
-def test_as_many_survive_as_there_are(population, elite, lucky, seed):
+def test_survivors_are_at_most_the_population(population, elite, lucky, seed):
     scores = -np.arange(population, dtype=float)
     selection = EliteAndLucky(elite=elite, lucky=lucky)
     parents = selection.parents(scores, 3000, np.random.default_rng(seed))
@@ -177,7 +177,7 @@ def test_as_many_survive_as_there_are(population, elite, lucky, seed):
     rounds=st.integers(1, 4),
     seed=st.integers(0, 2**32),
 )
-def test_drop_worst_lets_every_other_breed_once_a_round(scores, rounds, seed):
+def test_drop_worst_breeds_every_other_once_a_round(scores, rounds, seed):
     kept = len(scores) - 1
     worst = max(i for i, score in enumerate(scores) if score == min(scores))
     pairs = -(-rounds * kept // 2)
@@ -198,20 +198,20 @@ def test_drop_worst_pairs_at_random():
     _assert_uniform_pairs_of_different(np.array(drawn), set(range(8)) - {int(RANKING[-1])})
 
 
-def test_drop_worst_shuffles_rounds_anew():
+def test_drop_worst_shuffles_each_round():
     scores = np.arange(31.0)
     first, second = DropWorst().parents(scores, 30, np.random.default_rng(9)).reshape(2, 30)
     assert sorted(first) == sorted(second)
     assert (first != second).any()
 
 
-def test_drop_worst_objects_to_an_odd_number_to_pair() -> None:
+def test_drop_worst_refuses_an_odd_number_of_parents() -> None:
     assert "79 of 80" in DropWorst().objection(80, 1, 2)
     assert DropWorst().objection(79, 1, 2) == ""
     assert DropWorst().objection(80, 1, 1) == ""
 
 
-def test_drop_worst_chooses_alike_in_one_population_and_in_each_of_several() -> None:
+def test_drop_worst_chooses_the_same_in_one_population_and_in_several() -> None:
     scores = np.random.default_rng(1).normal(size=(5, 9))
     alone = DropWorst().parents(scores[0], 4, np.random.default_rng(2))
     np.testing.assert_array_equal(

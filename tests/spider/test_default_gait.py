@@ -22,7 +22,9 @@ def champion(request: pytest.FixtureRequest) -> tuple[dict[str, float], np.ndarr
     return {k: float(m.values[0]) for k, m in measures.items()}, motion["joint_angles"][0]
 
 
-def test_it_walks_by_its_own_measures(champion: tuple[dict[str, float], np.ndarray]) -> None:
+def test_the_default_gait_walks_by_its_own_measures(
+    champion: tuple[dict[str, float], np.ndarray],
+) -> None:
     measures, _ = champion
     assert measures["forward"] >= 2.6
     assert abs(measures["yaw"]) < 10
@@ -32,7 +34,7 @@ def test_it_walks_by_its_own_measures(champion: tuple[dict[str, float], np.ndarr
 
 
 @pytest.mark.parametrize("servo", ["nominal", "30 ms delay", "30 ms first-order lag"])
-def test_it_walks_in_an_independent_rigid_body_simulation(
+def test_the_default_gait_walks_in_an_independent_rigid_body_simulation(
     champion: tuple[dict[str, float], np.ndarray], servo: str
 ) -> None:
     pytest.importorskip("mujoco")

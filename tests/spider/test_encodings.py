@@ -45,12 +45,12 @@ def test_the_largest_sine_allowed_keeps_the_limits_at_any_frequency(
     assert np.abs(np.diff(angles, axis=1)).max() <= body.STEP_LIMIT + 1e-6
 
 
-def test_the_largest_amplitude_is_the_published_product() -> None:
+def test_the_largest_amplitude_times_frequency_is_the_published_product() -> None:
     assert math.degrees(largest_amplitude(1.5)) * 1.5 == pytest.approx(23.9, abs=0.05)
     assert largest_amplitude(0.5) == body.ANGLE_LIMIT
 
 
-def test_sine_is_the_sine() -> None:
+def test_sine_follows_the_closed_form() -> None:
     spider = Spider(frequency=1.3)
     genomes = spider.genome_space().random(3, np.random.default_rng(1))
     seconds = np.arange(300) / 30

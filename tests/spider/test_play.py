@@ -15,7 +15,7 @@ def gait(angles):
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
-def test_what_a_genome_does_is_played_to_the_bit(encoding):
+def test_playing_the_angles_of_a_genome_gives_the_same_bits(encoding):
     spider = Spider(encoding=encoding)
     moved = spider.move(spider.genome_space().random(5, np.random.default_rng(0)))
     given = moved["joint_angles"].astype(np.float64)
@@ -28,20 +28,20 @@ def test_what_a_genome_does_is_played_to_the_bit(encoding):
     assert np.array_equal(spider.skeleton(played, 2).segments, spider.skeleton(moved, 2).segments)
 
 
-def test_angles_beyond_thirty_degrees_are_held():
+def test_angles_beyond_thirty_degrees_are_clipped():
     played = Spider().play(gait([1.0, 1.0, -0.4]))["joint_angles"]
     assert played[0, :2] == pytest.approx(LIMIT, abs=1e-6)
     assert np.abs(played).max() <= np.float32(LIMIT)
 
 
-def test_a_joint_follows_with_five_degrees_a_frame():
+def test_a_joint_turns_at_most_five_degrees_a_frame():
     # It falls behind a jump and catches up, as a servo does.
     asked = [0.0, 3 * STEP, 3 * STEP, 3 * STEP, 2.5 * STEP]
     played = Spider().play(gait(asked))["joint_angles"][0, :, 7]
     assert played == pytest.approx(np.array([0, 1, 2, 3, 2.5]) * STEP, abs=1e-6)
 
 
-def test_individuals_are_played_each_for_itself():
+def test_individuals_are_played_independently():
     given = np.random.default_rng(0).uniform(-1, 1, (3, 40, 24))
     together, alone = Spider().play(given), Spider().play(given[1:2])
     for channel in ("joint_angles", "pose", "margin"):
@@ -49,7 +49,7 @@ def test_individuals_are_played_each_for_itself():
 
 
 @pytest.mark.parametrize("frames", [2, 17, 900])
-def test_any_number_of_frames_will_do(frames):
+def test_any_number_of_frames_can_be_played(frames):
     played = Spider().play(np.zeros((1, frames, 24)))
     assert played["pose"].shape == (1, frames, 3)
     assert Spider().skeleton(played, 0).segments.shape[0] == frames
@@ -61,6 +61,6 @@ def test_other_shapes_are_refused(shape):
         Spider().play(np.zeros(shape))
 
 
-def test_what_is_not_finite_is_refused():
+def test_angles_that_are_not_finite_are_refused():
     with pytest.raises(ValueError, match="not finite"):
         Spider().play(gait([0.0, math.nan, 0.0]))

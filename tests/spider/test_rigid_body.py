@@ -45,7 +45,7 @@ def test_positive_angles_swing_forward_lift_and_extend(leg: int) -> None:
     assert np.linalg.norm(extended[:2] - hip) > np.linalg.norm(neutral[:2] - hip) + 0.005
 
 
-def test_standing_still_stays_put_at_the_standing_height(standing: Replay) -> None:
+def test_a_standing_body_stays_at_the_standing_height(standing: Replay) -> None:
     assert np.abs(standing.path[:, :2]).max() < 1e-3
     assert abs(standing.yaw) < 0.01
     np.testing.assert_allclose(standing.path[:, 2], 0.0862, atol=1e-3)  # servos sag, feet sink
@@ -93,7 +93,7 @@ def test_the_gait_backwards_in_time_walks_backwards() -> None:
     assert replay(tetrapod(120)[::-1]).forward < -0.5
 
 
-def test_legs_that_let_go_of_the_floor_are_a_fall() -> None:
+def test_lifting_all_legs_is_a_fall() -> None:
     gait = np.zeros((60, 8, 3))
     gait[20:, :, 1:] = np.radians(30)
     drop = replay(gait.reshape(60, 24))
@@ -108,7 +108,7 @@ def test_a_delay_only_shifts_the_walk(nominal: Replay) -> None:
     assert late.forward == pytest.approx(nominal.path[-4, 0], abs=0.05)
 
 
-def test_angles_that_are_no_gait_are_refused() -> None:
+def test_invalid_angles_are_refused() -> None:
     with pytest.raises(ValueError, match=r"\(300, 23\)"):
         replay(np.zeros((300, 23)))
     with pytest.raises(ValueError, match="finite"):

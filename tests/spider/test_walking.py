@@ -77,7 +77,7 @@ def test_lifted_feet_do_not_carry() -> None:
     np.testing.assert_allclose(result["pose"][-1], [0.004, 0, 0], atol=1e-6)
 
 
-def test_slip_is_what_no_rigid_motion_explains() -> None:
+def test_slip_is_the_residual_of_the_rigid_motion() -> None:
     feet = np.repeat(FEET[None], 2, axis=0)
     feet[1, :4, 1] += 0.001  # left feet outwards, right feet outwards: the body can't follow
     feet[1, 4:, 1] -= 0.001
@@ -159,7 +159,7 @@ def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
         np.testing.assert_allclose(result["margin"][0], expected, atol=2e-5)
 
 
-def test_chunks_and_neighbours_change_no_bit() -> None:
+def test_chunks_and_other_individuals_change_no_bit() -> None:
     spider = Spider()
     genomes = spider.genome_space().random(7, np.random.default_rng(1))
     whole = spider.move(genomes)
@@ -180,7 +180,7 @@ def test_feet_are_those_of_an_independent_rigid_body_model() -> None:
         np.testing.assert_allclose(motion["feet"][individual], expected, atol=2e-7)
 
 
-def test_pictures_and_kernels_agree_on_the_feet() -> None:
+def test_skeleton_and_kernels_agree_on_the_feet() -> None:
     spider = Spider(encoding="cpg")
     motion = spider.move(spider.genome_space().random(1, np.random.default_rng(6)))
     points = leg_points(motion["joint_angles"][0])

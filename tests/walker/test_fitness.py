@@ -62,21 +62,21 @@ OFF = np.full((FRAMES, 4), 0.1)
         ("low", {"height": np.append(0.5, np.full(FRAMES - 1, 0.325))}, -4 * np.sqrt(60 / 61)),
     ],
 )
-def test_each_term_charges_what_it_says(term, changed, expected):
+def test_each_penalty_follows_its_definition(term, changed, expected):
     terms = Distance().terms(motion(**changed))
     assert float(terms[term][0]) == pytest.approx(expected, rel=1e-2)
     others = {name for name, values in terms.items() if abs(values[0]) > 1e-9} - {term}
     assert others <= {"bounce"}
 
 
-def test_what_comes_after_a_fall_is_no_leap():
+def test_movement_after_a_fall_is_not_a_leap():
     load = np.full((FRAMES, 2, 2), 40.0)
     load[31:] = 0.0
     terms = Distance().terms(motion(load=load, lasted=np.array(0.5)))
     assert terms["impact"] == pytest.approx(0)
 
 
-def test_weights_of_nothing_leave_the_distance():
+def test_without_weights_the_score_is_the_distance():
     weights = {name: 0.0 for name in Distance.model_fields if name.endswith("weight")}
     terms = Distance(**weights).terms(motion(torso=path(along(0, 2)), lasted=np.array(0.1)))
     assert sum(float(values[0]) for values in terms.values()) == pytest.approx(2.0)

@@ -35,7 +35,7 @@ def same(one, other):
         ({"encoding": "cpg"}, 25),
     ],
 )
-def test_genes_are_labelled_and_move_it(options, genes):
+def test_every_gene_has_a_label_and_changes_the_motion(options, genes):
     walker = Walker(duration=0.5, **options)
     space = walker.genome_space()
     assert space.genes == genes
@@ -48,7 +48,7 @@ def test_genes_are_labelled_and_move_it(options, genes):
         assert np.isfinite(values).all()
 
 
-def test_every_individual_moves_alike_alone_in_any_chunk_and_in_any_order():
+def test_an_individual_moves_the_same_alone_in_any_chunk_and_in_any_order():
     walker = Walker(duration=SHORT, roughness=0.03)
     drawn = genomes(walker, 6)
     whole = walker.move(drawn)
@@ -95,7 +95,7 @@ def test_other_processes_find_the_same_bits():
 
 
 @pytest.mark.parametrize("encoding", ["sine", "cpg"])
-def test_what_a_genome_does_is_played_to_the_bit(encoding):
+def test_playing_the_angles_of_a_genome_gives_the_same_bits(encoding):
     walker = Walker(duration=SHORT, encoding=encoding)
     moved = walker.move(genomes(walker, 5, seed=1))
     assert (moved["lasted"] < SHORT).any()  # so that falls are played too
@@ -104,7 +104,7 @@ def test_what_a_genome_does_is_played_to_the_bit(encoding):
     assert np.array_equal(given, moved["joint_angles"])
 
 
-def test_angles_beyond_the_limits_are_held():
+def test_angles_beyond_the_limits_are_clipped():
     played = Walker().play(np.full((1, 5, 8), 3.0))["joint_angles"]
     assert played[0, :, 0] == pytest.approx(body.HIP_LIMIT)
     assert played[0, :, 1] == pytest.approx(body.KNEE_LIMIT)
@@ -136,7 +136,7 @@ def test_angles_that_are_not_finite_are_refused():
         {"wings": 2},
     ],
 )
-def test_bad_options_are_refused(options):
+def test_invalid_options_are_refused(options):
     with pytest.raises(ValidationError):
         Walker(**options)
 
@@ -154,7 +154,7 @@ def test_an_alternating_gait_moves_the_far_legs_half_a_stride_later():
     assert told[20:, :4] == pytest.approx(told[:-20, 4:], abs=1e-9)
 
 
-def test_oscillators_begin_at_rest_and_end_as_sines():
+def test_cpg_starts_standing_and_settles_on_the_sine_encoding():
     genome = genomes(Walker(), 1, seed=3)
     plan = PLANS[4]
     genes = groups(plan, alternating=False, fastest=2.5)
@@ -205,7 +205,7 @@ def test_after_a_fall_nothing_moves():
         assert (motion[name][0, fell + 1 :] == 0).all(), name
 
 
-def test_rough_ground_is_the_same_for_all_and_other_by_another_seed():
+def test_rough_ground_depends_on_its_seed_alone():
     one, again, other = (
         Walker(roughness=0.05, ground_seed=seed).world(600).ground for seed in (0, 0, 1)
     )
@@ -229,7 +229,7 @@ def test_feet_stand_on_the_ground_that_is_drawn():
     assert np.allclose(above, body.FOOT_RADIUS, atol=0.01)
 
 
-def test_what_breaks_down_is_named_and_the_others_walk_on(monkeypatch):
+def test_a_diverging_simulation_fails_alone(monkeypatch):
     monkeypatch.setattr("gaitsim_walker.rollout.FASTEST", 0.05)
     walker = Walker(duration=0.5)
     swing = 0.5 * np.sin(np.arange(31) / 3)

@@ -58,7 +58,7 @@ def swing(machine, step):
 
 
 @pytest.mark.parametrize("legs", [2, 4])
-def test_the_whole_body_falls_as_everything_does(legs):
+def test_the_whole_body_falls_freely(legs):
     falling = lifted(machine(legs=legs))
     start, steps = centre(falling), 240
     for step in range(steps):
@@ -83,7 +83,7 @@ def test_servos_change_no_momentum(legs):
     assert fastest > 2  # rad/s: something moved
 
 
-def test_without_torque_and_contact_energy_stays():
+def test_without_torque_and_contact_energy_is_conserved():
     # Free joints that begin to turn: a chain whose parts trade kinetic energy.
     floating = lifted(machine(gravity=0, torque_limit=0))
     floating.bodies[0].angular_velocity = 2.0
@@ -97,7 +97,7 @@ def test_without_torque_and_contact_energy_stays():
     assert energy(floating, gravity=0) == pytest.approx(before, rel=0.1)
 
 
-def test_at_rest_the_ground_bears_the_weight():
+def test_at_rest_the_ground_carries_the_weight():
     walker = Walker()
     motion = walker.play(np.zeros((1, 601, 8)))
     settled = slice(60, None)
@@ -112,7 +112,7 @@ def test_at_rest_the_ground_bears_the_weight():
     assert (np.abs(load[..., 0]) <= walker.friction * load[..., 1] + 1e-9).all()
 
 
-def test_at_rest_no_energy_comes_from_nowhere():
+def test_at_rest_energy_does_not_grow():
     standing = machine()
     for _ in range(240):
         standing.space.step(STEP)
@@ -123,7 +123,7 @@ def test_at_rest_no_energy_comes_from_nowhere():
 
 
 @pytest.mark.parametrize("friction", [0.1, 0.3])
-def test_sliding_feet_slow_it_by_mu_g(friction):
+def test_sliding_feet_decelerate_the_body_by_mu_g(friction):
     sliding = machine(friction=friction, torque_limit=1000)
     for _ in range(240):
         sliding.space.step(STEP)
@@ -157,7 +157,7 @@ def test_weak_servos_cannot_hold_the_body():
     assert dropped.min() < 0.7 * dropped[0]  # down to the mechanical stops
 
 
-def test_a_servo_turns_a_leg_that_hangs_free_to_where_it_is_told():
+def test_a_servo_turns_a_free_leg_to_its_command():
     # Without load a servo closes in by e^(−gain t), up to its speed limit.
     walker = Walker(gravity=0, speed_limit=100)
     told = np.zeros((1, 31, 8))

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitsim.errors import CheckpointError
 from gaitsim.evaluation import Evaluation, Evaluator
-from gaitsim.evolution import Generation, evolve, island_map, reevaluate, stage_progress
+from gaitsim.evolution import Generation, evolve, island_map
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.checksums import of_genomes, of_scores
@@ -81,14 +81,13 @@ def _goes_on(
     start = fitting_start(run, experiment) if last is None else None
     with judges(experiment) as evaluator:
         if last is not None and last.number < stage.first and stage.number > 1:
-            progress = stage_progress(
-                last.progress,
+            progress = last.progress.next_stage(
                 experiment.evolution,
                 reevaluated=stage.reevaluated,
                 population=len(last.genomes),
             )
             last = (
-                reevaluate(last, evaluator.evaluate, progress)
+                last.reevaluated(evaluator.evaluate, progress)
                 if stage.reevaluated
                 else replace(last, progress=progress)
             )
