@@ -37,13 +37,13 @@ def cpg(
     the solution R(1 − e^(−at/2)(1 + at/2)).
 
     Args:
-        amplitude: R, (population, joints) rad.
-        phase: ψ of each oscillator, (population, oscillators) rad.
-        lag: λ of each joint behind its oscillator, (population, joints) rad.
-        frequency: f, Hz, one for all individuals or (population,).
-        oscillators: index of the oscillator of each joint, (joints,).
-        frames: number of frames; the first is at t = 0.
-        frame_rate: frames per second, Hz.
+        amplitude: R; this and the arguments up to `frame_rate` are as in `sine`.
+        phase: ψ.
+        lag: λ.
+        frequency: f.
+        oscillators: of the joints.
+        frames: number of frames.
+        frame_rate: frames per second.
         start: φ at t = 0, (oscillators,) rad. Choose a gait, such as a trot: equal phases would
             be pulled both ways alike by a gait whose sides alternate and never settle on it.
         coupling: 'all' couples each oscillator to every other, integrated by the fourth-order

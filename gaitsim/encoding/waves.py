@@ -21,24 +21,17 @@ def checked(
     Raises:
         ValueError: shapes that do not fit each other.
     """
-    population, joints = len(amplitude), len(oscillators)
-    expected = {
-        "amplitude": (amplitude, (population, joints)),
-        "lag": (lag, (population, joints)),
-        "phase": (phase, (population, *phase.shape[1:2])),
-    }
-    for name, (values, shape) in expected.items():
-        if values.shape != shape or len(shape) != 2:
-            raise ValueError(f"{name} has the shape {values.shape}, expected {shape}")
-    if np.shape(frequency) not in ((), (population,)):
-        raise ValueError(
-            f"frequency has the shape {np.shape(frequency)}, expected () or ({population},)"
-        )
-    if joints and not 0 <= oscillators.min() <= oscillators.max() < phase.shape[1]:
-        raise ValueError(
-            f"oscillators holds {oscillators.min()} to {oscillators.max()}, expected indices "
-            f"from 0 to {phase.shape[1] - 1}"
-        )
+    population, count, joints = len(amplitude), phase.shape[-1], len(oscillators)
+    for name, values, shape in (
+        ("amplitude", amplitude, (population, joints)),
+        ("phase", phase, (population, count)),
+        ("lag", lag, (population, joints)),
+        ("frequency", frequency, (population,) if np.ndim(frequency) else ()),
+    ):
+        if np.shape(values) != shape:
+            raise ValueError(f"{name} has the shape {np.shape(values)}, expected {shape}")
+    if not ((oscillators >= 0) & (oscillators < count)).all():
+        raise ValueError(f"oscillators is {oscillators}, expected indices from 0 to {count - 1}")
 
 
 def phases(phase: Floats, frequency: ArrayLike, frames: int, frame_rate: float) -> Floats:

@@ -82,25 +82,7 @@ def breed(
     generation: int,
     island: int = 0,
 ) -> Genomes:
-    """Breed the population of `generation` from the one before.
-
-    Elites are copied. Parents are selected and crossed, their children mutated and
-    repaired. Children beyond the population's size are dropped.
-
-    Args:
-        experiment: its scheme and seed.
-        space: the genome space.
-        genomes: the population before, (population, genes); not changed.
-        scores: (population,), more is better.
-        generation: number of the generation to breed, from 2.
-        island: number of the island, which has random streams of its own.
-
-    Returns:
-        (population, genes): the elites, best first, then the children.
-
-    Raises:
-        PluginError: an operator fails or breaks its contract; names its package.
-    """
+    """Breed the population of `generation`, (population, genes), as `breed_each` does several."""
     bred = breed_each(experiment, space, genomes[None], scores[None], generation, island)
     only: Genomes = bred[0]
     return only
@@ -116,6 +98,9 @@ def breed_each(
 ) -> Genomes:
     """Breed several populations that share the random streams of a generation.
 
+    Elites are copied. Parents are selected and crossed, their children mutated and
+    repaired. Children beyond the population's size are dropped.
+
     Args:
         experiment: its scheme and seed.
         space: the genome space.
@@ -125,7 +110,7 @@ def breed_each(
         island: number of the island, which has random streams of its own.
 
     Returns:
-        (populations, population, genes); of one population, the same bits as `breed`.
+        (populations, population, genes): of each the elites, best first, then the children.
 
     Raises:
         PluginError: an operator fails or breaks its contract; names its package.
