@@ -28,7 +28,7 @@ class FinalAltitude(Fitness):
 
 
 class Climb(Fitness):
-    """Altitude at the end, less a price for the mean distance from the vertical."""
+    """Altitude at the end, minus a penalty for the mean distance from the vertical."""
 
     drift_weight: float = option(
         0.2, "price of a metre of mean |x| and of mean |y|, in metres of altitude", ge=0

@@ -1,4 +1,4 @@
-"""What the network sees and commands, and the flight that it steers; compiled."""
+"""Inputs and commands of the network, and the flight that it controls; compiled."""
 
 from typing import Any
 
@@ -36,7 +36,7 @@ def _within(x: Any) -> Any:
 
 @njit(inline="always", error_model="numpy")
 def _see(b: Buffer, limits: Buffer, seen: Buffer, c: Buffer) -> None:
-    """Fill the first layer, (inputs, LANES), with what the network is told, within ±1."""
+    """Fill the first layer, (inputs, LANES), with the inputs of the network, within ±1."""
     for i in range(LANES):
         r = rotation_matrix(b[3, i], b[4, i], b[5, i], b[6, i])
         spin = spin_of(r, b[10, i], b[11, i], b[12, i], c)
@@ -60,7 +60,7 @@ def _add_product(total: Buffer, weight: Buffer, value: Buffer) -> None:
 
 @njit(inline="always", error_model="numpy")
 def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int) -> Any:
-    """One layer of every lane's network; the place of the next layer's first gene."""
+    """Compute one layer of every lane's network; return the next layer's first gene."""
     fan_in = inputs.shape[0]
     bias = first + outputs.shape[0] * fan_in
     for to in range(outputs.shape[0]):
@@ -74,7 +74,7 @@ def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int
 
 @njit(inline="always", error_model="numpy")
 def _command(b: Buffer, outputs: Buffer, limits: Buffer, interval: float, speed: float) -> None:
-    """Turn the wings towards what the network wants, at rates that bring them there in time."""
+    """Turn the wings to their commands, at rates that bring them there in time."""
     for angle in range(6):
         limit = limits[angle % 3]
         for i in range(LANES):
@@ -97,7 +97,7 @@ def fly(
     angles: NDArray[np.float64],
     lasted: NDArray[np.int64],
 ) -> None:
-    """Fly lanes, one a start state of an individual, under the command of their networks.
+    """Fly lanes, one for each start state of an individual, controlled by their networks.
 
     Args:
         genes: weights of each individual, (individuals, genes).
@@ -110,7 +110,7 @@ def fly(
         c: the constants, see `flight`.
         states: filled, (individuals × trials, frames, STATE): at every command, start first.
         angles: filled, (individuals × trials, frames, 6): the wing angles, rad.
-        lasted: filled, (individuals × trials,): how many of the frames were stable.
+        lasted: filled, (individuals × trials,): number of frames that were stable.
     """
     lanes, frames, trials = states.shape[0], states.shape[1], start.shape[0]
     b = np.zeros((BUFFER, LANES))

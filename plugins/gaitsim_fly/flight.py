@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 Buffer = NDArray[np.float64]
 """(BUFFER, LANES) float64: a state's numbers in rows, a lane in each column."""
 
-FASTEST = 300.0  # m/s, beyond which no fly is
-LARGEST_TURN = 0.5  # rad a step, beyond which the midpoint rule is only noise
+FASTEST = 300.0  # m/s, above which a flight counts as unstable
+LARGEST_TURN = 0.5  # rad a step, above which the midpoint rule is inaccurate
 
 LANES = 32
 """Lanes that are stepped at once."""
@@ -25,7 +25,7 @@ LANES = 32
 POSITION, ROTATION, VELOCITY, MOMENTUM, STATE = 0, 3, 7, 10, 13
 WINGS, RATES, ALIVE, BUFFER = 13, 19, 25, 26
 
-# The constants that the compiled code is given, in the order of their list.
+# Indices of the constants that the compiled code takes.
 (
     INVERSE_MASS,
     GRAVITY,
@@ -161,7 +161,7 @@ def _load(q: Any, v: Any, m: Any, left: Any, right: Any, lrate: Any, rrate: Any,
     px = abs(r[0]) * c[BODY_X] + abs(r[1]) * c[BODY_Y] + abs(r[2]) * c[BODY_Z]
     py = abs(r[3]) * c[BODY_X] + abs(r[4]) * c[BODY_Y] + abs(r[5]) * c[BODY_Z]
     pz = abs(r[6]) * c[BODY_X] + abs(r[7]) * c[BODY_Y] + abs(r[8]) * c[BODY_Z]
-    # Left and right first: in symmetric flight what cancels does so to the bit.
+    # Left and right first: in symmetric flight, opposite terms cancel to the bit.
     return (
         ((a[0] + b[0]) - px * speed * v[0]) * c[INVERSE_MASS],
         ((a[1] + b[1]) - py * speed * v[1]) * c[INVERSE_MASS],
@@ -193,18 +193,18 @@ def _rotated(q: Any, sx: Any, sy: Any, sz: Any, dt: Any) -> Any:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def step(given: Buffer, dt: float, steps: int, c: NDArray[np.float64]) -> None:
-    """Step a buffer on while the wings turn at constant rates, by the midpoint rule.
+    """Advance a buffer while the wings turn at constant rates, by the midpoint rule.
 
-    A lane in which the body would turn or move faster than the step can follow stays as it
-    was, and is no longer alive.
+    A lane in which the body would turn or move too fast for the step keeps its state and is
+    no longer alive.
 
     Args:
-        given: (BUFFER, LANES), stepped on.
+        given: (BUFFER, LANES), advanced in place.
         dt: time step, s.
-        steps: how many.
+        steps: number of steps.
         c: the constants, (CONSTANTS,).
     """
-    # Of a size that the compiler knows: only so can it tell that rows do not overlap, and
+    # A size known to the compiler, which can then tell that rows do not overlap and
     # take several lanes in one instruction. 510 ns a step and lane without, 75 ns with.
     b = np.empty((BUFFER, LANES))
     b[:] = given
@@ -229,7 +229,7 @@ def step(given: Buffer, dt: float, steps: int, c: NDArray[np.float64]) -> None:
             s = _load(qh, vh, mh, left, right, lrate, rrate, c)
             qn = _rotated(q, s[6], s[7], s[8], dt)
             vx, vy, vz = v[0] + dt * s[0], v[1] + dt * s[1], v[2] + dt * s[2]
-            # Written so that a comparison with what is not a number fails.
+            # Written so that a comparison with NaN fails.
             fine = (
                 (vx * vx + vy * vy + vz * vz < speed_limit)
                 & (s[6] * s[6] + s[7] * s[7] + s[8] * s[8] < turn_limit)

@@ -8,9 +8,9 @@ from gaitsim.contracts import Array, Fitness, Motion, option
 
 
 class Hover(Fitness):
-    """Share of the flight near a point, and how near it is meanwhile.
+    """Share of the flight near a point, and mean nearness to it.
 
-    Both terms lie between 0 and 1, so that a fly that holds its place scores up to 2.
+    Both terms lie between 0 and 1, so a fly that holds its place scores up to 2.
     """
 
     x: float = option(0.0, "x of the point", unit="m", ge=-1000, le=1000)

@@ -142,7 +142,7 @@ class Fly(Organism):
 
     @property
     def frames(self) -> int:
-        """Commands in a flight, its end counted."""
+        """Number of commands in a flight, its end included."""
         return round(self.duration / self.control_step) + 1
 
     @property
@@ -240,7 +240,7 @@ class Fly(Organism):
         )
 
     def _failures(self, lasted: NDArray[np.int64]) -> dict[int, str]:
-        """Whose flight left what the time step can follow, by individual."""
+        """Return the reasons of unstable flights, by individual."""
         failures = {}
         for lane in np.flatnonzero(lasted < self.frames)[::-1].tolist():  # the first trial counts
             individual, trial = divmod(lane, self.trials)
@@ -284,6 +284,6 @@ class Fly(Organism):
 
 
 def _divides(part: float, whole: float) -> bool:
-    """Whether `whole` is a multiple of `part`, as far as decimals can be written as floats."""
+    """Return whether `whole` is a multiple of `part`, up to rounding of floats."""
     count = whole / part
     return round(count) >= 1 and math.isclose(count, round(count), rel_tol=1e-9)

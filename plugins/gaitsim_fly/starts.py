@@ -1,4 +1,4 @@
-"""Where and how the fly's trials begin."""
+"""Start states of the fly's trials."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +17,18 @@ def starts(
     spin: float,
     planar: bool,
 ) -> NDArray[np.float64]:
-    """States at the start of each trial, (trials, STATE); the first is at rest, level.
+    """Return the state at the start of each trial, (trials, STATE); the first is at rest, level.
 
     Args:
-        trials: how many.
-        seed: of the others, which differ along each axis by uniform draws.
+        trials: number of trials.
+        seed: of the other states, which differ along each axis by uniform draws.
         inertia: moments of inertia, (3,) kg·m².
         offset: largest distance from the origin along each axis, m.
         tilt: largest part of the rotation vector, rad.
         speed: largest speed, m/s.
         spin: largest angular speed, rad/s.
-        planar: whether only what keeps left and right alike is drawn: both wings doing the
-            same can correct nothing else.
+        planar: whether to draw symmetric starts only: wings that move alike cannot correct
+            anything else.
     """
     states = np.zeros((trials, STATE))
     states[:, ROTATION] = 1.0

@@ -1,4 +1,4 @@
-"""How bits become leg angles, and how far a leg at each of them carries its side."""
+"""Bits to leg angles, and the reach of a leg at each angle."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class Codec:
         return tuple(f"{leg} {place}" for leg in legs for place in places)
 
     def repair(self, genomes: Genomes) -> Genomes:
-        """Truncate magnitudes above 20 to 20; signs and all else stay.
+        """Truncate magnitudes above 20 to 20 and keep everything else.
 
         Args:
             genomes: (population, genes) of 0 and 1.
@@ -61,7 +61,7 @@ class Codec:
         return repaired
 
     def codes(self, genomes: Genomes) -> NDArray[np.uint8]:
-        """Each leg's bits as one number, the index into `degrees` and `reaches`.
+        """Return the bits of each leg as one number, the index into `degrees` and `reaches`.
 
         The population comes last, so that NumPy's innermost loops are long: 0.11 ms for
         8,000 genomes of 36 bits. Doubling is six times as fast as shifting.

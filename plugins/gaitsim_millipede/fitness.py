@@ -1,4 +1,4 @@
-"""The fitness `millipede-travel`: how far in a cycle, in one of four directions."""
+"""The fitness `millipede-travel`: motion in a cycle in one of four directions."""
 
 from typing import ClassVar, Literal
 
@@ -9,7 +9,7 @@ BEST = 10.0
 
 
 class MillipedeTravel(Fitness):
-    """Motion in one direction, from 10 for the most that any body can to −10 for its opposite.
+    """Motion in one direction, from 10 for the largest possible to −10 for its opposite.
 
     Motion of another kind scores 0, as a turn does for forward. The best legs stand at
     +20° for forward, −20° for backward; for a rotation +20° on one side, −20° on the other.

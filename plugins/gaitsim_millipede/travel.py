@@ -1,4 +1,4 @@
-"""The four motions: what two sides that move make of the body (Shores 2012).
+"""The four motions of the body that follow from the motion of both sides (Shores 2012).
 
 Both sides forward is forward, both backward is backward; one forward and one backward
 is a rotation, away from the side that goes forward. Where a side stands still, so does
@@ -12,7 +12,7 @@ Values = NDArray[np.float64]
 
 
 def forward(sides: Values) -> Values:
-    """Forward motion, by the side that moves less; negative backward, 0 in all other cases.
+    """Return forward motion, by the side that moves less; negative backward, 0 in all other cases.
 
     Args:
         sides: motion of the left and of the right side, (population, 2), positive forward.
@@ -26,7 +26,7 @@ def forward(sides: Values) -> Values:
 
 
 def clockwise(sides: Values) -> Values:
-    """Clockwise motion, left − right; negative counter-clockwise, 0 in all other cases.
+    """Return clockwise motion, left − right; negative counter-clockwise, 0 in all other cases.
 
     Args:
         sides: motion of the left and of the right side, (population, 2), positive forward.

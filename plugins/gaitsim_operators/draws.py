@@ -14,7 +14,7 @@ def two_different(
     Returns:
         The first ones and the second ones, each of `shape`.
     """
-    # One draw names both: two draws of integers take twice the time.
+    # One draw gives both numbers: two draws take twice the time.
     first, second = np.divmod(rng.integers(0, count * (count - 1), shape), count - 1)
     second += second >= first
     return first, second

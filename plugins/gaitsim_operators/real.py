@@ -5,10 +5,10 @@ from gaitsim.errors import PluginError
 
 
 def real(space: GenomeSpace) -> RealSpace:
-    """The space itself, known to be of real numbers.
+    """Return the space, typed as one of real numbers.
 
     Raises:
-        PluginError: it is of another kind.
+        PluginError: the space is of another kind.
     """
     if not isinstance(space, RealSpace):
         raise PluginError(

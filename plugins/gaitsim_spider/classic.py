@@ -11,10 +11,10 @@ from gaitsim_spider.layout import time_last
 
 
 class SpiderClassic(Fitness):
-    """Seven weighted terms that judge each leg by itself, as the source did.
+    """Seven weighted terms that look at each leg by itself, as in the source.
 
     It rewards feet that move, forwards or backwards, whether or not they carry a
-    standing body: kept to show what `spider-walk` mends.
+    standing body. Kept to show what `spider-walk` corrects.
     """
 
     movement_scalar: float = option(

@@ -44,7 +44,7 @@ def _cos(x: Any) -> Any:
 def place_feet(
     angles: NDArray[np.float32], feet: NDArray[np.float32], centre: NDArray[np.float32]
 ) -> None:
-    """Feet and centre of mass in the body's frame.
+    """Compute feet and centre of mass in the body's frame.
 
     Time is the last axis of all arrays, so that the innermost loop runs over frames in
     vector instructions: 0.36 ms for 100 spiders on one core, 3.0 ms with time first.
@@ -90,7 +90,7 @@ def place_feet(
 
 
 def leg_points(angles: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Hip, femur joint, knee and foot of every leg, for pictures.
+    """Return hip, femur joint, knee and foot of every leg, for drawing.
 
     Args:
         angles: (frames, 24), radians from the pose at rest.

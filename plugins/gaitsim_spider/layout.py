@@ -1,4 +1,4 @@
-"""Where time stands: second in a motion's channels, last in the compiled kernels."""
+"""The axis of time: second in a motion's channels, last in the compiled kernels."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What the source's fitness sees: every foot and joint by itself; compiled."""
+"""Quantities of single feet and joints, for `spider-classic`; compiled."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ def leg_by_leg(
     crossing: Any,
     sums: NDArray[np.float64],
 ) -> None:
-    """The seven quantities that `spider-classic` weighs.
+    """Compute the seven quantities that `spider-classic` weighs.
 
     Args:
         feet: (population, 3, 8, frames) float32, metres, body's frame.

@@ -1,4 +1,4 @@
-"""How rough joint motion is: what servos and gears suffer; compiled."""
+"""Roughness of joint motion, which wears servos and gears; compiled."""
 
 import math
 
@@ -7,13 +7,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 _f = np.float32
-CUTOFF = 5.0  # Hz; above it no gait of this size has a use for motion
+CUTOFF = 5.0  # Hz; no gait of this size needs motion above it
 # Quality factors of the two sections of a fourth-order Butterworth filter.
 _QUALITIES = tuple(1 / (2 * math.sin(math.pi * k / 8)) for k in (1, 3))
 
 
 def high_pass(frame_rate: float) -> NDArray[np.float32]:
-    """Fourth-order Butterworth high-pass at 5 Hz by the bilinear transform.
+    """Design a fourth-order Butterworth high-pass at 5 Hz by the bilinear transform.
 
     Returns:
         (2, 5) float32, a row of b0, b1, b2, a1, a2 for each second-order section.
@@ -35,7 +35,7 @@ def roughness(
     vibration: NDArray[np.float64],
     jerk: NDArray[np.float64],
 ) -> None:
-    """Vibration and jerk of every individual.
+    """Compute vibration and jerk of every individual.
 
     Args:
         angles: (population, joints, frames) float32, radians.

@@ -10,7 +10,7 @@ from gaitsim_spider.layout import time_last
 
 
 class SpiderWalk(Fitness):
-    """Metres walked forward, less a price in metres for all that a real robot could not do."""
+    """Metres walked forward, minus penalties in metres for what a real robot could not do."""
 
     slip_weight: float = option(0.5, "price of a metre that the stance feet slide", ge=0)
     drift_weight: float = option(1.0, "price of a metre of mean distance from the line", ge=0)

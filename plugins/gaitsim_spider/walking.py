@@ -1,7 +1,7 @@
 """Walking, kinematically: resting plane, stance, body twist, slip, stability; compiled.
 
-Between two frames the servos move on a straight line, so contact is judged in the middle
-of each frame interval. Judged at the frames, a body that flips between two poses every
+Between two frames the servos move on a straight line, so contact is determined in the middle
+of each frame interval. Determined at the frames, a body that flips between two poses every
 frame would earn travel that no ground could give it.
 """
 
@@ -66,7 +66,7 @@ def _rest(feet: Any, centre: Any) -> Any:
     """The three feet that the body rests on: the lower hull of the feet under its centre.
 
     The lower hull's height there is the lowest that any triangle of feet reaches under
-    the centre of mass (Carathéodory), so the 56 triangles are simply tried.
+    the centre of mass (Carathéodory), so all 56 triangles are tried.
     Returns their indices, or −1 where no triangle has the centre above it.
     """
     lowest = _FAR
@@ -128,11 +128,11 @@ def _margin(points: Any, count: int, plane: Any, centre: Any) -> Any:
 
 @njit(inline="always")
 def _twist(flat: Any, step: Any, count: int) -> Any:
-    """The rigid motion that leaves the stance feet most nearly where they are.
+    """Return the rigid motion that best keeps the stance feet in place.
 
     Least squares about their centroid, for feet at `flat` that travel by `step` in the
     body's frame. Returns forward and sideways travel of the body, its turn, and the mean
-    distance that the feet slide all the same. Without feet on the ground nothing moves.
+    distance that the feet still slide. Without feet on the ground nothing moves.
     """
     share = _ONE / _f(max(count, 1))
     px = py = dx = dy = _ZERO
@@ -202,7 +202,7 @@ def walk(
     margin: NDArray[np.float32],
     slope: NDArray[np.float32],
 ) -> None:
-    """How feet that move in the body's frame move the body over flat ground.
+    """Compute how feet that move in the body's frame move the body over flat ground.
 
     Args:
         feet: (population, 3, 8, frames) float32, metres, body's frame.
@@ -234,10 +234,10 @@ def walk(
                 balance[axis] = _HALF * (
                     centre[individual, axis, frame] + centre[individual, axis, frame + 1]
                 )
-            # The feet that carried it last usually still do: a tenth of the search's work.
+            # The body usually rests on the same feet as before: a tenth of the search's work.
             if i < 0 or not _still_rests(middle, balance, i, j, k):
                 i, j, k = _rest(middle, balance)
-            if i >= 0:  # else: it tips over, and the last plane stands
+            if i >= 0:  # else: it tips over and keeps the last plane
                 nx, ny, nz = _normal(middle, i, j, k)
                 _tilt(plane, nx, ny, nz)
                 origin = i

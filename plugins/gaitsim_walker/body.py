@@ -1,4 +1,4 @@
-"""The walker's body: its parts, their sizes and masses, and where they are.
+"""The walker's body: its parts, their sizes, masses and positions.
 
 The plane is x forward and z up; angles are positive where they turn x to z, so that a
 positive pitch lifts the nose. A leg is a thigh and a shank of one length. All joint angles
@@ -38,7 +38,7 @@ class Leg:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a walker on so many legs looks like.
+    """The build of a walker.
 
     Attributes:
         legs: near ones first, front to back.
@@ -55,12 +55,12 @@ class Plan:
 
     @property
     def mass(self) -> float:
-        """Of the whole body, kg."""
+        """Mass of the whole body, kg."""
         return TORSO_MASS + len(self.legs) * (THIGH_MASS + SHANK_MASS)
 
     @property
     def height(self) -> float:
-        """Of the torso's middle above the ground at rest, m."""
+        """Height of the torso's middle above the ground at rest, m."""
         return STANDING - self.legs[0].hip[1]
 
     @property
@@ -86,7 +86,7 @@ PLANS = {
 
 
 def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
-    """How far thigh and shank are turned from hanging straight down, relative to the torso.
+    """Return the angles of thigh and shank from hanging straight down, relative to the torso.
 
     Args:
         plan: of the body.
@@ -104,7 +104,7 @@ def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
 
 
 def points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) -> Floats:
-    """Hip, knee and foot of each leg in the world.
+    """Return hip, knee and foot of each leg in the world.
 
     Args:
         plan: of the body.
@@ -129,7 +129,7 @@ def points(plan: Plan, position: Floats, pitch: Floats, joint_angles: Floats) ->
 
 
 def in_space(flat: Floats) -> Floats:
-    """Put y = 0 between x and z, (…, 2) -> (…, 3)."""
+    """Insert y = 0 between x and z, (…, 2) -> (…, 3)."""
     whole = np.zeros((*flat.shape[:-1], 3))
     whole[..., 0], whole[..., 2] = flat[..., 0], flat[..., 1]
     return whole

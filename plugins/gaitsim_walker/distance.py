@@ -1,4 +1,4 @@
-"""The fitness `distance`: far, at a low price."""
+"""The fitness `distance`: distance minus penalties."""
 
 import math
 from typing import ClassVar
@@ -9,7 +9,7 @@ from gaitsim.contracts import Array, Fitness, Motion, option
 
 
 class Distance(Fitness):
-    """Metres gone forward, less a price in metres for all that no one would call walking."""
+    """Metres gone forward, minus penalties in metres for movement that is not walking."""
 
     fall_weight: float = option(
         10.0,
@@ -23,7 +23,7 @@ class Distance(Fitness):
     )
     lag_weight: float = option(
         4.0,
-        "price of a radian, root mean square, that joints are off what they are told",
+        "price of a radian of root mean square deviation of the joints from their commands",
         unit="m",
         ge=0,
     )
@@ -89,7 +89,7 @@ class Distance(Fitness):
 def _rms(values: Array) -> Array:
     """Root mean square over all but the population.
 
-    One individual at a time: the order in which NumPy adds up may depend on how many there are.
+    One individual at a time: NumPy's order of summation may depend on the number.
     """
     return np.array([math.sqrt(float(np.mean(np.square(one)))) for one in values])
 
@@ -97,7 +97,7 @@ def _rms(values: Array) -> Array:
 def _unevenness(motion: Motion) -> Array:
     """Root mean square load on all feet over its mean, less 1: 0 at rest, large in leaps.
 
-    Until the fall; nothing is loaded after it.
+    Until the fall; the load is 0 after it.
     """
     uneven = np.zeros(motion.population)
     for individual, lasted in enumerate(motion["lasted"]):

@@ -18,14 +18,14 @@ class Ground:
     z: tuple[float, ...]
 
     def height(self, x: float) -> float:
-        """Of the ground at x, m; anything that is no number has the first corner's."""
+        """Return the height at x, m; that of the first corner where x is NaN."""
         at = min(max(bisect_right(self.x, x), 1), len(self.x) - 1)
         share = (x - self.x[at - 1]) / (self.x[at] - self.x[at - 1])
         return self.z[at - 1] + share * (self.z[at] - self.z[at - 1])
 
 
 def ground(roughness: float, seed: int, reach: float) -> Ground:
-    """Ground whose corners' heights are drawn evenly from 0 to `roughness`.
+    """Return ground with corner heights drawn uniformly from 0 to `roughness`.
 
     Args:
         roughness: height of the highest corner, m; 0 makes it flat.
@@ -38,7 +38,7 @@ def ground(roughness: float, seed: int, reach: float) -> Ground:
     count = int(np.ceil((reach - RUN_UP) / SPACING)) + 1
     x = RUN_UP + SPACING * np.arange(max(count, 2))
     ways = []
-    for way in (0, 1):  # each way its own numbers, so that reach changes none of them
+    for way in (0, 1):  # separate draws each way, so that reach changes none of them
         heights = np.random.default_rng([seed, way]).uniform(0.0, roughness, len(x))
         heights[0] = heights[-1] = 0.0
         ways.append(heights)

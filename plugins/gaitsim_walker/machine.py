@@ -1,7 +1,7 @@
 """The walker in pymunk: its bodies, joints, servos and feet, and the ground under them.
 
-Every individual gets a space of its own, built anew: nothing that the solver remembers, such as
-the impulses that it starts from, passes from one to the next.
+Every individual gets a new space, so that no state of the solver, such as the impulses that it
+starts from, passes from one individual to the next.
 """
 
 import math
@@ -39,7 +39,7 @@ class Joint:
 
 
 class Machine:
-    """A walker in a space of its own, in the pose that it is first told.
+    """A walker in a space of its own, in the pose of the first command.
 
     Args:
         world: to walk in.
@@ -94,7 +94,7 @@ class Machine:
             piece = pymunk.Segment(
                 self.space.static_body, corners[number], corners[number + 1], 0.0
             )
-            piece.friction = 1.0  # pymunk multiplies the two: a foot's own is what counts
+            piece.friction = 1.0  # pymunk multiplies both; the foot's value counts
             piece.set_neighbors(
                 corners[max(number - 1, 0)], corners[min(number + 2, len(corners) - 1)]
             )
@@ -166,9 +166,7 @@ class Machine:
 
         def add(arbiter: pymunk.Arbiter) -> None:
             x, z = arbiter.total_impulse
-            way = (
-                math.copysign(1.0, z) / self.world.step
-            )  # which of the two it pushes is pymunk's affair
+            way = math.copysign(1.0, z) / self.world.step  # either body can be the first of the two
             forces.append((x * way, z * way))
 
         for shank in self.bodies[2::2]:

@@ -26,7 +26,7 @@ from gaitsim_walker.measures import measures
 from gaitsim_walker.skeleton import skeleton
 from gaitsim_walker.world import STEP, World
 
-REACH = 5.0  # m/s; ground is laid for walkers as fast as that
+REACH = 5.0  # m/s, the fastest walker that the rough ground is long enough for
 XYZ = ("x", "y", "z")
 
 
@@ -37,7 +37,7 @@ class Walker(Organism):
     encoding: Literal["sine", "cpg"] = option(
         "sine",
         "how a genome becomes joint angles: sines at full swing from the start, or oscillators "
-        "that begin at rest",
+        "that start from standing",
     )
     symmetry: Literal["none", "alternating"] = option(
         "none",
@@ -107,12 +107,12 @@ class Walker(Organism):
 
     @property
     def plan(self) -> Plan:
-        """What the body looks like."""
+        """The parts of the body and their sizes."""
         return PLANS[self.legs]
 
     @property
     def frames(self) -> int:
-        """Frames of a rollout, its start counted."""
+        """Number of frames of a rollout, its start included."""
         return round(self.duration * FRAME_RATE) + 1
 
     def genome_space(self) -> RealSpace:
@@ -124,12 +124,12 @@ class Walker(Organism):
         return groups(self.plan, self.symmetry == "alternating", self.fastest_stride)
 
     def move(self, genomes: Genomes) -> Motion:
-        """Walk, one after the other, each in a space of its own."""
-        told = commands(self.plan, genomes, self._gene_groups, self.encoding, self.frames)
-        return self._walked(told, self.frames)
+        """Walk, one individual after the other, each in a space of its own."""
+        courses = commands(self.plan, genomes, self._gene_groups, self.encoding, self.frames)
+        return self._walked(courses, self.frames)
 
     def play(self, joint_angles: Array) -> Motion:
-        """Walk by what the servos are told, held to ±60° (hips) and ±50° (knees).
+        """Walk by commands to the servos, clipped to ±60° (hips) and ±50° (knees).
 
         Args:
             joint_angles: (population, frames, joints), radians from the stance at rest, 60 frames
@@ -141,7 +141,7 @@ class Walker(Organism):
         check_joint_angles(joint_angles, len(self.plan.joints))
         limits = self.plan.limits
         return self._walked(
-            (np.clip(told.astype(np.float64), -limits, limits) for told in joint_angles),
+            (np.clip(course.astype(np.float64), -limits, limits) for course in joint_angles),
             joint_angles.shape[1],
         )
 
@@ -150,7 +150,7 @@ class Walker(Organism):
         return self.plan.joints
 
     def world(self, frames: int) -> World:
-        """What a walker walks in, for so many frames."""
+        """Return the world that a walker walks in, for a number of frames."""
         reach = REACH * frames / FRAME_RATE
         return World(
             self.plan,

@@ -1,4 +1,4 @@
-"""One walker's rollout: servos that follow their commands, what is recorded, and the end."""
+"""The rollout of one walker: servos that follow their commands, and what is recorded."""
 
 from dataclasses import dataclass
 
@@ -8,13 +8,13 @@ from gaitsim_walker.body import FRAME_RATE, Floats
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.world import World
 
-GAIN = 15.0  # 1/s: speed that a servo asks for a radian that it is off
-FASTEST = 30.0  # m/s; a body that is faster has left what the step can follow
+GAIN = 15.0  # 1/s: speed of a servo for a radian of error
+FASTEST = 30.0  # m/s, above which the simulation has diverged
 
 
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """What one walker did, by frame; held still from the frame in which it fell.
+    """Record of one walker, by frame; constant from the frame in which it fell.
 
     Attributes:
         position: x and z of the torso's middle, (frames, 2) m.
@@ -24,8 +24,8 @@ class Rollout:
         torque: size of the mean torque of each servo since the frame before, (frames, joints) N m.
         work: done on or by the servos since the start, both counted as spent, (frames,) J.
         load: x and z of the force of the ground on each foot, (frames, legs, 2) N.
-        lasted: frames before the fall; all of them where there was none.
-        failure: why the simulation could not be gone on with; empty where it could.
+        lasted: number of frames before the fall; all where there was none.
+        failure: why the simulation diverged; '' where it did not.
     """
 
     position: Floats
@@ -40,13 +40,13 @@ class Rollout:
 
 
 def roll_out(world: World, commands: Floats) -> Rollout:
-    """Walk by what the servos are told.
+    """Walk by commands to the servos.
 
-    A servo turns towards its command at GAIN times what it is off, at most at its speed limit,
+    A servo turns towards its command at GAIN times its error, at most at its speed limit,
     with as much torque as that takes, at most its torque limit.
 
     Args:
-        world: to walk in.
+        world: that the walker walks in.
         commands: (frames, joints) rad, within the limits; the first is the pose at the start.
     """
     frames, joints = commands.shape
@@ -59,12 +59,12 @@ def roll_out(world: World, commands: Floats) -> Rollout:
     turned, work = np.zeros((frames, joints)), np.zeros(frames)
     load = np.zeros((frames, joints // 2, 2))
     lasted, failure, spent = frames, "", 0.0
-    told = commands.tolist()
+    targets_by_frame = commands.tolist()
     for frame in range(frames):
         if frame:
             targets = [
                 hinge.rest + hinge.way * angle
-                for hinge, angle in zip(hinges, told[frame], strict=True)
+                for hinge, angle in zip(hinges, targets_by_frame[frame], strict=True)
             ]
             sums = [0.0] * joints
             for _ in range(world.steps):
@@ -84,8 +84,8 @@ def roll_out(world: World, commands: Floats) -> Rollout:
         turned[frame] = machine.joint_angles()
         work[frame] = spent
         load[frame] = machine.loads()
-        if not (abs(velocity.x) < FASTEST and abs(velocity.y) < FASTEST):  # nor may it be NaN
-            failure = f"the simulation broke down after {frame / FRAME_RATE:.3g} s"
+        if not (abs(velocity.x) < FASTEST and abs(velocity.y) < FASTEST):  # fails for NaN too
+            failure = f"the simulation diverged after {frame / FRAME_RATE:.3g} s"
         if failure or machine.fallen():
             lasted = frame
             break

@@ -1,4 +1,4 @@
-"""What a walker walks in: its plan, the ground, gravity, friction, and what its servos can do."""
+"""The world of a walker: plan, ground, gravity, friction and limits of the servos."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ STEP = 1 / (4 * FRAME_RATE)  # s: 240 Hz, four steps a frame
 
 @dataclass(frozen=True)
 class World:
-    """What a walker walks in and on.
+    """The body, its surroundings and its servos.
 
     Attributes:
         plan: of the body.
@@ -19,7 +19,7 @@ class World:
         friction: of feet on the ground.
         torque_limit: of each servo, N m.
         speed_limit: of each servo, rad/s.
-        steps: of the physics a frame.
+        steps: number of physics steps a frame.
     """
 
     plan: Plan

@@ -236,5 +236,5 @@ def test_a_diverging_simulation_fails_alone(monkeypatch):
     told = np.stack([np.zeros((31, 8)), np.repeat(swing[:, None], 8, axis=1)])
     motion = walker.play(told)
     assert list(motion.failures) == [1]
-    assert "broke down after" in motion.failures[1]
+    assert "diverged after" in motion.failures[1]
     assert all(np.isfinite(values).all() for values in motion.values())

@@ -1,1 +1,1 @@
-"""How children come from pairs of parents."""
+"""Crossover: children from pairs of parents."""

@@ -13,8 +13,8 @@ class Blend(Crossover):
     """Each gene of a child is uniform between its parents', widened by α on both sides.
 
     BLX-α, Eshelman and Schaffer 1993. With α = 0.5 the spread of genes neither
-    shrinks nor grows much from one generation to the next. Each child is drawn
-    for itself; on a cycle, between is the shorter way round.
+    shrinks nor grows much from one generation to the next. Children are
+    independent. Periodic genes lie between their parents the shorter way round.
     """
 
     alpha: float = option(

@@ -11,7 +11,7 @@ from gaitsim.contracts import Genomes
 def exchange(
     mothers: Genomes, fathers: Genomes, swapped: NDArray[np.bool_], children: int
 ) -> NDArray[Any]:
-    """First children are their mothers but for the swapped genes, second ones their fathers.
+    """Return first children, mothers with swapped genes, and second ones, fathers with them.
 
     Args:
         mothers: (pairs, genes).

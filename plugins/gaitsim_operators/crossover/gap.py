@@ -7,7 +7,7 @@ from gaitsim.contracts import Genomes, RealSpace
 
 
 def gap(mothers: Genomes, fathers: Genomes, space: RealSpace) -> NDArray[np.float64]:
-    """What leads from mother to father, (pairs, genes); on a cycle, the shorter way round."""
+    """Return father minus mother, (pairs, genes); of periodic genes, the shorter way round."""
     way: NDArray[np.float64] = fathers - mothers
     if space.periodic is None:
         return way

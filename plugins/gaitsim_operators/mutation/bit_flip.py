@@ -1,4 +1,4 @@
-"""Bit-flip mutation: so many bits of every genome."""
+"""Bit-flip mutation: a fixed number of bits of every genome."""
 
 from typing import ClassVar
 

@@ -26,7 +26,7 @@ class Gaussian(Mutation):
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def at(self, generation: int) -> Self:
-        """This mutation with the sigma that decay has left at `generation`."""
+        """Return the mutation with sigma decayed until `generation`."""
         if self.decay == 1:
             return self
         return self.model_copy(update={"sigma": self.sigma * self.decay**generation})

@@ -56,7 +56,7 @@ def _steps(
 
     Args:
         below: room between gene and lower bound, in widths, (sites,).
-        above: room between gene and upper bound, likewise. What crossover left
+        above: room between gene and upper bound, likewise. A gene that crossover left
             outside has no room on that side and all of it on the other.
         uniform: draws from [0, 1), (sites,).
         eta: distribution index.

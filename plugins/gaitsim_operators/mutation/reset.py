@@ -1,4 +1,4 @@
-"""Reset mutation: genes begin anew."""
+"""Reset mutation: genes are replaced by fresh ones."""
 
 import numpy as np
 

@@ -1,1 +1,1 @@
-"""Who breeds."""
+"""Selection: the choice of parents."""

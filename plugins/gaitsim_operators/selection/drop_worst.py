@@ -9,8 +9,8 @@ from gaitsim.contracts import Selection
 class DropWorst(Selection):
     """Drops the worst; every other individual breeds once, in random pairs.
 
-    The weakest selection there is. Where more parents are wanted than there
-    are, another round begins, shuffled anew.
+    The weakest selection possible. If more parents are needed than there are,
+    another round follows in another random order.
     """
 
     def parents(

@@ -13,7 +13,7 @@ def random_pairs(
 
     Args:
         survivors: indices, (survivors,); a lone survivor is paired with itself.
-        pairs: how many pairs to draw.
+        pairs: number of pairs to draw.
         rng: the only source of randomness.
 
     Returns:

@@ -9,7 +9,7 @@ def spin(weights: NDArray[np.float64], pairs: int, rng: np.random.Generator) -> 
 
     Args:
         weights: (population,), none negative, at least one positive.
-        pairs: how many pairs to draw.
+        pairs: number of pairs to draw.
         rng: the only source of randomness.
 
     Returns:
