@@ -1,10 +1,6 @@
-"""An experiment on its way to workers, and what a worker process is."""
+"""An experiment on its way to workers."""
 
-import multiprocessing
-import os
-import signal
 import socket
-import threading
 from functools import lru_cache
 
 import numpy as np
@@ -16,11 +12,7 @@ from gaitsim.registry import plugin_errors
 
 
 class SerializedExperiment:
-    """An experiment whose TOML is what travels; each worker process makes it of that once.
-
-    Args:
-        experiment: it.
-    """
+    """An experiment that is pickled as its TOML; each worker process parses it once."""
 
     def __init__(self, experiment: Experiment) -> None:
         self._experiment: Experiment | None = experiment
@@ -37,22 +29,22 @@ class SerializedExperiment:
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment, ready to be judged by; where it came from, the very same.
+        """Return the experiment, prepared; in the process that it came from, the same object.
 
         Raises:
-            GaitsimError: this process lacks a package of it, or has another version; or its
+            GaitsimError: this process lacks a package of it or has another version, or its
                 body fails.
         """
-        return self._experiment or _made(*self.__getstate__())
+        return self._experiment or _parsed(*self.__getstate__())
 
 
 State = tuple[str, tuple[tuple[str, str], ...]]
-"""An experiment's TOML, and the packages that it needs with their versions."""
+"""An experiment's TOML, and its packages with their versions."""
 
 
 @lru_cache(maxsize=4)
-def _made(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
-    # Workers may have joined after all were asked for their packages.
+def _parsed(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
+    # This worker may have joined after all were asked for their packages.
     here = installed_among(name for name, _ in packages)
     compare(dict(packages), {f"worker on {socket.gethostname()}": here})
     experiment = parse_experiment(toml, "the experiment")
@@ -65,19 +57,3 @@ def prepare(experiment: Experiment) -> None:
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):
         genome = experiment.organism.genome_space().random(1, np.random.default_rng(0))
     evaluate(experiment, genome)
-
-
-def begin_worker() -> None:
-    """Begin a worker process: stopping is its parent's affair, ending with it its own."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # the parent's to handle: it saves first
-        signal.signal(number, signal.SIG_IGN)
-    os.dup2(2, 1)  # what is printed here, by a plugin, is no result
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """End this worker when its parent is gone, which may have been killed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)

@@ -2,10 +2,10 @@
 
 import os
 import signal
-import time
 from pathlib import Path
 
 import pytest
+from waiting import until
 
 from gaitsim.errors import PluginError
 from gaitsim.testing import check, check_package
@@ -152,14 +152,6 @@ class X(Still):
         Path(os.environ["MARKER"]).write_text(str(os.getpid()))
         while True: pass
 """
-
-
-def until(holds):
-    """Wait a minute for something to hold."""
-    end = time.monotonic() + 60
-    while not holds():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def is_alive(number):

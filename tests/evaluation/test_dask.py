@@ -11,6 +11,7 @@ import time
 import chores
 import numpy as np
 import pytest
+from waiting import until
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, evaluate
@@ -278,13 +279,6 @@ def test_a_scheduler_without_workers_is_told(monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     with local(0) as theirs, pytest.raises(GaitsimError, match="has no workers"):
         DaskExecutor(theirs.scheduler_address)
-
-
-def until(condition):
-    end = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def test_workers_come_and_go_and_when_none_are_left_it_is_told_once(monkeypatch):

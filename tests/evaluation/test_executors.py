@@ -1,13 +1,15 @@
+import multiprocessing
 import os
 import pickle
 import signal
+import subprocess
 import sys
-import time
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from multiprocessing.context import SpawnProcess
 
 import chores
 import pytest
+from waiting import until
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
@@ -23,7 +25,7 @@ from gaitsim.evaluation.serialized import SerializedExperiment
 posix = pytest.mark.skipif(os.name == "nt", reason="needs signals")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def processes():
     with ProcessExecutor(2) as executor:
         yield executor
@@ -44,13 +46,13 @@ def test_results_come_in_the_tasks_order(executor):
     assert dict(executor.each(chores.square, [3, 4])) == {0: 9, 1: 16}
 
 
-def test_what_a_task_raises_is_raised_and_the_rest_goes_on(executor):
+def test_an_exception_of_a_task_leaves_the_workers_usable(executor):
     with pytest.raises(ValueError, match="is too much"):
         executor.map(partial(chores.fail_at, 3), range(8))
     assert executor.map(partial(chores.fail_at, 3), range(3)) == [0, 1, 2]
 
 
-def test_whoever_stops_iterating_drops_the_rest(executor):
+def test_closing_the_iterator_drops_the_rest(executor):
     some = executor.each(chores.square, range(100))
     next(some)
     some.close()
@@ -62,13 +64,36 @@ def test_all_workers_work(processes):
     assert os.getpid() not in processes.map(chores.whose, range(2))
 
 
+def test_whatever_a_task_raises_or_returns_the_worker_goes_on(processes):
+    with pytest.raises(EOFError, match="no more input"):
+        processes.map(chores.exit_like_a_user, [0])
+    with pytest.raises(Exception, match="pickle"):
+        processes.map(chores.return_a_function, [0])
+    with pytest.raises(Exception, match="pickle"):
+        processes.map(chores.square, [lambda: None])
+    assert processes.map(chores.square, [5]) == [25]
+
+
+def test_workers_that_nobody_closed_end_with_the_program(tmp_path):
+    code = (
+        "import chores; from gaitsim.evaluation.processes import ProcessExecutor\n"
+        "executor = ProcessExecutor(1); print(executor.map(chores.square, [3]))"
+    )
+    folders = os.pathsep.join([os.path.dirname(chores.__file__), *sys.path])  # noqa: PTH120
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": folders},
+        capture_output=True, text=True, timeout=60, check=True,
+    )  # fmt: skip
+    assert (done.stdout, done.stderr) == ("[9]\n", "")
+
+
 def marks(folder, number, count):
     for mark in range(count):
         (folder / f"{number}-{mark}").touch()
 
 
 @posix
-def test_the_task_of_a_killed_worker_is_done_again(tmp_path):
+def test_another_worker_repeats_the_task_of_a_killed_one(tmp_path):
     marks(tmp_path, 1, MAX_ATTEMPTS - 1)
     marks(tmp_path, 3, 1)
     told = []
@@ -80,65 +105,58 @@ def test_the_task_of_a_killed_worker_is_done_again(tmp_path):
 
 
 @posix
-def test_a_worker_that_is_killed_while_it_idles_is_replaced():
+def test_a_worker_that_is_killed_while_idle_is_replaced():
     told = []
     with ProcessExecutor(1, told.append) as executor:
         [worker] = executor.map(chores.whose, [0])
         os.kill(worker, signal.SIGKILL)
-        [pool] = executor._idle
-        while not pool._broken:
-            time.sleep(0.01)
+        until(lambda: not multiprocessing.active_children())
         assert executor.map(chores.square, [3, 4]) == [9, 16]
-    assert told == ["a worker process died while it had nothing to do; it is replaced"]
+    assert told == ["a worker process died while it was idle; it is replaced"]
 
 
-def test_workers_that_cannot_begin_are_told_of_and_the_others_do_it(monkeypatch):
-    told = []
+def test_if_only_some_workers_can_start_they_do_the_work(monkeypatch):
+    told, start = [], SpawnProcess.start
+
+    def few(process):
+        if len(multiprocessing.active_children()) == 2:
+            raise OSError(24, "Too many open files")
+        start(process)
+
     with ProcessExecutor(3, told.append) as executor:
-        begin = ProcessPoolExecutor._spawn_process
-
-        def few(pool):
-            if len(executor._pools) > 2:
-                raise OSError(24, "Too many open files")
-            begin(pool)
-
-        monkeypatch.setattr(ProcessPoolExecutor, "_spawn_process", few)
+        monkeypatch.setattr(SpawnProcess, "start", few)
         assert executor.map(chores.square, range(6)) == [0, 1, 4, 9, 16, 25]
         assert executor.workers == 2
         [text] = told
-        assert text.startswith("no more than 2 worker processes can begin: [Errno 24]")
+        assert text.startswith("no more than 2 worker processes can start: [Errno 24]")
 
 
-def test_that_no_worker_can_begin_is_one_error(monkeypatch):
-    def none(pool):
-        raise RuntimeError("can't start new thread")
+def test_if_no_worker_can_start_there_is_one_error(monkeypatch):
+    def none(process):
+        raise OSError(11, "Resource temporarily unavailable")
 
-    monkeypatch.setattr(ProcessPoolExecutor, "_spawn_process", none)
-    with (
-        ProcessExecutor(2) as executor,
-        pytest.raises(GaitsimError, match="can't start new thread"),
-    ):
+    monkeypatch.setattr(SpawnProcess, "start", none)
+    with ProcessExecutor(2) as executor, pytest.raises(GaitsimError, match="temporarily"):
         executor.map(chores.square, range(6))
 
 
-def test_ctrl_c_while_a_worker_begins_leaves_none(monkeypatch):
-    executor = ProcessExecutor(1)
-    submit = ProcessPoolExecutor.submit
+@posix
+def test_ctrl_c_while_a_worker_starts_leaves_none(monkeypatch):
+    executor, start = ProcessExecutor(1), SpawnProcess.start
 
-    def interrupted(pool, *task):
-        submit(pool, *task)
-        raise KeyboardInterrupt
+    def interrupted(process):
+        signal.raise_signal(signal.SIGINT)
+        start(process)
 
-    monkeypatch.setattr(ProcessPoolExecutor, "submit", interrupted)
+    monkeypatch.setattr(SpawnProcess, "start", interrupted)
     with pytest.raises(KeyboardInterrupt):
         executor.map(chores.sleep_for, [500])
-    [pool] = executor._pools
-    [process] = pool._processes.values()
+    assert multiprocessing.active_children()
     executor.close()
-    assert not process.is_alive()
+    assert not multiprocessing.active_children()
 
 
-def test_the_script_is_back_when_all_have_begun_their_workers():
+def test_the_main_module_is_back_when_all_have_started_their_workers():
     script, first, second = sys.modules["__main__"], hide_main_module(), hide_main_module()
     first.__enter__()
     second.__enter__()
@@ -161,19 +179,17 @@ def test_a_task_that_kills_every_worker_is_given_up(tmp_path):
 def test_closing_does_not_wait_for_a_worker_that_is_stopped():
     with ProcessExecutor(1) as executor:
         [worker] = executor.map(chores.whose, [0])
-        [pool] = executor._idle
-        [process] = pool._processes.values()
         os.kill(worker, signal.SIGSTOP)
-    assert not process.is_alive()
+        assert multiprocessing.active_children()
+    assert not multiprocessing.active_children()
 
 
 def test_closing_does_not_wait_for_what_was_dropped():
     with ProcessExecutor(2) as executor:
         some = executor.each(chores.sleep_for, [0.0, 1000.0])
         assert next(some) == (0, 0.0)
-        [pool] = executor._busy.values()
-        [process] = pool._processes.values()
-    assert not process.is_alive()
+        assert multiprocessing.active_children()
+    assert not multiprocessing.active_children()
 
 
 def test_an_experiment_travels_as_its_text(puppet):
@@ -192,7 +208,7 @@ def test_an_evaluator_does_other_work_with_its_experiment(puppet, workers):
         assert evaluator.map(chores.seeded, [1, 2, 3]) == [("puppet", 7, n) for n in (1, 2, 3)]
 
 
-def test_workers_that_were_not_asked_for_begin_when_tasks_pay(puppet, monkeypatch):
+def test_workers_not_asked_for_start_when_tasks_pay(puppet, monkeypatch):
     monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
     with Evaluator(puppet()) as evaluator:
         assert {evaluator.map(chores.whose_process, [0, 0])[0] for _ in range(3)} == {os.getpid()}

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 import pytest
+from waiting import app_until
 
 from gaitsim.evaluation import evaluate
 from gaitsim.runs.files.folder import create_run
@@ -62,10 +63,7 @@ class Driver:
 
     async def until(self, holds, seconds=60):
         """Wait until something holds."""
-        async with asyncio.timeout(seconds):
-            while not holds():
-                await self.pilot.pause(0.01)
-        await self.pilot.pause()
+        await app_until(self.pilot, holds, seconds)
 
     async def at(self, kind):
         """Wait for a screen of that class, and return it."""

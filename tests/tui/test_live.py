@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rich.style import Style
 from textual.widgets import Input, Static
+from waiting import app_until
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
@@ -66,7 +67,7 @@ def live(run, test, *, size=(80, 24), **options):
         async with app.run_test(size=size) as pilot:
             screen = Live(run, **options)
             await app.push_screen(screen)
-            await until(pilot, lambda: screen._state)
+            await app_until(pilot, lambda: screen._state)
             await test(screen, pilot)
             if screen._engine is not None:
                 screen._engine.kill()
@@ -75,16 +76,8 @@ def live(run, test, *, size=(80, 24), **options):
     asyncio.run(go())
 
 
-async def until(pilot, holds, seconds=60):
-    """Wait until something holds."""
-    async with asyncio.timeout(seconds):
-        while not holds():
-            await pilot.pause(0.01)
-    await pilot.pause()
-
-
 async def paused_at(pilot, screen, generation):
-    await until(
+    await app_until(
         pilot, lambda: screen.state == "paused" and screen.snapshot.generation == generation
     )
 
@@ -129,7 +122,7 @@ class TestAtRest:
         async def test(screen, pilot):
             assert screen.state == "stopped"
             assert offered(screen) == {"go", "step", "change", "goal", "fork", "log"}
-            await until(pilot, lambda: "at rest  0/20" in text(screen, "#live-status"))
+            await app_until(pilot, lambda: "at rest  0/20" in text(screen, "#live-status"))
             assert "Space goes on" in text(screen, "#live-status")
 
         live(make(), test)
@@ -141,7 +134,7 @@ class TestAtRest:
         generation, score = best.generation, best.score
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
+            await app_until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
             assert offered(screen) == {
                 "go", "step", "change", "goal", "fork", "log", "replay", "export",
             }  # fmt: skip
@@ -156,7 +149,7 @@ class TestAtRest:
             np.testing.assert_array_equal(best.y, history["best"])
             np.testing.assert_array_equal(mean.y, history["mean"])
             await pilot.press("l")
-            await until(pilot, lambda: "best" in text(screen, "#live-events"))
+            await app_until(pilot, lambda: "best" in text(screen, "#live-events"))
             assert "kept as a champion" in text(screen, "#live-events")
             assert screen.command_line() == "gaitsim resume runs/walk"
 
@@ -166,15 +159,17 @@ class TestAtRest:
         async def test(screen, pilot):
             assert screen.state == "finished"
             assert {"go", "step", "stop", "pause"}.isdisjoint(offered(screen))
-            await until(pilot, lambda: "20 generations are done" in text(screen, "#live-status"))
+            await app_until(
+                pilot, lambda: "20 generations are done" in text(screen, "#live-status")
+            )
             await pilot.press("g")
-            await until(pilot, lambda: pilot.app.screen is not screen)
+            await app_until(pilot, lambda: pilot.app.screen is not screen)
             await type_in(pilot, "20", "#answer")
             await pilot.press("enter")
             assert "21 to" in str(pilot.app.screen.query_one("#ask-problem").render())
             await type_in(pilot, "25", "#answer")
             await pilot.press("enter")
-            await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "finished" and screen._engine is None)
             assert screen.snapshot.generation == 25
 
         live(make(20), test)
@@ -184,7 +179,7 @@ class TestAtRest:
         gaitsim("resume", run, "--set", "fitness.price=4", "--generations", 12)
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.query_one(Curves).series)
+            await app_until(pilot, lambda: screen.query_one(Curves).series)
             assert screen.query_one(Curves).series[0].x.tolist() == [8, 9, 10, 11, 12]
             assert "stage 2" in text(screen, "#live-status")
 
@@ -202,17 +197,17 @@ class TestSteering:
             await pilot.press("n")
             await paused_at(pilot, screen, 2)
             await pilot.press("space")
-            await until(pilot, lambda: screen.snapshot.generation > 4)
+            await app_until(pilot, lambda: screen.snapshot.generation > 4)
             assert "pause" in offered(screen)
             await pilot.press("space")
-            await until(pilot, lambda: screen.state == "paused")
+            await app_until(pilot, lambda: screen.state == "paused")
             at = screen.snapshot.generation
             await pilot.press("s")
-            await until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen._engine is None)
             assert (screen.state, RunSnapshot(run).generation) == ("stopped", at)
             assert not is_locked(run)
             await pilot.press("space")
-            await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "finished" and screen._engine is None)
             assert screen.snapshot.generation == 150
             kinds = [event.generation for event in screen.board.live.events]
             assert kinds == sorted(kinds)
@@ -224,15 +219,15 @@ class TestSteering:
     def test_the_footer_offers_what_can_be_done_once_it_has_finished(self, make):
         async def test(screen, pilot):
             await pilot.press("space")
-            await until(pilot, lambda: screen.state == "finished" and screen._engine is None)
-            await until(pilot, lambda: "Stop" not in footer(screen), 10)
+            await app_until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            await app_until(pilot, lambda: "Stop" not in footer(screen), 10)
             assert {"Goal", "Change", "Fork", "Replay", "Export"} <= footer(screen)
 
         live(make(3), test, size=(160, 48))
 
     def test_it_goes_on_at_once_if_asked(self, make):
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.state == "finished")
+            await app_until(pilot, lambda: screen.state == "finished")
 
         live(make(), test, go=True)
 
@@ -240,26 +235,26 @@ class TestSteering:
         run = make(0, SLOW, generations=100_000)
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.snapshot.generation > 2)
+            await app_until(pilot, lambda: screen.snapshot.generation > 2)
             await pilot.press("c")
-            await until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
             dialog = pilot.app.screen
-            await until(pilot, lambda: dialog._known)
+            await app_until(pilot, lambda: dialog._known)
             await type_in(pilot, "fitness.price=0.7 elites=[/b]")
             await pilot.press("enter")
             said = dialog.query_one("#change-said", Static)
-            await until(pilot, lambda: "elites" in str(said.render()))
+            await app_until(pilot, lambda: "elites" in str(said.render()))
             assert pilot.app.screen is dialog
             await type_in(pilot, "fitness.price=0.7")
             command = str(dialog.query_one("#change-command").render())
-            await until(pilot, lambda: "scores begin anew" in str(said.render()))
+            await app_until(pilot, lambda: "scores begin anew" in str(said.render()))
             command = str(dialog.query_one("#change-command").render())
             assert command == "$ gaitsim resume runs/walk --set fitness.price=0.7"
             await pilot.press("enter")
-            await until(pilot, lambda: screen.snapshot.stage == 2)
-            await until(pilot, lambda: screen.snapshot.generation > screen.snapshot.scored_from)
+            await app_until(pilot, lambda: screen.snapshot.stage == 2)
+            await app_until(pilot, lambda: screen.snapshot.generation > screen.snapshot.scored_from)
             await pilot.press("s")
-            await until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen._engine is None)
 
         live(run, test, go=True)
         first, second = RunSnapshot(run).stages
@@ -274,18 +269,18 @@ class TestSteering:
     def test_options_are_found_and_chosen_from_the_list(self, make):
         async def test(screen, pilot):
             await pilot.press("c")
-            await until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
             dialog = pilot.app.screen
-            await until(pilot, lambda: dialog._known)
+            await app_until(pilot, lambda: dialog._known)
             await type_in(pilot, "evolution.elites=1 pric")
             listed = dialog.query_one("#change-options")
-            await until(pilot, lambda: listed.option_count == 1)
+            await app_until(pilot, lambda: listed.option_count == 1)
             await pilot.press("down")
-            await until(pilot, lambda: listed.has_focus)
+            await app_until(pilot, lambda: listed.has_focus)
             await pilot.press("down", "enter")
-            await until(pilot, lambda: dialog._text == "evolution.elites=1 fitness.price=")
+            await app_until(pilot, lambda: dialog._text == "evolution.elites=1 fitness.price=")
             await pilot.press("escape")
-            await until(pilot, lambda: pilot.app.screen is screen)
+            await app_until(pilot, lambda: pilot.app.screen is screen)
             assert screen.state == "stopped"
 
         live(make(3), test)
@@ -294,21 +289,21 @@ class TestSteering:
         run = make(0, SLOW, generations=100_000)
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.snapshot.generation > 2)
+            await app_until(pilot, lambda: screen.snapshot.generation > 2)
             await pilot.press("f")
-            await until(pilot, lambda: isinstance(pilot.app.screen, Change))
-            await until(pilot, lambda: pilot.app.screen._known and screen.state == "paused")
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            await app_until(pilot, lambda: pilot.app.screen._known and screen.state == "paused")
             await type_in(pilot, "runs/[red]fork", "#change-out")
             await type_in(pilot, "evolution.elites=1")
             await pilot.press("enter")
-            await until(pilot, lambda: isinstance(pilot.app.screen, Live))
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, Live))
             copy = pilot.app.screen
-            await until(pilot, lambda: copy is not screen and copy._state == "running")
+            await app_until(pilot, lambda: copy is not screen and copy._state == "running")
             assert copy.run == Path("runs/[red]fork")
-            await until(pilot, lambda: copy.snapshot.stage == 2)
+            await app_until(pilot, lambda: copy.snapshot.stage == 2)
             assert screen.state == "paused"
             await pilot.press("s")
-            await until(pilot, lambda: copy._engine is None)
+            await app_until(pilot, lambda: copy._engine is None)
 
         live(run, test, go=True)
         assert RunSnapshot(Path("runs/[red]fork")).stages[0].last <= RunSnapshot(run).generation
@@ -316,11 +311,11 @@ class TestSteering:
     def test_a_copy_that_cannot_be_made_is_told(self, make):
         async def test(screen, pilot):
             await pilot.press("f")
-            await until(pilot, lambda: isinstance(pilot.app.screen, Change))
-            await until(pilot, lambda: pilot.app.screen._known)
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            await app_until(pilot, lambda: pilot.app.screen._known)
             await type_in(pilot, "runs/walk/experiment.toml/x", "#change-out")
             await pilot.press("enter")
-            await until(pilot, lambda: problem(screen))
+            await app_until(pilot, lambda: problem(screen))
             assert "cannot be written" in problem(screen)
 
         live(make(3), test)
@@ -332,17 +327,17 @@ class TestLeaving:
         run = make(0, SLOW, generations=100_000)
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.snapshot.generation > 2)
+            await app_until(pilot, lambda: screen.snapshot.generation > 2)
             await pilot.press(key)
-            await until(pilot, lambda: pilot.app.screen is not screen)
+            await app_until(pilot, lambda: pilot.app.screen is not screen)
             await pilot.press("n")
-            await until(pilot, lambda: pilot.app.screen is screen)
+            await app_until(pilot, lambda: pilot.app.screen is screen)
             before = screen.snapshot.generation
-            await until(pilot, lambda: screen.snapshot.generation > before)
+            await app_until(pilot, lambda: screen.snapshot.generation > before)
             await pilot.press(key)
-            await until(pilot, lambda: pilot.app.screen is not screen)
+            await app_until(pilot, lambda: pilot.app.screen is not screen)
             await pilot.press("y")
-            await until(pilot, lambda: not screen.is_attached or pilot.app._exit)
+            await app_until(pilot, lambda: not screen.is_attached or pilot.app._exit)
             assert not is_locked(run)
 
         live(run, test, go=True)
@@ -351,7 +346,7 @@ class TestLeaving:
     def test_a_run_at_rest_is_left_at_once(self, make):
         async def test(screen, pilot):
             await pilot.press("escape")
-            await until(pilot, lambda: pilot.app.screen is not screen)
+            await app_until(pilot, lambda: pilot.app.screen is not screen)
             assert not pilot.app.screen.is_modal
 
         live(make(3), test)
@@ -363,14 +358,14 @@ class TestProblems:
         process = start("resume", run)
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.snapshot.generation > 3)
+            await app_until(pilot, lambda: screen.snapshot.generation > 3)
             assert screen.state == "elsewhere"
             assert offered(screen) == {"fork", "replay", "export", "log"}
-            await until(pilot, lambda: "Another program" in text(screen, "#live-status"))
+            await app_until(pilot, lambda: "Another program" in text(screen, "#live-status"))
             before = screen.snapshot.generation
-            await until(pilot, lambda: screen.snapshot.generation > before)
+            await app_until(pilot, lambda: screen.snapshot.generation > before)
             await asyncio.to_thread(process.kill)
-            await until(pilot, lambda: screen.state == "stopped")
+            await app_until(pilot, lambda: screen.state == "stopped")
             assert "go" in offered(screen)
 
         end = asyncio.run(_written(run))
@@ -383,10 +378,10 @@ class TestProblems:
         async def test(screen, pilot):
             lock = RunLock(run)
             await pilot.press("space")
-            await until(pilot, lambda: screen.state == "elsewhere")
+            await app_until(pilot, lambda: screen.state == "elsewhere")
             assert f"is being written by process {os.getpid()}" in problem(screen)
             lock.release()
-            await until(pilot, lambda: screen.state == "stopped")
+            await app_until(pilot, lambda: screen.state == "stopped")
             await pilot.press("n")
             await paused_at(pilot, screen, 4)
             assert problem(screen) == ""
@@ -404,7 +399,7 @@ class TestProblems:
         monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.state == "failed" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "failed" and screen._engine is None)
             assert "[/red] [bold]out of joint" in problem(screen)
             assert "organism 'spoilt' of package spoilt 1.0" in problem(screen)
             assert "go" in offered(screen)
@@ -420,10 +415,10 @@ class TestProblems:
             screen.board._status.show = lambda lines: (said.add(lines[0].plain), draw(lines))
             (run / "history.csv").write_text("")
             await pilot.press("space")
-            await until(pilot, lambda: screen.state == "failed" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "failed" and screen._engine is None)
             assert "history.csv ends at generation 0" in problem(screen)
             assert {"go", "fork", "replay", "export"} <= offered(screen)
-            await until(pilot, lambda: "failed  3/20" in text(screen, "#live-status"), 10)
+            await app_until(pilot, lambda: "failed  3/20" in text(screen, "#live-status"), 10)
             assert set(re.findall(r"\d+/\d+", " ".join(said))) == {"3/20"}
 
         live(run, test)
@@ -438,7 +433,7 @@ class TestProblems:
 
         async def test(screen, pilot):
             canvas = screen.query_one(BodyCanvas)
-            await until(pilot, lambda: "cannot be drawn" in canvas.words())
+            await app_until(pilot, lambda: "cannot be drawn" in canvas.words())
             assert "[red]" in canvas.words()
 
         live(run, test)
@@ -447,17 +442,17 @@ class TestProblems:
         run = make(3, SLOW, generations=100_000)
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.snapshot.generation > 4)
+            await app_until(pilot, lambda: screen.snapshot.generation > 4)
             while run.exists():
                 shutil.rmtree(run, ignore_errors=True)
-            await until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen._engine is None)
             assert screen.state == "failed"
             assert "runs/walk" in problem(screen)
             await pilot.press("space")
-            await until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen._engine is None)
             assert problem(screen)
             await pilot.press("escape")
-            await until(pilot, lambda: pilot.app.screen is not screen)
+            await app_until(pilot, lambda: pilot.app.screen is not screen)
 
         live(run, test, go=True)
 
@@ -473,13 +468,13 @@ class TestProblems:
 
     def test_a_process_that_dies_is_told_and_can_be_begun_again(self, make):
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.snapshot.generation > 2)
+            await app_until(pilot, lambda: screen.snapshot.generation > 2)
             screen._engine.kill()
-            await until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen._engine is None)
             assert "ended unexpectedly, by signal 9" in problem(screen)
             at = screen.snapshot.generation
             await pilot.press("space")
-            await until(pilot, lambda: screen.snapshot.generation > at)
+            await app_until(pilot, lambda: screen.snapshot.generation > at)
             assert problem(screen) == ""
 
         live(make(0, SLOW, generations=100_000), test, go=True)
@@ -490,11 +485,13 @@ class TestProblems:
         toml.write_text(re.sub(r"pause = [\d.]+", "pause = 1000.0", toml.read_text()))
 
         async def test(screen, pilot):
-            await until(pilot, lambda: screen.snapshot.stage == 2)  # it is judged anew, and long
+            await app_until(
+                pilot, lambda: screen.snapshot.stage == 2
+            )  # it is judged anew, and long
             await pilot.press("s")
-            await until(pilot, lambda: "again stops at once" in text(screen, "#live-status"))
+            await app_until(pilot, lambda: "again stops at once" in text(screen, "#live-status"))
             await pilot.press("s")
-            await until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen._engine is None)
 
         live(run, test, go=True)
         assert RunSnapshot(run).generation == 2
@@ -505,7 +502,7 @@ class TestProblems:
             screen.board.live.course = HistoryBuffer()
             rows = {"generation": np.array([7.0]), "best": np.array([0.0])}
             screen._take(Snapshot("stopped", rows=rows, generation=7, generations=20))
-            await until(pilot, lambda: not screen.board.live.gap)
+            await app_until(pilot, lambda: not screen.board.live.gap)
             read = screen.board.live.course
             np.testing.assert_array_equal(read["best"], course["best"])
 
@@ -521,7 +518,7 @@ def test_another_theme_and_no_colour_change_nothing_but_colours(make, size, monk
         for theme in ("gaitsim-okabe-ito", "gaitsim-light", "textual-ansi"):
             if theme in pilot.app.available_themes:
                 pilot.app.theme = theme
-                await until(pilot, lambda drawn=drawn: screen.board.drawn > drawn)
+                await app_until(pilot, lambda drawn=drawn: screen.board.drawn > drawn)
                 drawn = screen.board.drawn
 
     live(make(5), test, size=size)
@@ -532,9 +529,9 @@ def test_all_islands_and_terms_can_be_seen(make, number):
     run = make(3, f"islands.number={number}", "evolution.population=6")
 
     async def test(screen, pilot):
-        await until(pilot, lambda: "diversity" in text(screen, "#live-table"))
+        await app_until(pilot, lambda: "diversity" in text(screen, "#live-table"))
         table, panel = screen.query_one("#live-table"), screen.query_one("#live-terms")
-        await until(pilot, lambda: table.size.height == len(table._lines))
+        await app_until(pilot, lambda: table.size.height == len(table._lines))
         assert "island" in table.text.splitlines()[0]
         assert panel.region.bottom <= screen.query_one("Footer").region.y
         assert screen.query_one(Curves).size.height >= 4
@@ -552,8 +549,8 @@ def test_looks(make, size, snap_compare):
     async def show(pilot):
         screen = Live(run, clock=lambda: 0.0)
         await pilot.app.push_screen(screen)
-        await until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
-        await until(pilot, lambda: "diversity" in text(screen, "#live-table"))
+        await app_until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
+        await app_until(pilot, lambda: "diversity" in text(screen, "#live-table"))
 
     assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
 

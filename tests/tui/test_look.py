@@ -1,10 +1,10 @@
 """How the app's own screens look, small and large, with a fixed clock and fixed runs."""
 
-import asyncio
 import math
 from pathlib import Path
 
 import pytest
+from waiting import app_until
 
 from gaitsim import registry
 from gaitsim.errors import GaitsimError, RunError
@@ -75,8 +75,8 @@ def look(here, monkeypatch, snap_compare):
         app = GaitsimApp(Path("runs"), clock=lambda: NOW, theme=theme)
 
         async def show(pilot):
-            await until(pilot, lambda: app.screen.runs is not None)
-            await until(pilot, lambda: not runs or app.screen.query("#runs"))
+            await app_until(pilot, lambda: app.screen.runs is not None)
+            await app_until(pilot, lambda: not runs or app.screen.query("#runs"))
             await before(pilot)
             await pilot.pause()
 
@@ -100,13 +100,6 @@ def only_puppets(monkeypatch):
 
     monkeypatch.setattr(registry, "entries", ours)
     monkeypatch.setattr("gaitsim.tui.screens.plugins.entries", ours)
-
-
-async def until(pilot, holds):
-    async with asyncio.timeout(30):
-        while not holds():
-            await pilot.pause(0.01)
-    await pilot.pause()
 
 
 async def nothing(pilot):
@@ -140,13 +133,13 @@ def test_new(look, size, only_puppets, puppet_file):
     async def go(pilot):
         screen = New("./puppet.toml")
         await pilot.app.push_screen(screen)
-        await until(pilot, lambda: screen._validation is not None)
+        await app_until(pilot, lambda: screen._validation is not None)
         screen.query_one("#parts").active = "part-fitness"
-        await until(pilot, lambda: screen.query("#part-fitness Field"))
+        await app_until(pilot, lambda: screen.query("#part-fitness Field"))
         box = screen.query_one("#part-fitness Input")
         before = screen._validation
         box.value = "-1"
-        await until(pilot, lambda: screen._validation is not before)
+        await app_until(pilot, lambda: screen._validation is not before)
 
     assert look(size, go)
 
@@ -156,7 +149,7 @@ def test_plugins(look, size, only_puppets):
     async def go(pilot):
         screen = Plugins()
         await pilot.app.push_screen(screen)
-        await until(pilot, lambda: screen._catalogue is not None)
+        await app_until(pilot, lambda: screen._catalogue is not None)
         await pilot.press("down", "down")
 
     assert look(size, go)
