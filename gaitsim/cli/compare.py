@@ -25,10 +25,10 @@ from gaitsim.study.comparison import (
     TABLE,
     Findings,
     Sample,
-    find,
-    load_all,
+    analyse,
+    load_experiments,
     methods,
-    sample,
+    repeat_experiment,
     tables,
     to_dict,
     write_comparison,
@@ -68,7 +68,7 @@ def compare(
         raise GaitsimError(f"{target} is not a score", where="--target", allowed="a number")
     short = {"evolution.generations": generations, "evolution.population": population}
     given = {key: value for key, value in short.items() if value is not None}
-    loaded = load_all(experiments, {**given, **parse_assignments(set_ or ())})
+    loaded = load_experiments(experiments, {**given, **parse_assignments(set_ or ())})
     first, *others = loaded.values()
     if any(one.fitness != first.fitness for one in others):
         notice("Warning: the experiments differ in their fitness; their scores may not compare.")
@@ -78,7 +78,7 @@ def compare(
         folder = create_folder(out or Path("comparisons") / name, texts)
         try:
             with interruptible():
-                findings = find(_samples(loaded, repeats, workers, executor, quiet=json), target)
+                findings = analyse(_samples(loaded, repeats, workers, executor, quiet=json), target)
         except BaseException as error:
             rmtree(folder, ignore_errors=True)
             if not isinstance(error, KeyboardInterrupt):
@@ -111,7 +111,9 @@ def _samples(
         total = experiment.evolution.generations
         log = "" if quiet else f"{label}: {repeats} repeats of {total} generations"
         with Progress(label, "generations", total, log=log) as progress:
-            found[label] = sample(experiment, repeats, workers, progress.advance, warn, cluster)
+            found[label] = repeat_experiment(
+                experiment, repeats, workers, progress.advance, warn, cluster
+            )
     return found
 
 

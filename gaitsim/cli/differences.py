@@ -16,8 +16,7 @@ from gaitsim.render.plots.overlay import plot_overlay
 from gaitsim.render.terminal.curves import SAMPLES, Series, plot
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import find_run
-from gaitsim.study.compare_runs import Course, RunsReader, options
-from gaitsim.study.compare_runs import table as rows_of
+from gaitsim.study.compare_runs import ComparedRun, RunsReader, comparison_table, differing_options
 
 ROWS = 14  # of the curves in the terminal
 WIDEST = 100  # columns of them
@@ -47,31 +46,31 @@ def differences(
     """
     if plot is not None:
         check_target(plot)
-    courses = RunsReader([find_run(run) for run in runs]).read()
-    for one in courses:
+    compared = RunsReader([find_run(run) for run in runs]).read()
+    for one in compared:
         if one.problem is not None:
             raise one.problem
     if plot is not None:
-        plot_overlay(courses, quantity, by, plot, THEMES[theme])
+        plot_overlay(compared, quantity, by, plot, THEMES[theme])
     if json:
         print_json(
             {
-                "runs": [one.to_dict() for one in courses],
-                "options": {row.key: list(row.values) for row in options(courses)},
+                "runs": [one.to_dict() for one in compared],
+                "options": {row.key: list(row.values) for row in differing_options(compared)},
                 "plot": None if plot is None else str(plot),
             }
         )
         return
-    _show(courses, quantity, by)
+    _show(compared, quantity, by)
     if plot is not None:
         echo(f"\n{plot}")
 
 
-def _show(courses: Sequence[Course], quantity: str, by: str) -> None:
+def _show(compared: Sequence[ComparedRun], quantity: str, by: str) -> None:
     console = output()
-    drawn = [one for one in courses if one.history]
+    drawn = [one for one in compared if one.history]
     heads: list[Text] = []
-    for one in courses:
+    for one in compared:
         head = Text()
         if one in drawn:
             at = drawn.index(one)
@@ -90,6 +89,6 @@ def _show(courses: Sequence[Course], quantity: str, by: str) -> None:
     made = table("")
     for head in heads:
         made.add_column(head)
-    for row in rows_of(courses):
+    for row in comparison_table(compared):
         made.add_row(row.key, *(Text(visible(value)) for value in row.values))
     console.print(made, markup=False)

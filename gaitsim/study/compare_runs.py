@@ -1,4 +1,4 @@
-"""Runs side by side: their curves, and what became of each."""
+"""Compare runs: their curves, their results, the options that differ."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -14,21 +14,21 @@ from gaitsim.runs.follow import HistoryBuffer, RunFollower
 from gaitsim.study.differences import Difference, Stages, differences
 
 QUANTITIES = get_args(Quantity)
-BY = get_args(Axis)
+AXES = get_args(Axis)
 Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
-    """A run as it went.
+class ComparedRun:
+    """What a comparison shows of one run.
 
     Attributes:
-        label: what it is called beside the others.
+        label: its name in the comparison.
         path: its folder.
         history: its columns; empty before the first generation.
         stages: the first generation and the experiment of each.
         comparable: the first generation whose scores compare with those of the last one.
-        problem: why it cannot be read.
+        problem: why it cannot be read; None where it can.
     """
 
     label: str
@@ -40,7 +40,7 @@ class Course:
 
     @property
     def generation(self) -> int:
-        """The last one that is finished; 0 before the first."""
+        """The last finished generation; 0 before the first."""
         return len(self.history["generation"]) if self.history else 0
 
     @property
@@ -64,12 +64,12 @@ class Course:
         }
 
     def axis(self, by: str) -> Values:
-        """One of `BY` at each generation."""
+        """Return the values of one of `AXES`, (generations,)."""
         values = self.history[by]
         return np.cumsum(values) if by == "seconds" else values
 
     def marks(self, by: str) -> tuple[float, ...]:
-        """Where stages but the first begin, on one of `BY`."""
+        """Return where the second and later stages begin on one of `AXES`."""
         axis = self.axis(by)
         return tuple(float(axis[first - 1]) for first, _ in self.stages[1:] if first <= len(axis))
 
@@ -84,62 +84,62 @@ class RunsReader:
     def __init__(self, paths: Sequence[Path]) -> None:
         names = [path.name for path in paths]
         labels = [path.name if names.count(path.name) == 1 else str(path) for path in paths]
-        self._runs = [_Compared(label, path) for label, path in zip(labels, paths, strict=True)]
+        self._runs = [_Reader(label, path) for label, path in zip(labels, paths, strict=True)]
 
-    def read(self) -> tuple[Course, ...]:
+    def read(self) -> tuple[ComparedRun, ...]:
         """Return the runs as they are now; one that cannot be read has its problem."""
         return tuple(run.read() for run in self._runs)
 
 
-class _Compared:
+class _Reader:
     """One of the runs, and what was read of it."""
 
     def __init__(self, label: str, path: Path) -> None:
-        self._course = Course(label, path)
+        self._latest = ComparedRun(label, path)
         self._follower = RunFollower(path)
         self._history = HistoryBuffer()
 
-    def read(self) -> Course:
+    def read(self) -> ComparedRun:
         run = self._follower.poll()
         if run is not None:
-            label, path = self._course.label, self._course.path
+            label, path = self._latest.label, self._latest.path
             try:
                 self._history.extend(self._follower.read_rows(run))
                 stages = run.stages
-                told = tuple((stage.first, stage.experiment) for stage in stages)
+                texts = tuple((stage.first, stage.experiment) for stage in stages)
                 first = run.comparable if stages else 1
-                told = told or ((1, run.experiment_text),)
-                self._course = Course(label, path, self._history, told, first)
+                texts = texts or ((1, run.experiment_text),)
+                self._latest = ComparedRun(label, path, self._history, texts, first)
             except GaitsimError as error:
-                self._course = Course(label, path, problem=error)
+                self._latest = ComparedRun(label, path, problem=error)
             except OSError as error:
                 problem = RunError(f"cannot read {path}: {error.strerror or error}")
-                self._course = Course(label, path, problem=problem)
-        return self._course
+                self._latest = ComparedRun(label, path, problem=problem)
+        return self._latest
 
 
-def table(courses: Sequence[Course]) -> tuple[Difference, ...]:
-    """What became of each run, then the options in which they differ; a value a run."""
-    facts: dict[str, Callable[[Course], str]] = {
+def comparison_table(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
+    """Return the rows of a table: the results of the runs, then the options that differ."""
+    facts: dict[str, Callable[[ComparedRun], str]] = {
         "generations": lambda one: f"{one.generation:,}",
         "best score": _best,
         "found in generation": lambda one: f"{one.champion:,}" if one.champion else "–",
         "evaluations": lambda one: f"{int(one.history['evaluations'][-1]):,}",
         "seconds": lambda one: f"{float(one.history['seconds'].sum()):,.1f}",
     }
-    told = [
-        Difference(name, tuple(say(one) if one.history else "–" for one in courses))
-        for name, say in facts.items()
+    results = [
+        Difference(name, tuple(text(one) if one.history else "–" for one in runs))
+        for name, text in facts.items()
     ]
-    return (*told, *options(courses))
+    return (*results, *differing_options(runs))
 
 
-def options(courses: Sequence[Course]) -> tuple[Difference, ...]:
-    """The options in which runs differ; a value a run."""
-    return differences([one.stages for one in courses])
+def differing_options(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
+    """Return the options in which runs differ."""
+    return differences([one.stages for one in runs])
 
 
-def _best(course: Course) -> str:
-    if course.champion is None:
+def _best(run: ComparedRun) -> str:
+    if run.champion is None:
         return "–"
-    return f"{course.history['best'][course.champion - 1]:z.4f}".replace("-", "−")
+    return f"{run.history['best'][run.champion - 1]:z.4f}".replace("-", "−")

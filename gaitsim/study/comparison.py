@@ -1,4 +1,4 @@
-"""Experiments against each other: repeats, statistics, a report with its methods."""
+"""Compare experiments: repeats, statistics, and a report with its methods."""
 
 import csv
 import io
@@ -22,10 +22,10 @@ from gaitsim.study.statistics import (
     RESAMPLES,
     Comparison,
     Description,
-    Reaching,
+    TargetSummary,
     compare,
     describe,
-    reaching,
+    summarise_target,
 )
 
 
@@ -34,9 +34,9 @@ class Sample:
     """The repeats of one experiment.
 
     Attributes:
-        experiment: what was repeated.
+        experiment: the experiment.
         best: best score so far, (repeats, generations).
-        evaluations: made so far by one repeat, (generations,).
+        evaluations: number of evaluations of one repeat so far, (generations,).
     """
 
     experiment: Experiment
@@ -45,35 +45,34 @@ class Sample:
 
     @property
     def final(self) -> NDArray[np.float64]:
-        """Best score of each repeat, (repeats,)."""
+        """The best score of each repeat, (repeats,)."""
         return self.best[:, -1]
 
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What a comparison found, each by the experiments' labels.
+    """The results of a comparison, by the labels of the experiments.
 
     Attributes:
         samples: the repeats.
-        descriptions: of the final scores.
-        comparisons: of every pair.
-        reached: success at the target.
+        descriptions: descriptive statistics of the final scores.
+        comparisons: a test of every pair.
+        reached: how often, and how soon, the repeats reach the target.
     """
 
     samples: Mapping[str, Sample]
     descriptions: Mapping[str, Description]
     comparisons: Sequence[Comparison]
-    reached: Mapping[str, Reaching]
+    reached: Mapping[str, TargetSummary]
 
 
-def load_all(references: Sequence[str], overrides: Overrides) -> dict[str, Experiment]:
-    """The experiments by label, each with a seed of its own, so that samples are independent.
+def load_experiments(references: Sequence[str], overrides: Overrides) -> dict[str, Experiment]:
+    """Load experiments by label, each with a seed of its own, so that samples are independent.
 
-    A seed that another has already becomes the next free one. Of equal names the second
-    and later ones get a number.
+    A repeated seed becomes the next free one, and a repeated name gets a number.
 
     Raises:
-        GaitsimError: fewer than two, or one of them has problems.
+        GaitsimError: there are fewer than two experiments, or one has problems.
     """
     if len(references) < 2:
         raise GaitsimError(
@@ -98,23 +97,23 @@ def load_all(references: Sequence[str], overrides: Overrides) -> dict[str, Exper
     return found
 
 
-def sample(
+def repeat_experiment(
     experiment: Experiment,
     repeats: int,
     workers: int | None,
-    tell: Callable[[], None],
+    on_generation: Callable[[], None],
     warn: OnWarning = lambda text: None,
     cluster: Executor | None = None,
 ) -> Sample:
-    """Repeat one experiment.
+    """Repeat an experiment.
 
     Args:
-        experiment: it.
-        repeats: how many.
-        workers: how many work at a time; None for as many as there are cores.
-        tell: is called after each generation.
+        experiment: the experiment.
+        repeats: number of repeats.
+        workers: number of workers; None for one a core.
+        on_generation: called after each generation.
         warn: is told, for the user, of workers that died or idle.
-        cluster: workers elsewhere; whoever made it ends it.
+        cluster: workers to use instead; the caller closes it.
 
     Raises:
         GaitsimError: a plugin fails, or the workers do.
@@ -125,12 +124,12 @@ def sample(
         for generation in evolve_repeats(experiment, evaluator.evaluate, repeats):
             best.append(generation.best)
             evaluations.append(generation.evaluations)
-            tell()
+            on_generation()
     return Sample(experiment, np.stack(best, axis=1), np.array(evaluations))
 
 
-def find(samples: Mapping[str, Sample], target: float | None) -> Findings:
-    """Describe and compare; without a target, the lowest of the medians is taken for one.
+def analyse(samples: Mapping[str, Sample], target: float | None) -> Findings:
+    """Describe and compare samples. The default target is the lowest of the medians.
 
     Raises:
         GaitsimError: a repeat has no finite score to compare.
@@ -151,12 +150,12 @@ def find(samples: Mapping[str, Sample], target: float | None) -> Findings:
         samples,
         descriptions,
         compare({label: one.final for label, one in samples.items()}),
-        {label: reaching(one.best, one.evaluations, aim) for label, one in samples.items()},
+        {label: summarise_target(one.best, one.evaluations, aim) for label, one in samples.items()},
     )
 
 
 def methods(findings: Findings) -> str:
-    """A paragraph for a paper's methods section."""
+    """Return a paragraph for the methods section of a paper."""
     repeats = next(iter(findings.descriptions.values())).n
     parts = [
         f"Each of the {len(findings.samples)} experiments was repeated {repeats} times from "
@@ -196,7 +195,7 @@ def to_dict(findings: Findings) -> dict[str, object]:
 
 
 def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
-    """Title, columns and rows of each table of the report."""
+    """Return title, columns and rows of each table of the report."""
     descriptions = [
         [
             label,
@@ -278,7 +277,7 @@ def report(findings: Findings, command: str) -> str:
 
 
 def results(findings: Findings) -> str:
-    """Every repeat's best score so far as tidy CSV, at 200 generations of each at the most."""
+    """Return the best score so far of every repeat as tidy CSV, at no more than 200 generations."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["experiment", "repeat", "generation", "evaluations", "best"])

@@ -1,4 +1,4 @@
-"""By which options runs differ, and what each had in which stage."""
+"""The options in which runs differ, with the value in each stage."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from gaitsim.toml import parse
 Stages = Sequence[tuple[int, str]]
 """The stages of a run: the first generation of each, and its experiment as TOML."""
 
-TITLES = ("schema", "name", "description")  # what an experiment is called, not what it does
+TITLES = ("schema", "name", "description")  # they name an experiment and change no result
 ABSENT = "–"
 
 
@@ -20,8 +20,9 @@ class Difference:
 
     Attributes:
         key: as `--set` takes it, such as `mutation.rate`.
-        values: one of each run, as text; `ABSENT` where it has no such option. Where it was
-            changed on the way, all of them, with the generation from which on they held.
+        values: the value in each run, as text; `ABSENT` where a run has no such option. A
+            value that changed during the run is followed by the later ones and the generation
+            where each begins.
     """
 
     key: str
@@ -29,9 +30,9 @@ class Difference:
 
 
 def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
-    """The options in which runs differ, in the order of their files.
+    """Return the options in which runs differ, in the order of their files.
 
-    A run whose experiment cannot be read differs in nothing.
+    A run whose experiment cannot be read does not count.
 
     Args:
         runs: the stages of each, the first one first; () where it cannot be read.

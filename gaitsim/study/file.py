@@ -1,4 +1,4 @@
-"""A study file: experiments, axes, repeats. Frozen; all its problems in one report."""
+"""Read a study file: experiments, axes, repeats; report all its problems at once."""
 
 import itertools
 import json
@@ -29,7 +29,7 @@ Scalar = int | float | str | bool
 
 
 class Range(BaseModel):
-    """Numbers at equal steps: from, from + step … up to and with `to`."""
+    """Numbers at equal steps: from, from + step … up to and including `to`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -46,10 +46,10 @@ class Range(BaseModel):
         return self
 
     def values(self) -> list[Scalar]:
-        """The numbers; whole ones where all three are."""
+        """Return the numbers; integers where all three are integers."""
         count = int((self.to - self.start) / self.step + 1e-9) + 1
         found = [self.start + index * self.step for index in range(count)]
-        # 0.3, not 0.1 + 0.1 + 0.1: what a user would write, and look for in the table.
+        # 0.3, not 0.1 + 0.1 + 0.1: the number that a user would write and look for.
         return [float(f"{one:.12g}") if isinstance(one, float) else one for one in found]
 
 
@@ -63,7 +63,7 @@ class Published(BaseModel):
 
 
 class Study(BaseModel):
-    """What to sweep, how often to repeat, and what to put down."""
+    """The experiments and axes of a sweep, its repeats, and the generations to record."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -90,7 +90,7 @@ class Study(BaseModel):
     )
 
     def values(self, axis: str) -> list[Scalar]:
-        """The values of an axis, in order."""
+        """Return the values of an axis, in order."""
         given = self.axes[axis]
         return given.values() if isinstance(given, Range) else list(given)
 
@@ -100,10 +100,10 @@ class Cell:
     """One point of the sweep.
 
     Attributes:
-        index: its place, from 0; the last axis runs fastest.
+        index: its position, from 0; the last axis varies fastest.
         point: its value on each axis by name, the experiment first.
-        experiment: what is repeated there; its seed is that of the study's first experiment
-            plus the index.
+        experiment: the experiment to repeat; its seed is that of the study's first
+            experiment plus the index.
     """
 
     index: int
@@ -112,10 +112,10 @@ class Cell:
 
 
 def read_study(reference: str) -> tuple[Study, str]:
-    """A study and its text, of a bundled study's name or a TOML file's path.
+    """Return the study, and its text, of a bundled study's name or a TOML file's path.
 
     Raises:
-        GaitsimError: there is none, or with all problems of the file.
+        GaitsimError: there is no such study, or it has problems.
     """
     path = Path(reference)
     if path.suffix == ".toml" or path.name != reference:
@@ -131,7 +131,7 @@ def _read(path: Path) -> str:
 
 
 def parse_study(text: str, source: str) -> Study:
-    """The study that a TOML text describes.
+    """Return the study that a TOML text describes.
 
     Raises:
         ExperimentError: with all its problems.
@@ -182,14 +182,14 @@ def parse_study(text: str, source: str) -> Study:
 
 def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError) -> None:
     met = set()
+    fields = {field.alias or name: field for name, field in Study.model_fields.items()}
     for detail in error.errors(include_url=False):
-        # Of a union's members each has its say; one is enough.
+        # Each member of a union reports a problem; one is enough.
         parts = [str(part) for part in detail["loc"][:2]]
         key = ".".join(parts)
         if key in met:
             continue
         met.add(key)
-        fields = {field.alias or name: field for name, field in Study.model_fields.items()}
         if detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1:
             problems.unknown("", parts[0], list(fields))
         elif detail["type"] == "missing" and len(detail["loc"]) == 1:
@@ -197,7 +197,7 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
         elif parts[0] == "axes":
             problems.report(
                 key,
-                detail["msg"].removeprefix("Value error, "),
+                str(detail["ctx"]["error"]) if detail["type"] == "value_error" else detail["msg"],
                 "a list of values, or { from = 3, to = 79, step = 2 }",
             )
         else:
@@ -207,7 +207,7 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
 
 
 def resolved(study: Study) -> dict[str, str]:
-    """The study's experiments as files to keep beside it: `1.toml`, `2.toml` …
+    """Return the study's experiments as files to keep with it: `1.toml`, `2.toml` …
 
     Raises:
         GaitsimError: one of them cannot be loaded.
@@ -219,12 +219,12 @@ def resolved(study: Study) -> dict[str, str]:
 
 
 def cells(study: Study, folder: Path | None = None, source: str = "the study") -> list[Cell]:
-    """Every cell of a study, its experiment loaded and checked.
+    """Return every cell of a study, its experiment loaded and checked.
 
     Args:
         study: the study.
-        folder: where `resolved` experiments lie; None loads them by their names.
-        source: where the study comes from, as told in errors.
+        folder: where the `resolved` experiments are; None loads them by name.
+        source: the origin of the study, for errors.
 
     Raises:
         ExperimentError: with the problems of all cells, each once.
@@ -248,7 +248,7 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
                 kept = folder / f"{study.experiments.index(name) + 1}.toml" if folder else None
                 reference = str(kept) if kept and kept.is_file() else name
                 experiment = load_experiment(reference, changes, source)
-                # Cells are independent samples: the same draws would go wrong in all alike.
+                # Cells are independent samples: equal random draws would bias all of them alike.
                 if "seed" not in study.axes:
                     first = found[0].experiment.seed if found else experiment.seed
                     experiment = replace(experiment, seed=(first + index) % 2**63)

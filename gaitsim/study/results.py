@@ -1,4 +1,4 @@
-"""What a study found: one tidy table, and what first reached the target."""
+"""The results of a study: one tidy table, and the cheapest cells that reach the target."""
 
 import csv
 import io
@@ -17,7 +17,7 @@ TABLE, REPORT = "results.csv", "report.md"
 
 
 def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """The lines of a Markdown table."""
+    """Return the lines of a Markdown table."""
     return [
         "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
         for row in (columns, ["---"] * len(columns), *rows)
@@ -25,7 +25,7 @@ def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]
 
 
 def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
-    """The results as CSV, a row for each cell and recorded generation.
+    """Return the results as CSV, a row for each cell and recorded generation.
 
     Columns: the axes; generation; evaluations of one repeat until then; repeats; then
     mean, standard deviation, median, quartiles, least and greatest of the repeats' best
@@ -37,7 +37,7 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
     for cell, best in results:
         generations = recorded(cell.experiment, study.record_every)
         evaluations = generations * cell.experiment.individuals
-        # Of repeats that failed, with −inf, what has no value is NaN.
+        # With repeats that failed, whose score is −inf, some statistics are NaN.
         with np.errstate(invalid="ignore"):
             q25, median, q75 = np.quantile(best, [0.25, 0.5, 0.75], axis=0)
             std = best.std(axis=0, ddof=1) if len(best) > 1 else np.zeros(best.shape[1])
@@ -80,7 +80,7 @@ RULE = (
 
 
 def first_reached(study: Study, results: Iterable[tuple[Cell, Best]]) -> list[Reached]:
-    """For each experiment the cheapest population and generations that reach the target."""
+    """Return the cheapest cell of each experiment that reaches the target."""
     target = np.inf if study.target is None else study.target
     cheapest: dict[str, tuple[int, Reached]] = {}
     highest: dict[str, float] = dict.fromkeys(study.experiments, -np.inf)

@@ -1,4 +1,4 @@
-"""A study on disk, cell by cell: it can be stopped at any time, and resumes after the last cell."""
+"""Run a study cell by cell; it can be stopped at any time and resumes with the missing cells."""
 
 import hashlib
 import io
@@ -27,14 +27,14 @@ Best = NDArray[np.float64]
 
 
 def recorded(experiment: Experiment, every: int) -> NDArray[np.int64]:
-    """The generations that are put down: every so many, and the last."""
+    """Return the recorded generations: every so many, and the last."""
     last = experiment.evolution.generations
     numbers = np.arange(every, last + 1, every)
     return numbers if len(numbers) and numbers[-1] == last else np.append(numbers, last)
 
 
 def run_cell(experiment: Experiment, repeats: int, every: int) -> Best:
-    """Repeat one experiment; a run of G generations has all smaller numbers in it."""
+    """Repeat an experiment. A run of G generations holds the results of all shorter ones."""
     kept = set(recorded(experiment, every).tolist())
     with Evaluator(experiment, 1) as evaluator:
         best = [
@@ -56,7 +56,7 @@ def finished(folder: Path, study: Study, cell: Cell) -> Best | None:
     whole = io.BytesIO()
     np.save(whole, np.zeros(shape), allow_pickle=False)
     head = whole.getvalue()[:-size]
-    # Its head is known to the last byte: nothing of a damaged file need be understood.
+    # The header is known to the last byte, so a damaged file is never parsed.
     if len(data) != len(head) + size or not data.startswith(head):
         return None
     best = np.frombuffer(data, np.float64, offset=len(head)).reshape(shape)
@@ -100,7 +100,7 @@ def run_cells(
     """
     with writing(folder):
         (folder / CELLS).mkdir(exist_ok=True)
-    # The longest first, so that no core is left with it at the end.
+    # The longest first, so that no core works on it alone at the end.
     ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
     tasks = [(cell.experiment, study.repeats, study.record_every) for cell in ordered]
     count = min(workers or cores(), max(1, len(cells)))

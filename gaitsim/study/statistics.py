@@ -22,11 +22,11 @@ _EFFECTS = ((0.21, "large"), (0.14, "medium"), (0.06, "small"))
 
 @dataclass(frozen=True)
 class Description:
-    """One sample in figures.
+    """Descriptive statistics of a sample.
 
     Attributes:
-        n: how many values.
-        mean, std, median, q25, q75, minimum, maximum: of the values.
+        n: number of values.
+        mean, std, median, q25, q75, minimum, maximum: statistics of the values.
         median_low, median_high: bootstrap confidence interval of the median.
     """
 
@@ -104,8 +104,8 @@ class Comparison:
         return self.p_holm < 1 - CONFIDENCE
 
 
-MOST_WAYS = 20_000
-"""Samples that can be dealt out anew in no more ways are tested exactly: eight and eight, say."""
+MAX_PERMUTATIONS = 20_000
+"""Samples with no more permutations than this are tested exactly: two of eight values, say."""
 
 
 def compare(samples: Mapping[str, ArrayLike]) -> list[Comparison]:
@@ -120,24 +120,24 @@ def compare(samples: Mapping[str, ArrayLike]) -> list[Comparison]:
 
 
 def _mann_whitney(first: ArrayLike, second: ArrayLike) -> tuple[float, float]:
-    """p-value and A12 = U / (n m)."""
+    """Return the p-value and A12 = U / (n m)."""
     from scipy.stats import PermutationMethod, mannwhitneyu
 
     one, other = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if np.ptp(np.concatenate([one, other])) == 0:
-        return 1.0, 0.5  # the test has no answer where all values are equal
-    ways = math.comb(len(one) + len(other), len(one))
-    # SciPy's exact test knows no ties, which scores often have, and its approximation is
-    # below what so few values can show: 0.0071 for five and five, of which 2 in 252 is least.
-    if ways <= MOST_WAYS:
-        result = mannwhitneyu(one, other, method=PermutationMethod(n_resamples=ways))
+        return 1.0, 0.5  # the test is undefined where all values are equal
+    permutations = math.comb(len(one) + len(other), len(one))
+    # SciPy's exact test does not allow ties, which scores often have. For few values its
+    # approximation is below the least possible p: 0.0071 for five and five, not 2 in 252.
+    if permutations <= MAX_PERMUTATIONS:
+        result = mannwhitneyu(one, other, method=PermutationMethod(n_resamples=permutations))
     else:
         result = mannwhitneyu(one, other)
     return float(result.pvalue), float(result.statistic) / (len(one) * len(other))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """p-values corrected for how many there are, by Holm's step-down procedure (1979)."""
+    """Correct p-values for multiple comparisons by Holm's step-down procedure (1979)."""
     order = np.argsort(p_values, kind="stable")
     corrected = [0.0] * len(p_values)
     highest = 0.0
@@ -148,22 +148,22 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def effect_name(a12: float) -> str:
-    """The usual word for an effect size A12."""
+    """Return the conventional name of an effect size A12."""
     # Rounded, as 0.5 + 0.06 − 0.5 is not 0.06.
     distance = round(abs(a12 - 0.5), 12)
     return next((name for bound, name in _EFFECTS if distance >= bound), "negligible")
 
 
 @dataclass(frozen=True)
-class Reaching:
-    """How surely and how soon a target score is reached.
+class TargetSummary:
+    """How often and how soon a target score is reached.
 
     Attributes:
         target: the score.
-        successes: how many repeats reached it.
-        repeats: how many there were.
-        ert: expected running time: evaluations spent by all repeats, to the target or to
-            the end, over successes (Hansen et al. 2010); infinite without any.
+        successes: number of repeats that reached it.
+        repeats: number of repeats.
+        ert: expected running time: evaluations of all repeats up to the target or the end,
+            over successes (Hansen et al. 2010); infinite without a success.
     """
 
     target: float
@@ -173,16 +173,18 @@ class Reaching:
 
     @property
     def rate(self) -> float:
-        """Share of the repeats that reached the target."""
+        """The share of repeats that reached the target."""
         return self.successes / self.repeats
 
 
-def reaching(best: NDArray[np.float64], evaluations: NDArray[np.int64], target: float) -> Reaching:
-    """How surely and how soon repeats reach a target.
+def summarise_target(
+    best: NDArray[np.float64], evaluations: NDArray[np.int64], target: float
+) -> TargetSummary:
+    """Return how often and how soon repeats reach a target.
 
     Args:
         best: best score so far, (repeats, generations).
-        evaluations: made so far by one repeat, (generations,).
+        evaluations: number of evaluations of one repeat so far, (generations,).
         target: the score to reach.
     """
     reached = best >= target
@@ -190,6 +192,6 @@ def reaching(best: NDArray[np.float64], evaluations: NDArray[np.int64], target: 
     when = np.where(success, reached.argmax(axis=1), best.shape[1] - 1)
     spent = evaluations[when].sum()
     successes = int(success.sum())
-    return Reaching(
+    return TargetSummary(
         target, successes, len(best), float(spent) / successes if successes else math.inf
     )

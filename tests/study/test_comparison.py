@@ -3,14 +3,24 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
-from gaitsim.study.comparison import find, load_all, methods, report, results, sample, to_dict
+from gaitsim.study.comparison import (
+    analyse,
+    load_experiments,
+    methods,
+    repeat_experiment,
+    report,
+    results,
+    to_dict,
+)
 
 SHORT = {"evolution.population": 9, "evolution.generations": 12}
 
 
 def compared(*names: str, target: float | None = None, more: Overrides | None = None):
-    loaded = load_all(names, SHORT | (more or {}))
-    return find({k: sample(e, 40, 1, lambda: None) for k, e in loaded.items()}, target)
+    loaded = load_experiments(names, SHORT | (more or {}))
+    return analyse(
+        {k: repeat_experiment(e, 40, 1, lambda: None) for k, e in loaded.items()}, target
+    )
 
 
 def test_equal_experiments_do_not_differ() -> None:
@@ -60,12 +70,12 @@ def test_report_and_json_hold_the_figures() -> None:
 
 def test_one_experiment_is_not_enough() -> None:
     with pytest.raises(GaitsimError, match="cannot be compared"):
-        load_all(["spider"], [])
+        load_experiments(["spider"], [])
 
 
 def test_a_repeat_without_a_score_is_told() -> None:
-    loaded = load_all(["millipede", "millipede-random"], SHORT)
-    samples = {k: sample(e, 3, 1, lambda: None) for k, e in loaded.items()}
+    loaded = load_experiments(["millipede", "millipede-random"], SHORT)
+    samples = {k: repeat_experiment(e, 3, 1, lambda: None) for k, e in loaded.items()}
     samples["millipede"].best[:] = -np.inf
     with pytest.raises(GaitsimError, match="every individual failed"):
-        find(samples, None)
+        analyse(samples, None)

@@ -14,7 +14,7 @@ from gaitsim.evolution import evolve
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
-from gaitsim.study.compare_runs import RunsReader, table
+from gaitsim.study.compare_runs import RunsReader, comparison_table
 from gaitsim.study.differences import ABSENT, differences
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.compare import Compare
@@ -104,7 +104,7 @@ class TestRuns:
         run = RunSnapshot(two[0])
         best = run.individual()
         number, score = best.generation, best.score
-        rows = {row.key: row.values for row in table(courses)}
+        rows = {row.key: row.values for row in comparison_table(courses)}
         assert rows["generations"] == ("5", "5")
         assert rows["found in generation"][0] == str(number)
         assert rows["best score"][0] == f"{score:.4f}".replace("-", "−")
@@ -125,7 +125,9 @@ class TestRuns:
         assert one.problem is None
         assert "history.csv is damaged" in str(damaged.problem)
         assert "cannot read" in str(missing.problem)
-        assert [row.values[1:] for row in table([one, damaged, missing])] == [("–", "–")] * 5
+        assert [row.values[1:] for row in comparison_table([one, damaged, missing])] == [
+            ("–", "–")
+        ] * 5
 
 
 def compare(runs, test, size=(80, 24)):

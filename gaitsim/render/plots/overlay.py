@@ -8,18 +8,18 @@ import numpy as np
 from gaitsim.errors import RunError
 from gaitsim.render.plots.labels import head, shortened
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
-from gaitsim.study.compare_runs import Course
+from gaitsim.study.compare_runs import ComparedRun
 
 
 def plot_overlay(
-    courses: Sequence[Course], quantity: str, by: str, path: Path, theme: Theme = LIGHT
+    courses: Sequence[ComparedRun], quantity: str, by: str, path: Path, theme: Theme = LIGHT
 ) -> None:
     """Draw a line a run, with a dot where a stage begins.
 
     Args:
         courses: of the runs.
         quantity: one of `gaitsim.study.compare_runs.QUANTITIES`.
-        by: one of `gaitsim.study.compare_runs.BY`.
+        by: one of `gaitsim.study.compare_runs.AXES`.
         path: the file.
         theme: its colours.
 

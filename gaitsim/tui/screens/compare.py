@@ -14,7 +14,7 @@ from textual.widgets import DataTable, Footer, Header, Static
 
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
-from gaitsim.study.compare_runs import BY, QUANTITIES, Course, RunsReader, table
+from gaitsim.study.compare_runs import AXES, QUANTITIES, ComparedRun, RunsReader, comparison_table
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves, Series
@@ -66,12 +66,12 @@ Runs over each other, as far as each has come; those that are evolved now grow.
     """
 
     quantity: reactive[str] = reactive(QUANTITIES[0], init=False)
-    by: reactive[str] = reactive(BY[0], init=False)
+    by: reactive[str] = reactive(AXES[0], init=False)
 
     def __init__(self, runs: Sequence[Path]) -> None:
         super().__init__()
         self._paths = tuple(runs)
-        self._courses: tuple[Course, ...] = ()
+        self._courses: tuple[ComparedRun, ...] = ()
         self._reader = RunsReader(runs)
 
     def compose(self) -> ComposeResult:
@@ -102,7 +102,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         if courses != self._courses:
             self.app.call_from_thread(self._show, courses)
 
-    def _show(self, courses: tuple[Course, ...]) -> None:
+    def _show(self, courses: tuple[ComparedRun, ...]) -> None:
         self._courses = courses
         self._draw()
         self._fill()
@@ -133,7 +133,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         at, scrolled = shown.cursor_column, shown.scroll_offset
         shown.clear(columns=True)
         rows = [[clip(cell, VALUE) for cell in (row.key, *row.values)] for row in
-                table(self._courses)]  # fmt: skip
+                comparison_table(self._courses)]  # fmt: skip
         for number, heading in enumerate([Text(), *self._headings()]):
             # Widths that the table finds for itself come a moment after it is first drawn.
             width = max(heading.cell_len, *(cell_len(row[number]) for row in rows))
@@ -175,7 +175,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
             self.call_after_refresh(self._fill)
 
     @property
-    def _chosen(self) -> Course | None:
+    def _chosen(self) -> ComparedRun | None:
         """The run that the cursor is on."""
         at = self.query_one(DataTable).cursor_column - 1 if self.is_mounted else -1
         return self._courses[at] if 0 <= at < len(self._courses) else None
@@ -208,7 +208,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 
     def action_by(self) -> None:
         """Show it by the next one."""
-        self.by = _after(BY, self.by)
+        self.by = _after(AXES, self.by)
 
     def command_line(self) -> str:
         """What prints the same table."""
