@@ -88,7 +88,7 @@ def test_a_fitness_that_cannot_evaluate_a_part_raises(puppet, install):
     assert individual.terms == {"end": 0.5}
 
 
-def test_terms_are_told_summarise():
+def test_terms_are_summarised():
     history = columns(
         forward=[0.0, 1, 2, 3, 4, 5], drift=[-0.3] + [-0.1] * 5, zero=[0.0] * 6, late=[0] * 5 + [-1]
     )
