@@ -1,12 +1,12 @@
 """Errors that a user or a plugin author can cause: what, where, what is allowed, what to do."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
 
 class GaitsimError(Exception):
-    """A mistake that can be mended by whoever reads the message.
+    """A mistake that the reader of the message can correct.
 
     The command line prints it without a traceback and ends with exit code 2.
 
@@ -70,7 +70,7 @@ class PluginError(GaitsimError):
 
 
 class RunError(GaitsimError):
-    """A run folder cannot be made, read, written or gone on with."""
+    """The run folder cannot be created, read, written or resumed."""
 
 
 class CheckpointError(RunError):
@@ -124,3 +124,17 @@ def nearest(word: str, known: Sequence[str]) -> str:
     """'did you mean …?' for the known spelling nearest to `word`, or ''."""
     matches = get_close_matches(word, known, n=1, cutoff=0.6)
     return f"did you mean {matches[0]!r}?" if matches else ""
+
+
+def unknown(
+    what: str, name: str, known: Iterable[str], *, where: str = "", key: str = ""
+) -> GaitsimError:
+    """Return the error of a name that is not among the known ones."""
+    names = list(known)
+    return GaitsimError(
+        f"unknown {what} {name!r}",
+        where=where,
+        allowed=", ".join(names),
+        remedy=nearest(name, names),
+        key=key,
+    )

@@ -42,7 +42,7 @@ def stability_margin(skeleton: Skeleton) -> Floats:
             x = centre[frame, 0]
             margin[frame] = min(x - standing[:, 0].min(), standing[:, 0].max() - x)
         else:
-            margin[frame] = inside(_hull(standing), centre[frame])
+            margin[frame] = inside(convex_hull(standing), centre[frame])
     return margin
 
 
@@ -63,8 +63,8 @@ def inside(corners: Floats, point: Floats) -> float:
     return nearest if len(corners) > 2 and (left >= 0).all() else 0.0 - nearest
 
 
-def _hull(points: Floats) -> Floats:
-    """Corners of the convex hull, counter-clockwise, (corners, 2) (Andrew 1979)."""
+def convex_hull(points: Floats) -> Floats:
+    """Return the corners of the convex hull, counter-clockwise, (corners, 2) (Andrew 1979)."""
     ordered = np.unique(points, axis=0).tolist()
     if len(ordered) < 3:
         return np.array(ordered)

@@ -1,7 +1,6 @@
 """Save and load an imitator: its gait and its network in one `.npz` file."""
 
 import io
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.reader import read_bounded, read_npz
 from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import Network
 from gaitsim.runs.files.atomic import write_bytes
@@ -80,17 +80,9 @@ def load_imitator(path: Path) -> Imitation:
     Raises:
         GaitsimError: it cannot be read, is too large, or is not such a file.
     """
+    data = read_bounded(path, LARGEST)
     try:
-        with path.open("rb") as opened:
-            data = opened.read(LARGEST + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise GaitsimError(
-            f"cannot read {path}: {reason}",
-            remedy="'gaitsim imitate RUN' writes one to the run's exports folder",
-        ) from None
-    try:
-        return _imitation(_fields(data))
+        return _imitation(read_npz(data, LARGEST))
     except KeyError as error:
         reason = f"{error.args[0]} is missing"
     except Exception as error:  # foreign bytes can make the readers raise anything
@@ -99,16 +91,6 @@ def load_imitator(path: Path) -> Imitation:
         f"{path} is not an imitator file: {reason}",
         allowed="an imitator.npz as 'gaitsim imitate' writes it",
     )
-
-
-def _fields(data: bytes) -> dict[str, NDArray[Any]]:
-    if len(data) > LARGEST:
-        raise ValueError(f"it is larger than {LARGEST:,} bytes")
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        if sum(member.file_size for member in archive.infolist()) > LARGEST:
-            raise ValueError(f"unpacked it is larger than {LARGEST:,} bytes")
-    with np.load(io.BytesIO(data), allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
 
 
 def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from gaitsim.errors import GaitsimError, nearest
+from gaitsim.errors import unknown
 from gaitsim.individual import Individual
 
 if TYPE_CHECKING:
@@ -35,10 +35,6 @@ def picture(
     from gaitsim.render.scene import VIEWS, draw
 
     if view not in VIEWS:
-        raise GaitsimError(
-            f"there is no view {view!r}",
-            allowed=", ".join(VIEWS),
-            remedy=nearest(view, list(VIEWS)),
-        )
+        raise unknown("view", view, VIEWS)
     theme = "dark" if dark else "light"
     return Image.fromarray(draw(individual.skeleton, seconds, size=size, view=view, theme=theme))

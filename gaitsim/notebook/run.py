@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion
-from gaitsim.errors import GaitsimError, nearest
+from gaitsim.errors import unknown
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.notebook.search import ARGUMENTS, Search, overrides, resumed
@@ -155,11 +155,7 @@ class Run(ReprMixin):
         from gaitsim.render.plots.request import Request
 
         if kind not in KINDS:
-            raise GaitsimError(
-                f"there is no kind of plot {kind!r}",
-                allowed=", ".join(KINDS),
-                remedy=nearest(kind, list(KINDS)),
-            )
+            raise unknown("kind of plot", kind, KINDS)
         theme = DARK if dark else LIGHT
         individuals: tuple[Individual, ...] = ()
         if KINDS[kind].moves:

@@ -9,7 +9,7 @@ from typing import get_args
 import numpy as np
 
 from gaitsim.choices import VideoFormat
-from gaitsim.errors import GaitsimError, PluginError, nearest
+from gaitsim.errors import GaitsimError, PluginError, unknown
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
 from gaitsim.render.encoder import encode
@@ -59,14 +59,8 @@ class RenderSettings:
 
     def __post_init__(self) -> None:
         for name, known in (("format", FORMATS), ("view", VIEWS), ("theme", THEMES)):
-            word = getattr(self, name)
-            if word not in known:
-                raise GaitsimError(
-                    f"there is no {name} {word!r}",
-                    where=f"--{name}",
-                    allowed=", ".join(known),
-                    remedy=nearest(word, list(known)),
-                )
+            if getattr(self, name) not in known:
+                raise unknown(name, getattr(self, name), known, where=f"--{name}")
         self._check_size()
         fastest = FASTEST[self.format]
         if not 1 <= self.rate <= fastest:

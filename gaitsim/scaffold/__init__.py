@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 
-from gaitsim.errors import GaitsimError, nearest
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries
 
 PREFIX = "gaitsim-"
@@ -39,11 +39,7 @@ def new_package(name: str, kind: str, parent: Path) -> Path:
             a folder that exists or cannot be made; nothing is written then.
     """
     if kind not in KINDS:
-        raise GaitsimError(
-            f"there is no kind of plugin {kind!r}",
-            allowed=", ".join(KINDS),
-            remedy=nearest(kind, KINDS),
-        )
+        raise unknown("kind of plugin", kind, KINDS)
     plugin = name.removeprefix(PREFIX)
     _check_name(plugin, name)
     _check_free(plugin, kind)

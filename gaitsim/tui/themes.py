@@ -2,7 +2,7 @@
 
 from textual.theme import BUILTIN_THEMES, Theme
 
-from gaitsim.errors import GaitsimError, nearest
+from gaitsim.errors import unknown
 
 DARK = Theme(
     name="gaitsim-dark",
@@ -80,6 +80,5 @@ def check_theme(name: str, *, where: str, key: str = "") -> str:
     """
     known = sorted([*(ours.name for ours in THEMES), *BUILTIN_THEMES])
     if name not in known:
-        what, allowed = f"unknown theme {name!r}", ", ".join(known)
-        raise GaitsimError(what, where=where, allowed=allowed, remedy=nearest(name, known), key=key)
+        raise unknown("theme", name, known, where=where, key=key)
     return name

@@ -132,7 +132,7 @@ def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
     assert "Likely exploit: flip-flop. " in shown
     assert "no servo follows that" in shown
     for path, says in [
-        ("none.csv", "cannot read the gait file none.csv: No such file"),
+        ("none.csv", "cannot read none.csv: No such file"),
         ("gait.txt", "format of gait files"),
     ]:
         done = gaitsim("analyse", "spider", "--gait", path, code=2)

@@ -1,6 +1,7 @@
 """Gait files: what is exported is read back; what is no gait is told."""
 
 import io
+import os
 from pathlib import Path
 
 import numpy as np
@@ -88,12 +89,18 @@ def test_what_cannot_be_read_is_told(tmp_path):
         read_gait(folder)
 
 
+def test_a_pipe_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "gait.csv")
+    with pytest.raises(GaitsimError, match=r"gait\.csv"):
+        read_gait(tmp_path / "gait.csv")
+
+
 def test_what_is_too_large_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr("gaitsim.gait.files.reader.LARGEST", 2000)
     packed = tmp_path / "packed.npz"
     np.savez_compressed(packed, joint_angles=np.zeros((100, 3)))
     assert packed.stat().st_size < 2000
-    with pytest.raises(GaitsimError, match="unpacked it is larger"):
+    with pytest.raises(GaitsimError, match="2,000 bytes"):
         read_gait(packed)
     packed.write_bytes(bytes(2001))
     with pytest.raises(GaitsimError, match="too large"):

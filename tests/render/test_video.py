@@ -244,9 +244,9 @@ def test_the_same_video_is_the_same_file(spider_run, tmp_path):
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
-        ({"format": "avi"}, "there is no format 'avi'"),
-        ({"view": "sides"}, "there is no view 'sides'"),
-        ({"theme": "drak"}, "there is no theme 'drak'"),
+        ({"format": "avi"}, "format 'avi'"),
+        ({"view": "sides"}, "view 'sides'"),
+        ({"theme": "drak"}, "theme 'drak'"),
         ({"size": (641, 480)}, "H.264 wants even numbers"),
         ({"size": (640, 481)}, "H.264 wants even numbers"),
         ({"size": (0, 0)}, "too small or too large"),

@@ -94,7 +94,7 @@ def read_gait(path: Path) -> GaitFile:
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise GaitsimError(f"{path} does not end with a format of gait files", allowed=_ALLOWED)
-    data = _bytes(path)
+    data = read_bounded(path, LARGEST)
     try:
         return _checked(path, reader(data))
     except GaitsimError:
@@ -104,18 +104,36 @@ def read_gait(path: Path) -> GaitFile:
         raise _refused(path, str(error) or type(error).__name__) from None
 
 
-def _bytes(path: Path) -> bytes:
+def read_bounded(path: Path, largest: int) -> bytes:
+    """Return the content of a regular file of at most so many bytes.
+
+    Raises:
+        GaitsimError: it cannot be read, or is larger.
+    """
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # such as a pipe, which blocks
+            raise ValueError("not a regular file")
         with path.open("rb") as file:
-            data = file.read(LARGEST + 1)
+            data = file.read(largest + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise GaitsimError(
-            f"cannot read the gait file {path}: {reason}", remedy="check the path"
-        ) from None
-    if len(data) > LARGEST:
-        raise GaitsimError(f"{path} is too large", allowed=f"at most {LARGEST:,} bytes")
+        raise GaitsimError(f"cannot read {path}: {reason}", remedy="check the path") from None
+    if len(data) > largest:
+        raise GaitsimError(f"{path} is too large", allowed=f"at most {largest:,} bytes")
     return data
+
+
+def read_npz(data: bytes, largest: int) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a `.npz` file of at most so many bytes when unpacked.
+
+    Raises:
+        ValueError: it is larger, or holds pickled objects; other content raises other errors.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(member.file_size for member in archive.infolist()) > largest:
+            raise ValueError(f"it unpacks to more than {largest:,} bytes")
+    with np.load(io.BytesIO(data), allow_pickle=False) as file:
+        return dict(file)
 
 
 def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
@@ -144,12 +162,7 @@ def _refused(path: Path, reason: str) -> GaitsimError:
 
 
 def _npz(data: bytes) -> Mapping[str, Any]:
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        if sum(member.file_size for member in archive.infolist()) > LARGEST:
-            raise ValueError(f"unpacked it is larger than {LARGEST:,} bytes")
-    with np.load(io.BytesIO(data), allow_pickle=False) as file:
-        wanted = {*_ANGLES, *_RATE, *_NAMES}
-        return {name: file[name] for name in file.files if name in wanted}
+    return read_npz(data, LARGEST)
 
 
 def _mat(data: bytes) -> Mapping[str, Any]:

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.gait.support import convex_hull
+
 Points = NDArray[np.float64]
 
 _ARC = np.linspace(-np.pi / 2, np.pi / 2, 12)  # a round end
@@ -30,12 +32,6 @@ def discs(centres: Points, radius: float) -> Points:
 
 
 def hull(points: Points) -> Points:
-    """Corners of the convex hull of (points, 2), in order; none where it has no area."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    if len(points) < 3:
-        return points[:0]
-    try:
-        return np.asarray(points[ConvexHull(points).vertices])
-    except QhullError:  # all on one line
-        return points[:0]
+    """Return the corners of the convex hull of (points, 2), in order; none where it has no area."""
+    corners = convex_hull(points)
+    return corners if len(corners) > 2 else points[:0]
