@@ -2,24 +2,19 @@
 
 A body declares groups of genes (`GeneGroup`), builds its genome space from them
 (`genome_space`), and decodes a population in two steps: `split_genomes` returns the values of
-each group, and `sine` or `cpg` turns amplitudes, phases and lags into joint angles.
-
-Every oscillator drives one or more joints, usually those of one leg. `oscillators` names the
-oscillator of each joint by its index, (joints,). Frequencies are in Hz, angles in radians.
+each group, and `Oscillators.sine` or `Oscillators.cpg` turns them into joint angles.
 """
 
-from gaitsim.encoding.cpg import cpg
 from gaitsim.encoding.genes import GeneGroup, genome_space, split_genomes
 from gaitsim.encoding.limits import amplitude_limit, check_joint_angles, limit_steps
-from gaitsim.encoding.sine import sine
+from gaitsim.encoding.oscillators import Oscillators
 
 __all__ = [
     "GeneGroup",
+    "Oscillators",
     "amplitude_limit",
     "check_joint_angles",
-    "cpg",
     "genome_space",
     "limit_steps",
-    "sine",
     "split_genomes",
 ]

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Genomes, RealSpace
 from gaitsim.encoding import (
     GeneGroup,
+    Oscillators,
     amplitude_limit,
-    cpg,
     genome_space,
     limit_steps,
-    sine,
     split_genomes,
 )
 from gaitsim_spider import body
@@ -23,12 +22,12 @@ from gaitsim_spider import body
 Angles = NDArray[np.float32]
 """(population, 24, frames) joint angles, radians from the pose at rest."""
 
-_RHYTHM: dict[str, Any] = {
-    "oscillators": np.repeat(np.arange(len(body.LEGS)), len(body.SEGMENTS)),
-    "frames": body.FRAMES,
-    "frame_rate": body.FRAME_RATE,
-    "dtype": np.float32,
-}
+_OSCILLATORS = Oscillators(
+    np.repeat(np.arange(len(body.LEGS)), len(body.SEGMENTS)),
+    body.FRAMES,
+    body.FRAME_RATE,
+    np.float32,
+)
 _TETRAPOD = np.array([0.0, math.pi] * 2 + [math.pi, 0.0] * 2)
 _FOLLOWERS = tuple(joint for joint in body.JOINTS if not joint.endswith("coxa"))
 
@@ -93,7 +92,7 @@ def _oscillator_groups(frequency: float, symmetric: bool) -> tuple[GeneGroup, ..
     return tuple(group.halved(math.pi if group.name == "phase" else 0.0) for group in groups)
 
 
-def _oscillators(genomes: Genomes, groups: tuple[GeneGroup, ...]) -> tuple[Any, Any, Any]:
+def _values(genomes: Genomes, groups: tuple[GeneGroup, ...]) -> tuple[Any, Any, Any]:
     """Return amplitudes (population, 24), leg phases (population, 8), lags (population, 24)."""
     amplitude, phase, follower_lag = split_genomes(genomes, groups)
     lag = np.zeros((len(genomes), len(body.LEGS), len(body.SEGMENTS)))
@@ -102,12 +101,12 @@ def _oscillators(genomes: Genomes, groups: tuple[GeneGroup, ...]) -> tuple[Any, 
 
 
 def _sine(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> Angles:
-    return sine(*_oscillators(genomes, groups), frequency, **_RHYTHM)
+    return _OSCILLATORS.sine(*_values(genomes, groups), frequency)
 
 
 def _cpg(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> Angles:
     """Every leg is coupled to every other; phases start as those of an alternating tetrapod."""
-    angles = cpg(*_oscillators(genomes, groups), frequency, start=_TETRAPOD, **_RHYTHM)
+    angles = _OSCILLATORS.cpg(*_values(genomes, groups), frequency, start=_TETRAPOD)
     return limit_steps(angles, body.STEP_LIMIT)
 
 

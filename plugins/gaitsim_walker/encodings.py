@@ -2,12 +2,11 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from gaitsim.contracts import Genomes
-from gaitsim.encoding import GeneGroup, cpg, sine, split_genomes
+from gaitsim.encoding import GeneGroup, Oscillators, split_genomes
 from gaitsim_walker.body import FRAME_RATE, Floats, Plan
 
 SLOWEST = 0.5  # Hz, lower bound of the gene for the frequency
@@ -51,16 +50,20 @@ def commands(
     trot; its oscillators follow a leading one.
     """
     swing, lean, bend, crouch, phase, lag, frequency = split_genomes(genomes, genes)
-    driven: Any = {
-        "oscillators": np.repeat(np.arange(len(plan.legs)), 2),
-        "frames": frames,
-        "frame_rate": FRAME_RATE,
-    }
+    oscillators = Oscillators(np.repeat(np.arange(len(plan.legs)), 2), frames, FRAME_RATE)
+    amplitude, lags = _by_joint(swing, bend), _by_joint(np.zeros_like(lag), lag)
     if encoding == "cpg":
-        driven |= {"start": _trot(len(plan.legs)), "coupling": "leader", "strength": COUPLING}
-    oscillate = cpg if encoding == "cpg" else sine
-    lags = _by_joint(np.zeros_like(lag), lag)
-    angles = oscillate(_by_joint(swing, bend), phase, lags, frequency[:, 0], **driven)
+        angles = oscillators.cpg(
+            amplitude,
+            phase,
+            lags,
+            frequency[:, 0],
+            start=_trot(len(plan.legs)),
+            coupling="leader",
+            strength=COUPLING,
+        )
+    else:
+        angles = oscillators.sine(amplitude, phase, lags, frequency[:, 0])
     angles += _by_joint(lean, crouch)[:, :, None]
     knees = np.array([float(leg.knee) for leg in plan.legs])
     angles[:, 0::2] += knees[:, None] * angles[:, 1::2] / 2

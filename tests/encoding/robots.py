@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from gaitsim.encoding import Oscillators
+
 OSCILLATORS = np.array([0, 1, 1, 2, 2, 2])
-FORM = {"oscillators": OSCILLATORS, "frames": 90, "frame_rate": 50.0}
+ROBOT = Oscillators(OSCILLATORS, frames=90, frame_rate=50.0)
 SECONDS = np.arange(90) / 50.0
 
 
