@@ -195,25 +195,21 @@ class GaitsimApp(App[None]):
                 self.tell(error)
 
     def action_help(self) -> None:
-        """Show what the screen is for, and its keys."""
         from gaitsim.tui.screens.help import Help
 
         self.push_screen(Help(self.screen))
 
     def action_jump(self) -> None:
-        """Put letters on all that can have the focus."""
         from gaitsim.tui.jump import Jump
 
         self.push_screen(Jump(self.screen), lambda widget: widget and widget.focus() and None)
 
     def action_tasks(self) -> None:
-        """Show what is being made in the background."""
         from gaitsim.tui.screens.tasks import TaskList
 
         self.push_screen(TaskList())
 
     def action_copy_command(self) -> None:
-        """Copy the command that does what the screen does."""
         command = self._command()
         self.copy_to_clipboard(command)
         self.notify(command, title="Copied", markup=False)
@@ -222,7 +218,6 @@ class GaitsimApp(App[None]):
         return self.screen.command_line() if isinstance(self.screen, GaitScreen) else ""
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action can be done now."""
         if action == "copy_command":
             return bool(self._command())
         if action == "tasks":
@@ -254,7 +249,6 @@ class GaitsimApp(App[None]):
             event.prevent_default()
 
     async def action_quit(self) -> None:
-        """End the app, if all screens may be left."""
         self._end()
 
     def _task_changed(self, task: Task) -> None:

@@ -57,7 +57,6 @@ class Jump(ModalScreen[Widget | None]):
         self._targets = targets(of)
 
     def compose(self) -> ComposeResult:
-        """A letter at each place."""
         for letter, widget in self._targets.items():
             label = Static(Text(f" {letter} "), classes="jump-letter")
             seen = _seen(widget)
@@ -66,7 +65,6 @@ class Jump(ModalScreen[Widget | None]):
         yield Static("Press a letter to go there, esc to stay", id="jump-about")
 
     def on_key(self, event: events.Key) -> None:
-        """Go to the letter's place."""
         widget = self._targets.get(event.key)
         if widget is not None:
             event.stop()

@@ -133,13 +133,13 @@ def test_new(look, size, only_puppets, puppet_file):
     async def go(pilot):
         screen = New("./puppet.toml")
         await pilot.app.push_screen(screen)
-        await app_until(pilot, lambda: screen._validation is not None)
+        await app_until(pilot, lambda: screen.validation is not None)
         screen.query_one("#parts").active = "part-fitness"
         await app_until(pilot, lambda: screen.query("#part-fitness Field"))
         box = screen.query_one("#part-fitness Input")
-        before = screen._validation
+        before = screen.validation
         box.value = "-1"
-        await app_until(pilot, lambda: screen._validation is not before)
+        await app_until(pilot, lambda: screen.validation is not before)
 
     assert look(size, go)
 

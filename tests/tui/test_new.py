@@ -23,7 +23,7 @@ def fill(here, drive, puppet_file):
         async def go(driver):
             driver.app.open_new(begin)
             screen = await driver.at("New")
-            await driver.until(lambda: screen._validation or "✗" in said(screen) or wrong(screen))
+            await driver.until(lambda: screen.validation or "✗" in said(screen) or wrong(screen))
             await test(driver, screen)
 
         drive(go, **options)
@@ -46,7 +46,7 @@ def fields(screen):
 async def part(driver, screen, section):
     """Turn to a part, and wait for its form."""
     screen.query_one("#parts", TabbedContent).active = f"part-{section}"
-    form = screen._validation.forms[section]
+    form = screen.validation.forms[section]
     keys = {option.key for option in form.options}
     await driver.until(lambda: keys <= fields(screen).keys())
     return {key: field for key, field in fields(screen).items() if key in keys}
@@ -54,9 +54,9 @@ async def part(driver, screen, section):
 
 async def enter(driver, screen, field, text):
     """Type into an option, and wait until it is checked."""
-    before = screen._validation
+    before = screen.validation
     field.query_one(Input).value = text
-    await driver.until(lambda: screen._validation is not before)
+    await driver.until(lambda: screen.validation is not before)
 
 
 async def ended(driver, live):
@@ -70,7 +70,7 @@ class TestForms:
     @pytest.mark.parametrize("size", SIZES)
     def test_every_option_of_every_part_has_a_field(self, fill, size):
         async def test(driver, screen):
-            experiment = load_experiment(screen._builder.preset.reference)
+            experiment = load_experiment(screen.builder.preset.reference)
             for section in ("evolution", *KINDS):
                 found = await part(driver, screen, section)
                 model = (
@@ -108,10 +108,10 @@ class TestForms:
             box = field.query_one(Input)
             assert (box.value, box.placeholder) == ("", "none")
             await enter(driver, screen, field, "3")
-            assert screen._validation.experiment.evolution.target_score == 3
+            assert screen.validation.experiment.evolution.target_score == 3
             await enter(driver, screen, field, "")
-            assert screen._validation.experiment.evolution.target_score is None
-            assert not screen._builder.changes
+            assert screen.validation.experiment.evolution.target_score is None
+            assert not screen.builder.changes
 
         fill(test)
 
@@ -138,7 +138,7 @@ class TestChecking:
             field.query_one(Input).focus()
             await driver.press("end", "backspace", "5", "7")
             await driver.until(lambda: "fitness.price=0.57" in screen.command_line())
-            assert screen._validation.experiment.fitness.price == 0.57
+            assert screen.validation.experiment.fitness.price == 0.57
 
         fill(test)
 
@@ -153,10 +153,10 @@ class TestChecking:
     @pytest.mark.parametrize(("key", "text"), [("name", "a/b"), ("seed", "x"), ("seed", "-1")])
     def test_name_and_seed(self, fill, key, text):
         async def test(driver, screen):
-            before = screen._validation
+            before = screen.validation
             screen.query_one(f"#{key}", Input).value = text
-            await driver.until(lambda: screen._validation is not before)
-            assert key in screen._validation.problems
+            await driver.until(lambda: screen.validation is not before)
+            assert key in screen.validation.problems
             assert screen.query_one(f"#{key}").has_class("-wrong")
 
         fill(test)
@@ -170,8 +170,8 @@ class TestPlugins:
             assert "bit-flip" not in [value for _, value in select._options]
             await part(driver, screen, "organism")
             screen.query_one("#part-organism .plugin", Select).value = "bit-puppet"
-            await driver.until(lambda: screen._validation.chosen("organism") == "bit-puppet")
-            assert screen._validation.experiment is not None, screen._validation.problems
+            await driver.until(lambda: screen.validation.chosen("organism") == "bit-puppet")
+            assert screen.validation.experiment is not None, screen.validation.problems
             await part(driver, screen, "mutation")
             select = screen.query_one("#part-mutation .plugin", Select)
             await driver.until(lambda: "bit-flip" in [value for _, value in select._options])
@@ -182,7 +182,7 @@ class TestPlugins:
         install("broken", "raise RuntimeError('no [b]luck')", {"organism": {"bad": "Bad"}})
 
         async def test(driver, screen):
-            select_values = screen._validation.offered["organism"]
+            select_values = screen.validation.offered["organism"]
             assert "bad" not in select_values
 
         fill(test)
@@ -204,8 +204,8 @@ class TestBeginning:
             assert what in said(screen)
             assert begin in [value for _, value in screen.query_one("#preset", Select)._options]
             screen.query_one("#preset", Select).value = "millipede"
-            await driver.until(lambda: screen._validation is not None)
-            assert screen._validation.chosen("organism") == "millipede"
+            await driver.until(lambda: screen.validation is not None)
+            assert screen.validation.chosen("organism") == "millipede"
 
         fill(test, begin=begin)
 
@@ -220,12 +220,12 @@ class TestBeginning:
             assert driver.text(".dialog-about") == "1 change is dropped."
             await driver.press("n")
             await driver.until(lambda: preset.value == before)
-            assert screen._builder.changes
+            assert screen.builder.changes
             preset.value = "fly"
             await driver.at("Confirm")
             await driver.press("y")
-            await driver.until(lambda: screen._validation.chosen("organism") == "fly")
-            assert not screen._builder.changes
+            await driver.until(lambda: screen.validation.chosen("organism") == "fly")
+            assert not screen.builder.changes
 
         fill(test)
 
@@ -237,7 +237,7 @@ class TestBeginning:
             await driver.press("ctrl+z")
             await driver.at("Confirm")
             await driver.press("y")
-            await driver.until(lambda: not screen._builder.changes and len(fields(screen)) > 3)
+            await driver.until(lambda: not screen.builder.changes and len(fields(screen)) > 3)
             await driver.until(
                 lambda: fields(screen)["evolution.population"].query_one(Input).value == ready
             )
@@ -262,8 +262,8 @@ class TestLeaving:
         async def test(driver, screen):
             field = (await part(driver, screen, "evolution"))["evolution.generations"]
             await enter(driver, screen, field, "2")
-            overrides = screen._builder.overrides
-            reference = screen._builder.preset.reference
+            overrides = screen.builder.overrides
+            reference = screen.builder.preset.reference
             await driver.press("ctrl+r")
             live = await driver.at("Live")
             path = Path("runs/puppet")
@@ -329,7 +329,7 @@ class TestLeaving:
         async def test(driver, screen):
             field = (await part(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
-            shown = screen._validation.toml
+            shown = screen.validation.toml
             assert "population = 12" in str(screen.query_one("#toml-beside").render())
             await driver.press("ctrl+s")
             ask = await driver.at("Ask")
@@ -337,7 +337,7 @@ class TestLeaving:
             await driver.press("enter")
             await driver.until(lambda: Path("mine.toml").exists())
             assert Path("mine.toml").read_text() == shown
-            assert load_experiment("mine.toml") == screen._validation.experiment
+            assert load_experiment("mine.toml") == screen.validation.experiment
             await driver.until(lambda: "gaitsim run mine.toml" in driver.told())
 
         fill(test, size=(160, 48))
@@ -353,7 +353,7 @@ class TestLeaving:
                 await driver.press(answer)
                 await driver.at("New")
                 assert not kept or Path("puppet.toml").read_text() == "mine"
-            await driver.until(lambda: Path("puppet.toml").read_text() == screen._validation.toml)
+            await driver.until(lambda: Path("puppet.toml").read_text() == screen.validation.toml)
 
         fill(test)
 

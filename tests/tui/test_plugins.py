@@ -102,8 +102,8 @@ def test_a_body_or_a_preset_begins_a_new_run(look):
             assert "plugins.new" in driver.offered()
             await driver.press("enter")
             screen = await driver.at("New")
-            await driver.until(lambda screen=screen: screen._validation is not None)
-            assert screen._validation.chosen("organism") == name
+            await driver.until(lambda screen=screen: screen.validation is not None)
+            assert screen.validation.chosen("organism") == name
             await driver.press("escape")
             await driver.at("Plugins")
         await go(driver, "mutation gaussian")

@@ -41,7 +41,6 @@ class Ask(ModalScreen[str | None]):
         self._about = about
 
     def compose(self) -> ComposeResult:
-        """The question and its input."""
         with Vertical(classes="dialog") as box:
             box.border_subtitle = "enter takes it, esc cancels"
             yield Static(Text(self._question), classes="dialog-title")
@@ -51,7 +50,6 @@ class Ask(ModalScreen[str | None]):
             yield Static(id="ask-problem", classes="problem")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Take the answer, if it will do."""
         answer = event.value.strip()
         try:
             if answer and self._check is not None:

@@ -132,7 +132,6 @@ class Change(ModalScreen[ChangeRequest | None]):
         self._shell = Static(id="change-command", classes="command")
 
     def compose(self) -> ComposeResult:
-        """Inputs, options, what follows, the command."""
         with Vertical(classes="dialog") as box:
             box.border_title = "Fork" if self._fork else "Change"
             box.border_subtitle = "enter takes it, ↓ to the options, esc cancels"
@@ -268,7 +267,6 @@ class Change(ModalScreen[ChangeRequest | None]):
         self._input.cursor_position = len(self._input.value)
 
     def action_options(self) -> None:
-        """To the list."""
         self._options.focus()
 
     @on(Input.Submitted)

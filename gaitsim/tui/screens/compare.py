@@ -75,7 +75,6 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         self._reader = RunsReader(runs)
 
     def compose(self) -> ComposeResult:
-        """Curves over a table."""
         yield Header()
         yield Static(id="problems")
         yield Curves(message="reading …", id="curves")
@@ -83,7 +82,6 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         yield Footer()
 
     def on_mount(self) -> None:
-        """Read, and again whenever a run has grown."""
         self.query_one("#problems").display = False
         self.query_one("#table").focus()
         self._say()
@@ -159,17 +157,14 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         self.sub_title = f"{what} by {self.by}"
 
     def watch_quantity(self) -> None:
-        """Show other curves."""
         self._say()
         self._draw()
 
     def watch_by(self) -> None:
-        """Show them over something else."""
         self._say()
         self._draw()
 
     def notify_style_update(self) -> None:
-        """Take the colours of another theme for the samples in the table."""
         super().notify_style_update()
         if self._courses:
             self.call_after_refresh(self._fill)
@@ -186,7 +181,6 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 
     @on(DataTable.ColumnSelected)
     def action_open(self) -> None:
-        """Open the run."""
         run = self._chosen
         if run is None:
             return
@@ -196,27 +190,22 @@ Runs over each other, as far as each has come; those that are evolved now grow.
             self.gaitsim.open_run(run.path)
 
     def action_replay(self) -> None:
-        """Replay the run, beside the other where there are two."""
         run = self._chosen
         if run is not None:
             others = [one.path for one in self._courses if one is not run]
             self.gaitsim.open_replay(run.path, beside=others[0] if len(others) == 1 else None)
 
     def action_quantity(self) -> None:
-        """Show the next quantity."""
         self.quantity = _after(QUANTITIES, self.quantity)
 
     def action_by(self) -> None:
-        """Show it by the next one."""
         self.by = _after(AXES, self.by)
 
     def command_line(self) -> str:
-        """What prints the same table."""
         first, *others = self._paths
         return command("differences", first, *others)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action can be done with the runs that were read."""
         match action:
             case "quantity" | "by":
                 return any(one.history for one in self._courses)

@@ -34,7 +34,6 @@ class Confirm(ModalScreen[bool]):
         self._danger = danger
 
     def compose(self) -> ComposeResult:
-        """The question and two buttons."""
         with Vertical(classes="dialog"):
             yield Static(Text(self._question), classes="dialog-title")
             if self._about:
@@ -49,9 +48,7 @@ class Confirm(ModalScreen[bool]):
         self.query_one("#no" if self._danger else "#yes", Button).focus()
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Answer."""
         self.dismiss(event.button.id == "yes")
 
     def action_answer(self, yes: bool) -> None:
-        """Answer by a key."""
         self.dismiss(yes)

@@ -62,7 +62,6 @@ class ExportDialog(ModalScreen[tuple[str, ...] | None]):
         self._run = run
 
     def compose(self) -> ComposeResult:
-        """The list, and the command of what is chosen."""
         with Vertical(classes="dialog", id="export") as box:
             box.border_title = "Export"
             box.border_subtitle = "enter makes it, esc cancels"
@@ -71,12 +70,10 @@ class ExportDialog(ModalScreen[tuple[str, ...] | None]):
             yield Static(id="export-command", classes="command")
 
     def on_option_list_option_highlighted(self, event: OptionList.OptionHighlighted) -> None:
-        """Show the command."""
         product = PRODUCTS[event.option_index]
         line = command(product.verb, self._run, *product.more)
         self.query_one("#export-command", Static).update(Text(f"$ {line}"))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Make it."""
         product = PRODUCTS[event.option_index]
         self.dismiss((product.verb, str(self._run), *product.more))

@@ -30,7 +30,6 @@ class Help(ModalScreen[None]):
         self._keys = _keys(of)
 
     def compose(self) -> ComposeResult:
-        """The text, then the keys."""
         with VerticalScroll(classes="dialog", id="help") as scroll:
             scroll.border_title = "Help"
             scroll.border_subtitle = "esc closes"

@@ -85,7 +85,6 @@ followed as they go.
         return any(worker.group == "look" and worker.is_running for worker in self.workers)
 
     def on_screen_resume(self) -> None:
-        """Be up to date when another screen is left."""
         if self.runs is not None and not self._is_looking():
             self.look()
 
@@ -139,7 +138,6 @@ followed as they go.
         self._details()
 
     def on_run_table_marked(self) -> None:
-        """Offer to compare, or no more."""
         self._details()
 
     def _details(self) -> None:
@@ -174,11 +172,9 @@ followed as they go.
         return [run.path for run in self.runs or () if run.path in marked]
 
     def on_resize(self) -> None:
-        """Other columns fit now."""
         self.call_after_refresh(self._show)
 
     def watch_filter(self) -> None:
-        """Show other runs."""
         self._show()
 
     @on(Input.Changed, "#filter")
@@ -190,13 +186,11 @@ followed as they go.
         self.set_focus(self._table)
 
     def action_filter(self) -> None:
-        """Type words to look for."""
         box = self.query_one("#filter", Input)
         box.display = True
         self.set_focus(box)  # at once: `box.focus()` waits, and letters would act as commands
 
     def action_back(self) -> None:
-        """Show all runs again."""
         box = self.query_one("#filter", Input)
         box.value, box.display = "", False
         self.filter = ""
@@ -204,7 +198,6 @@ followed as they go.
 
     @on(DataTable.RowSelected)
     def action_open(self) -> None:
-        """Open the run."""
         run = self._run()
         if run is None:
             return
@@ -214,15 +207,12 @@ followed as they go.
             self.gaitsim.open_run(run.path)
 
     def action_new(self) -> None:
-        """Assemble a new run."""
         self.gaitsim.open_new()
 
     def action_plugins(self) -> None:
-        """Show what is installed."""
         self.gaitsim.open_plugins()
 
     def action_replay(self) -> None:
-        """Replay the run under the cursor, or two marked ones side by side."""
         run, marked = self._run(), self._marked()
         if len(marked) == 2:
             self.gaitsim.open_replay(marked[0], beside=marked[1])
@@ -230,18 +220,15 @@ followed as they go.
             self.gaitsim.open_replay(run.path)
 
     def action_compare(self) -> None:
-        """Compare the marked runs."""
         self.gaitsim.open_compare(self._marked())
 
     def action_export(self) -> None:
-        """Make something of the run."""
         run = self._run()
         if run is not None:
             self.gaitsim.open_export(run.path)
 
     @work(group="delete", exclusive=True)
     async def action_delete(self) -> None:
-        """Delete the run, if that is meant."""
         from gaitsim.tui.screens.confirm import Confirm
 
         run = self._run()
@@ -263,7 +250,6 @@ followed as they go.
         self.app.call_from_thread(self.look)
 
     def command_line(self) -> str:
-        """What shows the run under the cursor."""
         run = self._run()
         if run is None:
             return ""
@@ -285,7 +271,6 @@ followed as they go.
             )
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action can be done with the run under the cursor."""
         run = self._run() if self.is_mounted else None
         match action:
             case "back":

@@ -91,7 +91,6 @@ the app in any way, and the run can be gone on with exactly where it stood.
         self.title, self.sub_title = run.name, ""
 
     def compose(self) -> ComposeResult:
-        """The board between header and footer."""
         yield Header()
         yield self.board
         yield Footer()
@@ -112,7 +111,6 @@ the app in any way, and the run can be gone on with exactly where it stood.
         return "stopping" if self._stopping and self._engine is not None else state
 
     def on_mount(self) -> None:
-        """Look at the run."""
         self.sub_title = about(self.run)
         self._watch()
 
@@ -194,19 +192,16 @@ the app in any way, and the run can be gone on with exactly where it stood.
     # Steering
 
     def action_pause(self) -> None:
-        """Pause after the generation that is being made."""
         if self._engine is not None:
             self._engine.pause()
 
     def action_go(self) -> None:
-        """Go on, from a pause or from rest."""
         if self._engine is not None:
             self._engine.go()
         else:
             self._start()
 
     def action_step(self) -> None:
-        """Make one generation, then pause."""
         if self._engine is not None:
             self._engine.step()
         else:
@@ -232,15 +227,12 @@ the app in any way, and the run can be gone on with exactly where it stood.
             self._start(overrides=overrides)
 
     def action_replay(self) -> None:
-        """Replay the run."""
         self.gaitsim.open_replay(self.run)
 
     def action_export(self) -> None:
-        """Make something of it."""
         self.gaitsim.open_export(self.run)
 
     def action_log(self) -> None:
-        """Show events in place of the terms, where there is no room for both."""
         self.toggle_class("-log")
         self.board.stale()
 
@@ -276,11 +268,9 @@ the app in any way, and the run can be gone on with exactly where it stood.
     # What can be done now
 
     def command_line(self) -> str:
-        """The command that goes on with the run."""
         return command("resume", self.run)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action can be done in the run's state."""
         if not self.is_mounted:
             return super().check_action(action, parameters)
         state, here = self.state, self._engine is not None

@@ -75,7 +75,6 @@ class Board(Vertical):
         self._moved = -CHAMPION_EVERY
 
     def compose(self) -> ComposeResult:
-        """Status, problem, curves and champion, terms and events."""
         yield self._status
         yield self._problem
         with Horizontal(id="live-top"):
@@ -89,7 +88,6 @@ class Board(Vertical):
             yield self._log
 
     def on_mount(self) -> None:
-        """Draw now and then."""
         self.canvas.playing = True
         self._then = self._clock()
         self.set_interval(1 / FPS, self._tick)
@@ -121,7 +119,6 @@ class Board(Vertical):
         self._stale = True
 
     def notify_style_update(self) -> None:
-        """Take the colours of another theme."""
         super().notify_style_update()
         self._styles, self._widths = {}, (0, 0, 0, 0)
 

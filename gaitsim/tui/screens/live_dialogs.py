@@ -56,7 +56,6 @@ class LiveDialogs(GaitScreen):
 
     @work(group="ask", exclusive=True)
     async def action_goal(self) -> None:
-        """Ask how many generations there are to be."""
         from gaitsim.tui.screens.ask import Ask
 
         further = str(self._further())
@@ -82,7 +81,6 @@ class LiveDialogs(GaitScreen):
 
     @work(group="ask", exclusive=True)
     async def action_fork(self) -> None:
-        """Ask for a copy's changes, and go on with the copy."""
         from gaitsim.tui.screens.change_dialog import Change
 
         self.action_pause()

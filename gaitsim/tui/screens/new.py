@@ -1,5 +1,6 @@
 """New run: a preset, any part of it changed, checked as it is typed."""
 
+import asyncio
 from pathlib import Path
 from typing import ClassVar
 
@@ -8,7 +9,6 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
-from textual.timer import Timer
 from textual.widgets import Footer, Header, Input, Label, Select, Static, TabbedContent, TabPane
 
 from gaitsim.errors import GaitsimError
@@ -45,6 +45,10 @@ class New(GaitScreen):
 
     Args:
         experiment: a preset's name or a file to begin with.
+
+    Attributes:
+        builder: the experiment as it is now; None until the preset is read.
+        validation: the latest check of it.
     """
 
     SUB_TITLE = "new run"
@@ -70,12 +74,10 @@ What you change is shown as the **command** that does the same, and as the exper
 
     def __init__(self, experiment: str | None = None) -> None:
         super().__init__()
-        self._asked = experiment or FIRST
+        self._experiment = experiment or FIRST
         self._catalogue: Catalogue | None = None
-        self._builder: ExperimentBuilder | None = None
-        self._validation: Validation | None = None
-        self._serial = 0
-        self._timer: Timer | None = None
+        self.builder: ExperimentBuilder | None = None
+        self.validation: Validation | None = None
 
     def compose(self) -> ComposeResult:
         """Head, tabs and file; status and command below."""
@@ -99,59 +101,42 @@ What you change is shown as the **command** that does the same, and as the exper
         yield Footer()
 
     def on_mount(self) -> None:
-        """Read what is installed, in a thread: it imports every plugin."""
         self.query_one("#parts").disabled = True
-        self._begin(self._asked)
+        self._begin(self._experiment)
 
-    # Validation, in threads
+    # Threads, as plugins are imported and asked
 
-    @work(thread=True, exclusive=True, group="ready")
-    def _begin(self, reference: str) -> None:
-        """Take a preset."""
+    @work(exclusive=True, group="validate")
+    async def _begin(self, reference: str) -> None:
+        """Begin with a preset or a file."""
         try:
-            catalogue = self._catalogue or read_catalogue()
-            self._catalogue = catalogue
-            builder = ExperimentBuilder(load_preset(reference))
-            found = validate(builder, catalogue)
+            if self._catalogue is None:
+                self._catalogue = await asyncio.to_thread(read_catalogue)
+            builder = ExperimentBuilder(await asyncio.to_thread(load_preset, reference))
+            found = await asyncio.to_thread(validate, builder, self._catalogue)
         except GaitsimError as error:
-            self.app.call_from_thread(self._not_begun, reference, error)
-            return
-        self.app.call_from_thread(self._take, found)
+            self._fill_presets(self.builder.preset.reference if self.builder else reference)
+            self.query_one(ExperimentStatus).tell(str(error), wrong=True)
+        else:
+            self._take(found)
 
-    def _not_begun(self, reference: str, error: GaitsimError) -> None:
-        self._fill_presets(reference if self._builder is None else self._builder.preset.reference)
-        self.query_one(ExperimentStatus).tell(str(error), wrong=True)
-
-    def _check_soon(self) -> None:
-        if self._timer is not None:
-            self._timer.stop()
-        self._timer = self.set_timer(CALM, self._check)
-
-    def _check(self) -> None:
-        if self._builder is not None:
-            self._serial += 1
-            self._read(self._builder, self._serial)
-
-    @work(thread=True, exclusive=True, group="read")
-    def _read(self, builder: ExperimentBuilder, serial: int) -> None:
-        assert self._catalogue is not None
-        found = validate(builder, self._catalogue)
-        self.app.call_from_thread(self._checked, found, serial)
-
-    def _checked(self, found: Validation, serial: int) -> None:
-        if serial == self._serial:  # else something was typed meanwhile
-            self._show(found)
+    @work(exclusive=True, group="validate")
+    async def _validate(self, delay: float = 0.0) -> None:
+        """Check the experiment, unless it is changed meanwhile."""
+        await asyncio.sleep(delay)
+        if self.builder is not None and self._catalogue is not None:
+            self._show(await asyncio.to_thread(validate, self.builder, self._catalogue))
 
     # Showing
 
     def _take(self, found: Validation) -> None:
-        """Show a preset from the start."""
-        self._builder = found.builder
-        self._fill_presets(found.builder.preset.reference)
-        values = found.builder.preset.values
+        """Show another preset."""
+        preset = found.builder.preset
+        self.builder = found.builder
+        self._fill_presets(preset.reference)
         for key in ("name", "seed"):
             with self.prevent(Input.Changed):
-                self.query_one(f"#{key}", Input).value = str(values[key])
+                self.query_one(f"#{key}", Input).value = str(preset.values[key])
         self.query_one("#parts").disabled = False
         self._show(found)
 
@@ -164,7 +149,7 @@ What you change is shown as the **command** that does the same, and as the exper
             select.value = reference
 
     def _show(self, found: Validation) -> None:
-        self._validation = found
+        self.validation = found
         self._show_part()
         for key in ("name", "seed"):
             self.query_one(f"#{key}").set_class(key in found.problems, "-wrong")
@@ -184,9 +169,9 @@ What you change is shown as the **command** that does the same, and as the exper
     def _show_part(self) -> None:
         """Bring the part that is in sight up to date."""
         active = self.query_one("#parts", TabbedContent).active_pane
-        if self._validation is not None and active is not None:
+        if self.validation is not None and active is not None:
             for part in active.query(Part):
-                part.show(self._validation)
+                part.show(self.validation)
 
     # Changing
 
@@ -197,23 +182,22 @@ What you change is shown as the **command** that does the same, and as the exper
     @on(Input.Changed, "#name,#seed")
     def _head_changed(self, event: Input.Changed) -> None:
         key = str(event.input.id)
-        if self._builder is not None:
-            same = event.value == str(self._builder.preset.values[key])
+        if self.builder is not None:
+            same = event.value == str(self.builder.preset.values[key])
             self._assign(key, None if same else event.value)
 
     def _assign(self, key: str, text: str | None) -> None:
-        if self._builder is not None:
-            self._builder = self._builder.assign(key, text)
-            self._serial += 1
-            self._check_soon()
+        if self.builder is not None:
+            self.builder = self.builder.assign(key, text)
+            self._validate(CALM)
 
     @on(Part.PluginChosen)
     def _plugin_chosen(self, event: Part.PluginChosen) -> None:
-        if self._validation is not None and self._catalogue is not None:
-            self._builder = choose_plugin(
-                self._validation, event.section, event.name, self._catalogue
+        if self.validation is not None and self._catalogue is not None:
+            self.builder = choose_plugin(
+                self.validation, event.section, event.name, self._catalogue
             )
-            self._check()
+            self._validate()
 
     @on(Select.Changed, "#preset")
     def _preset_chosen(self, event: Select.Changed) -> None:
@@ -221,23 +205,21 @@ What you change is shown as the **command** that does the same, and as the exper
 
     @work(group="replace", exclusive=True)
     async def _replace(self, reference: str) -> None:
-        """Begin with another preset, if what was changed may go."""
-        if self._builder is not None:
-            count, before = len(self._builder.changes), self._builder.preset.reference
+        """Begin with another preset, if the changes may be dropped."""
+        if self.builder is not None and self.builder.changes:
+            count = len(self.builder.changes)
             about = "1 change is dropped." if count == 1 else f"{count} changes are dropped."
             question = Confirm(f"Begin with {reference}?", "Begin", about)
-            if count and not await self.app.push_screen_wait(question):
-                self._fill_presets(before)
+            if not await self.app.push_screen_wait(question):
+                self._fill_presets(self.builder.preset.reference)
                 return
         self._begin(reference)
 
     def action_reset(self) -> None:
-        """Take all changes back."""
-        if self._builder is not None:
-            self._replace(self._builder.preset.reference)
+        if self.builder is not None:
+            self._replace(self.builder.preset.reference)
 
     def action_tab(self, by: int) -> None:
-        """Go to another part."""
         tabs = self.query_one("#parts", TabbedContent)
         names = [f"part-{name}" for name in (*SECTIONS, FILE)]
         tabs.active = names[(names.index(tabs.active) + by) % len(names)]
@@ -245,66 +227,53 @@ What you change is shown as the **command** that does the same, and as the exper
     # Leaving with something
 
     def _run(self) -> Path:
-        name = self._validation.name if self._validation else FIRST
+        name = self.validation.name if self.validation else FIRST
         return self.gaitsim.folder / name
 
     def command_line(self) -> str:
-        """What begins the same run."""
-        return self._validation.builder.command(self._run()) if self._validation else ""
+        return self.validation.builder.command(self._run()) if self.validation else ""
 
-    def _whole(self) -> Validation | None:
-        """The experiment as it stands now; None, and said why, where it is wrong."""
-        if self._builder is None or self._catalogue is None:
+    async def _checked(self) -> Validation | None:
+        """Return the experiment as it is now; None after showing the option that is wrong."""
+        if self.builder is None or self._catalogue is None:
             return None
-        found = validate(self._builder, self._catalogue)
-        self._serial += 1
+        self.workers.cancel_group(self, "validate")
+        found = await asyncio.to_thread(validate, self.builder, self._catalogue)
         self._show(found)
-        if found.experiment is None:
-            self.app.bell()
-            self._go_to(next(iter(found.problems)))
-            return None
-        return found
-
-    def _go_to(self, key: str) -> None:
-        """Show the option that is wrong."""
+        if found.experiment is not None:
+            return found
+        self.app.bell()
+        key = next(iter(found.problems))
         section = key.partition(".")[0]
         if section in SECTIONS:
             self.query_one("#parts", TabbedContent).active = f"part-{section}"
             self.query_one(f"#part-{section} Part", Part).focus_on(key)
         elif key in ("name", "seed"):
             self.query_one(f"#{key}").focus()
+        return None
 
-    def action_run(self) -> None:
-        """Begin the run, and show it."""
-        found = self._whole()
-        if found is not None:
-            self._create(found)
-
-    @work(thread=True, exclusive=True, group="create")
-    def _create(self, found: Validation) -> None:
-        assert found.experiment is not None
-        wanted = self._run()
-        try:
-            path = create_run(found.experiment, None if wanted.parent == RUNS else wanted)
-        except GaitsimError as error:
-            self.app.call_from_thread(self.gaitsim.tell, error)
+    @work(exclusive=True, group="create")
+    async def action_run(self) -> None:
+        found = await self._checked()
+        if found is None or found.experiment is None:
             return
-        self.app.call_from_thread(self._created, path)
-
-    def _created(self, path: Path) -> None:
-        self.dismiss()
-        self.gaitsim.open_run(path, go=True)
+        folder = None if self._run().parent == RUNS else self._run()
+        try:
+            path = await asyncio.to_thread(create_run, found.experiment, folder)
+        except GaitsimError as error:
+            self.gaitsim.tell(error)
+        else:
+            self.dismiss()
+            self.gaitsim.open_run(path, go=True)
 
     @work(group="files", exclusive=True)
     async def action_save(self) -> None:
-        """Save the experiment file."""
-        found = self._whole()
+        found = await self._checked()
         if found is not None:
             await ask_save(self, found.name, found.toml)
 
     @work(group="files", exclusive=True)
     async def action_load(self) -> None:
-        """Begin with an experiment file."""
         reference = await ask_load(self)
         if reference is not None:
             self._replace(reference)

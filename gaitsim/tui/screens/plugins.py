@@ -47,7 +47,6 @@ highlighted keeps its contract, and says what is to be mended.
         self._reports: dict[tuple[str, str], dict[str, Any] | None] = {}  # None: under way
 
     def compose(self) -> ComposeResult:
-        """The list, and what is highlighted."""
         yield Header()
         with Horizontal():
             yield OptionList(id="installed")
@@ -129,7 +128,6 @@ highlighted keeps its contract, and says what is to be mended.
         return Group(head, plugin_view(kind, name, self._catalogue, colours))
 
     def action_check(self) -> None:
-        """Hold it to its contract, in the background."""
         chosen = self._chosen()
         if chosen is not None and self._reports.get(chosen, {}) is not None:
             self._check(*chosen)
@@ -144,7 +142,6 @@ highlighted keeps its contract, and says what is to be mended.
 
     @on(OptionList.OptionSelected, "#installed")
     def action_new(self) -> None:
-        """Begin a new run with it."""
         experiment = self._experiment()
         if experiment is not None:
             self.gaitsim.open_new(experiment)
@@ -161,7 +158,6 @@ highlighted keeps its contract, and says what is to be mended.
         return preset.name if preset else None
 
     def command_line(self) -> str:
-        """What shows the same."""
         chosen = self._chosen() if self.is_mounted else None
         if chosen is None:
             return "gaitsim plugins list"
@@ -172,7 +168,6 @@ highlighted keeps its contract, and says what is to be mended.
         return shlex.join(["gaitsim", group, "show", name])
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action can be done with what is highlighted."""
         if action == "new":
             return self.is_mounted and self._experiment() is not None
         return super().check_action(action, parameters)

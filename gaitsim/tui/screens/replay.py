@@ -98,7 +98,6 @@ The best individual of any generation, as it moves.
             self._panes.append(ReplayPane(beside, classes="second"))
 
     def compose(self) -> ComposeResult:
-        """Bodies side by side, time, keys."""
         yield Header()
         with Horizontal(id="panes"):
             yield from self._panes
@@ -106,7 +105,6 @@ The best individual of any generation, as it moves.
         yield Footer()
 
     def on_mount(self) -> None:
-        """Say how it plays."""
         self._state()
         self._time.focus()
 
@@ -187,7 +185,6 @@ The best individual of any generation, as it moves.
     # What keys do
 
     def action_play(self) -> None:
-        """Play or pause."""
         self._playing = not self._playing
         self.leader.playing = self._playing
         self._state()
@@ -204,38 +201,31 @@ The best individual of any generation, as it moves.
         self._keep_step()
 
     def action_speed(self, steps: int) -> None:
-        """Play faster or slower."""
         at = SPEEDS.index(self.speed) + steps
         self.speed = SPEEDS[min(max(at, 0), len(SPEEDS) - 1)]
 
     def watch_speed(self, speed: float) -> None:
-        """Tell the bodies."""
         for pane in self.panes:
             pane.canvas.speed = speed
         self._state()
 
     def action_generation(self, steps: int) -> None:
-        """Go some generations on."""
         pane = self.pane
         if pane.generation is not None:
             pane.ask(pane.generation + steps)
 
     def action_best(self) -> None:
-        """Go to the champion."""
         self.pane.ask(None)
 
     def action_camera(self, name: str, *arguments: int) -> None:
-        """Do what the body does when it has the focus."""
         getattr(self.panes[0].canvas, f"action_{name}")(*arguments)
 
     def action_measures(self) -> None:
-        """Show or hide measures."""
         shown = self.pane.measures_shown
         for pane in self.panes:
             pane.show_measures(not shown)
 
     async def action_split(self) -> None:
-        """Add a second body, or take it away."""
         if len(self._panes) > 1:
             await self._panes.pop().remove()
             self._changed()
@@ -247,18 +237,15 @@ The best individual of any generation, as it moves.
         await self.query_one("#panes").mount(pane)
 
     def action_export(self) -> None:
-        """Make something of the run."""
         self.gaitsim.open_export(self.pane.run)
 
     def command_line(self) -> str:
-        """What plays the same in a terminal."""
         pane = self.pane
         return command(
             "play", pane.run, *(["--generation", pane.generation] if pane.generation else [])
         )
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action can be done with the body that is shown."""
         if not self.is_mounted:
             return super().check_action(action, parameters)
         pane = self.pane

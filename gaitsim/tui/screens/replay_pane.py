@@ -72,7 +72,6 @@ class ReplayPane(Vertical):
         self._curve = Curves(legend=False)
 
     def compose(self) -> ComposeResult:
-        """Title, body and measures, feet, generations."""
         yield self._heading
         with Horizontal():
             yield self.canvas
@@ -83,7 +82,6 @@ class ReplayPane(Vertical):
         yield self.slider
 
     def on_mount(self) -> None:
-        """Begin to read."""
         self._side.display = False
         self._title()
         self.ask(self._wanted)
@@ -188,7 +186,6 @@ class ReplayPane(Vertical):
         return self._side.display
 
     def on_resize(self) -> None:
-        """Measures stand beside the body where there is room."""
         self._make_room()
         self._title()
 

@@ -34,7 +34,6 @@ and what it printed: the files that it wrote, or why it could not.
     ]
 
     def compose(self) -> ComposeResult:
-        """The table above, output below."""
         yield Header()
         table: DataTable[Text] = DataTable(id="tasks", cursor_type="row")
         yield table
@@ -52,7 +51,6 @@ and what it printed: the files that it wrote, or why it could not.
         self.set_interval(1, self._tick)
 
     def command_line(self) -> str:
-        """That of the task."""
         task = self._chosen()
         return task.command if task else ""
 
@@ -90,7 +88,6 @@ and what it printed: the files that it wrote, or why it could not.
         return tasks[row] if 0 <= row < len(tasks) else None
 
     def on_data_table_row_highlighted(self) -> None:
-        """Show what the task printed."""
         task = self._chosen()
         if task is not None:
             self._show(task)
@@ -109,13 +106,11 @@ and what it printed: the files that it wrote, or why it could not.
         self.query_one("#task-text", Static).update(text)
 
     def action_stop(self) -> None:
-        """Stop the task that is highlighted."""
         task = self._chosen()
         if task is not None:
             self.gaitsim.tasks.stop(task)
 
     def action_clear(self) -> None:
-        """Forget those that have ended."""
         self.gaitsim.tasks.clear()
         self._fill()
         self.query_one("#task-text", Static).update("")
@@ -130,7 +125,6 @@ and what it printed: the files that it wrote, or why it could not.
             self.notify(paths, title="Copied", markup=False)
 
     def action_download(self) -> None:
-        """Hand the files to the browser."""
         task = self._chosen()
         try:
             for file in task.files if task is not None else ():
@@ -139,7 +133,6 @@ and what it printed: the files that it wrote, or why it could not.
             self.notify(str(error.strerror), severity="error", markup=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action can be done with the task that is highlighted."""
         if action in ("stop", "copy_result", "download") and self.is_mounted:
             task = self._chosen()
             if task is None:

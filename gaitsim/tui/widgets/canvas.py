@@ -96,7 +96,6 @@ class BodyCanvas(Cells, can_focus=True):
 
         @property
         def control(self) -> "BodyCanvas":
-            """The canvas."""
             return self.canvas
 
     class ViewChanged(Message):
@@ -108,7 +107,6 @@ class BodyCanvas(Cells, can_focus=True):
 
         @property
         def control(self) -> "BodyCanvas":
-            """The canvas."""
             return self.canvas
 
     def __init__(
@@ -175,7 +173,6 @@ class BodyCanvas(Cells, can_focus=True):
             self.seconds = frame / self._figure.skeleton.frame_rate
 
     def on_mount(self) -> None:
-        """Set the clock, which runs while the body does."""
         self._timer = self.set_interval(1 / self._fps, self._tick, pause=not self.playing)
         self._then = self._clock()
 
@@ -188,7 +185,6 @@ class BodyCanvas(Cells, can_focus=True):
         self.post_message(self.Moved(self, self.seconds))
 
     def watch_playing(self, playing: bool) -> None:
-        """Start or stop the clock."""
         if not self.is_mounted:
             return
         self._then = self._clock()
@@ -198,21 +194,17 @@ class BodyCanvas(Cells, can_focus=True):
             self._timer.pause()
 
     def watch_seconds(self) -> None:
-        """Draw the moment."""
         self.redraw()
 
     def watch_view(self, view: Viewpoint) -> None:
-        """Draw from there."""
         self.redraw()
         if self.is_mounted:
             self.post_message(self.ViewChanged(self, view))
 
     def words(self) -> str:
-        """What is said where there is no body."""
         return "" if self._figure else self._message
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """The body at its moment."""
         assert self._figure is not None, "else there are words"
         return body.picture(self._figure, self.seconds, self.view, columns, rows)
 
@@ -228,50 +220,40 @@ class BodyCanvas(Cells, can_focus=True):
         ]
 
     def action_turn(self, across: int, up: int) -> None:
-        """Turn the body, as the mouse would."""
         self.view = self.view.turned(-across * TURN, up * TURN)
 
     def action_zoom(self, steps: int) -> None:
-        """Go nearer, or away."""
         self.view = self.view.zoomed(CLOSER**steps)
 
     def action_follow(self) -> None:
-        """Go with the body, or show its whole way."""
         self.view = self.view.following(not self.view.follow)
 
     def action_next_view(self) -> None:
-        """Look from the next side."""
         self.view = self.view.next()
 
     def action_reset(self) -> None:
-        """Look as in the beginning."""
         self.view = Viewpoint()
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
-        """Take hold of the body."""
         self._held = event.screen_offset
         self.capture_mouse()
         event.stop()
 
     def on_mouse_up(self, event: events.MouseUp) -> None:
-        """Let it go."""
         self._held = None
         self.release_mouse()
         event.stop()
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
-        """Turn it while it is held."""
         if self._held is not None:
             moved, self._held = event.screen_offset - self._held, event.screen_offset
             across, up = DRAG
             self.view = self.view.turned(-moved.x * across, moved.y * up)
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
-        """Go nearer."""
         self.action_zoom(1)
         event.stop()
 
     def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
-        """Go away."""
         self.action_zoom(-1)
         event.stop()

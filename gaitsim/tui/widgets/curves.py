@@ -45,7 +45,6 @@ class Curves(Widget):
         self._legend = _Legend(self._plot) if legend else None
 
     def compose(self) -> ComposeResult:
-        """Legend and plot."""
         if self._legend is not None:
             yield self._legend
         yield self._plot
@@ -95,7 +94,6 @@ class _Legend(Widget):
         self._plot = plot
 
     def render(self) -> Text:
-        """As much as there is room for."""
         shown = Text(no_wrap=True, overflow="ellipsis", end="")
         for index, one in enumerate(self._plot.series):
             shown.append("  " if index else "")
@@ -146,11 +144,9 @@ class _Plot(Cells):
         self.redraw()
 
     def words(self) -> str:
-        """What is said where there is no number to show."""
         return "" if curves.frame_of(self.series) else self._message
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Axes and curves."""
         return curves.plot(self.series, columns, rows, self._x_label, self.marks)
 
     def ink_styles(self) -> list[Style]:

@@ -23,7 +23,6 @@ class ExperimentStatus(Vertical):
         self._text = text
 
     def compose(self) -> ComposeResult:
-        """The verdict, then the command."""
         yield Static(self._text, id="status")
         yield Static(id="command", classes="command")
 

@@ -72,7 +72,6 @@ class FootfallStrip(Cells):
         return self._touching.shape[1]
 
     def watch_frame(self) -> None:
-        """Go to the moment."""
         self.redraw()
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
@@ -81,7 +80,6 @@ class FootfallStrip(Cells):
         return min(self.feet if self.feet <= most else -(-self.feet // 2), most)
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """The diagram."""
         return strip(
             self._touching, self._names, self._sides, self.frame, self._rate, columns, rows
         )

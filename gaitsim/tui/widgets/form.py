@@ -77,7 +77,6 @@ class Field(Vertical):
         yield Static(self._about(), classes="field-about")
 
     def on_mount(self) -> None:
-        """Say whether it is changed."""
         self.set_class(self.option.text != self.option.preset, "-changed")
 
     def _about(self) -> Text:

@@ -45,20 +45,16 @@ class Lines(Widget):
         return "\n".join(line.plain for line in self._lines)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
-        """As many as there are."""
         return len(self._lines)
 
     def on_resize(self) -> None:
-        """Cut them at another edge."""
         self._strips.clear()
 
     def notify_style_update(self) -> None:
-        """Take the colours of another theme."""
         super().notify_style_update()
         self._strips.clear()
 
     def render_line(self, y: int) -> Strip:
-        """One line."""
         if y not in self._strips:
             width, style = self.size.width, self.rich_style
             ground = Style(bgcolor=style.bgcolor, color=style.color)

@@ -131,18 +131,15 @@ class RunTable(DataTable[Text]):
         self.show(*self._asked)
 
     def on_data_table_header_selected(self, event: DataTable.HeaderSelected) -> None:
-        """Sort by the column whose title is clicked."""
         event.stop()
         self.sort_by(str(event.column_key.value))
 
     def action_sort(self) -> None:
-        """Sort by the next column."""
         names = [column.name for column, _ in self._layout]
         at = names.index(self.order) if self.order in names else -1
         self.sort_by(names[(at + 1) % len(names)])
 
     def action_turn(self) -> None:
-        """Sort the other way round."""
         self.sort_by(self.order)
 
     def action_mark(self) -> None:

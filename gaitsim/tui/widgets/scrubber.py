@@ -73,7 +73,6 @@ class Scrubber(Widget, can_focus=True):
 
         @property
         def control(self) -> "Scrubber":
-            """The slider."""
             return self.scrubber
 
     def __init__(
@@ -108,7 +107,6 @@ class Scrubber(Widget, can_focus=True):
             self.post_message(self.Changed(self, self.value))
 
     def render(self) -> Text:
-        """Label, slider, number."""
         start, width = self._bar()
         share = (self.value - self.first) / max(self.last - self.first, 1)
         knob = round(share * (width - 1))
@@ -129,36 +127,29 @@ class Scrubber(Widget, can_focus=True):
         return start, max(self.content_size.width - start - number - 1, 1)
 
     def action_step(self, steps: int) -> None:
-        """Go some steps."""
         self.choose(self.value + steps)
 
     def action_end(self, last: bool) -> None:
-        """Go to an end."""
         self.choose(self.last if last else self.first)
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
-        """Take hold of the knob, wherever it was."""
         self._held = True
         self.capture_mouse()
         self._follow(event.x)
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
-        """Go where the mouse goes."""
         if self._held:
             self._follow(event.x)
 
     def on_mouse_up(self) -> None:
-        """Let it go."""
         self._held = False
         self.release_mouse()
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
-        """One on."""
         self.action_step(1)
         event.stop()
 
     def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
-        """One back."""
         self.action_step(-1)
         event.stop()
 
