@@ -23,7 +23,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens import live_formatting as formatting
-from gaitsim.tui.screens.change_dialog import Change
+from gaitsim.tui.screens.change_dialog import ChangeDialog
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
 from gaitsim.tui.widgets.canvas import BodyCanvas
@@ -66,14 +66,20 @@ def live(run, test, *, size=(80, 24), **options):
         app = GaitsimApp(Path("runs"))
         async with app.run_test(size=size) as pilot:
             screen = Live(run, **options)
+            first = screen.snapshot
             await app.push_screen(screen)
-            await app_until(pilot, lambda: screen._state)
+            await app_until(pilot, lambda: screen.snapshot is not first)
             await test(screen, pilot)
-            if screen._engine is not None:
-                screen._engine.kill()
-                await screen._engine.ended()
+            if screen.process is not None:
+                screen.process.kill()
+                await screen.process.ended()
 
     asyncio.run(go())
+
+
+def options_of(dialog):
+    """How many options a dialog lists."""
+    return dialog.query_one("#change-options").option_count
 
 
 async def paused_at(pilot, screen, generation):
@@ -169,7 +175,7 @@ class TestAtRest:
             assert "21 to" in str(pilot.app.screen.query_one("#ask-problem").render())
             await type_in(pilot, "25", "#answer")
             await pilot.press("enter")
-            await app_until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "finished" and screen.process is None)
             assert screen.snapshot.generation == 25
 
         live(make(20), test)
@@ -203,11 +209,11 @@ class TestSteering:
             await app_until(pilot, lambda: screen.state == "paused")
             at = screen.snapshot.generation
             await pilot.press("s")
-            await app_until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen.process is None)
             assert (screen.state, RunSnapshot(run).generation) == ("stopped", at)
             assert not is_locked(run)
             await pilot.press("space")
-            await app_until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "finished" and screen.process is None)
             assert screen.snapshot.generation == 150
             kinds = [event.generation for event in screen.board.live.events]
             assert kinds == sorted(kinds)
@@ -219,7 +225,7 @@ class TestSteering:
     def test_the_footer_offers_what_can_be_done_once_it_has_finished(self, make):
         async def test(screen, pilot):
             await pilot.press("space")
-            await app_until(pilot, lambda: screen.state == "finished" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "finished" and screen.process is None)
             await app_until(pilot, lambda: "Stop" not in footer(screen), 10)
             assert {"Goal", "Change", "Fork", "Replay", "Export"} <= footer(screen)
 
@@ -237,9 +243,9 @@ class TestSteering:
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             await pilot.press("c")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             dialog = pilot.app.screen
-            await app_until(pilot, lambda: dialog._known)
+            await app_until(pilot, lambda: options_of(dialog))
             await type_in(pilot, "fitness.price=0.7 elites=[/b]")
             await pilot.press("enter")
             said = dialog.query_one("#change-said", Static)
@@ -254,7 +260,7 @@ class TestSteering:
             await app_until(pilot, lambda: screen.snapshot.stage == 2)
             await app_until(pilot, lambda: screen.snapshot.generation > screen.snapshot.scored_from)
             await pilot.press("s")
-            await app_until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen.process is None)
 
         live(run, test, go=True)
         first, second = RunSnapshot(run).stages
@@ -269,16 +275,17 @@ class TestSteering:
     def test_options_are_found_and_chosen_from_the_list(self, make):
         async def test(screen, pilot):
             await pilot.press("c")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             dialog = pilot.app.screen
-            await app_until(pilot, lambda: dialog._known)
+            await app_until(pilot, lambda: options_of(dialog))
             await type_in(pilot, "evolution.elites=1 pric")
             listed = dialog.query_one("#change-options")
             await app_until(pilot, lambda: listed.option_count == 1)
             await pilot.press("down")
             await app_until(pilot, lambda: listed.has_focus)
             await pilot.press("down", "enter")
-            await app_until(pilot, lambda: dialog._text == "evolution.elites=1 fitness.price=")
+            typed = dialog.query_one("#change-text", Input)
+            await app_until(pilot, lambda: typed.value == "evolution.elites=1 fitness.price=")
             await pilot.press("escape")
             await app_until(pilot, lambda: pilot.app.screen is screen)
             assert screen.state == "stopped"
@@ -291,19 +298,21 @@ class TestSteering:
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             await pilot.press("f")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
-            await app_until(pilot, lambda: pilot.app.screen._known and screen.state == "paused")
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
+            await app_until(
+                pilot, lambda: options_of(pilot.app.screen) and screen.state == "paused"
+            )
             await type_in(pilot, "runs/[red]fork", "#change-out")
             await type_in(pilot, "evolution.elites=1")
             await pilot.press("enter")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, Live))
             copy = pilot.app.screen
-            await app_until(pilot, lambda: copy is not screen and copy._state == "running")
+            await app_until(pilot, lambda: copy is not screen and copy.state == "running")
             assert copy.run == Path("runs/[red]fork")
             await app_until(pilot, lambda: copy.snapshot.stage == 2)
             assert screen.state == "paused"
             await pilot.press("s")
-            await app_until(pilot, lambda: copy._engine is None)
+            await app_until(pilot, lambda: copy.process is None)
 
         live(run, test, go=True)
         assert RunSnapshot(Path("runs/[red]fork")).stages[0].last <= RunSnapshot(run).generation
@@ -311,8 +320,8 @@ class TestSteering:
     def test_a_copy_that_cannot_be_made_is_told(self, make):
         async def test(screen, pilot):
             await pilot.press("f")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
-            await app_until(pilot, lambda: pilot.app.screen._known)
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
+            await app_until(pilot, lambda: options_of(pilot.app.screen))
             await type_in(pilot, "runs/walk/experiment.toml/x", "#change-out")
             await pilot.press("enter")
             await app_until(pilot, lambda: problem(screen))
@@ -337,7 +346,7 @@ class TestLeaving:
             await pilot.press(key)
             await app_until(pilot, lambda: pilot.app.screen is not screen)
             await pilot.press("y")
-            await app_until(pilot, lambda: not screen.is_attached or pilot.app._exit)
+            await app_until(pilot, lambda: not screen.is_attached or not pilot.app.is_running)
             assert not is_locked(run)
 
         live(run, test, go=True)
@@ -399,7 +408,7 @@ class TestProblems:
         monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
 
         async def test(screen, pilot):
-            await app_until(pilot, lambda: screen.state == "failed" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "failed" and screen.process is None)
             assert "[/red] [bold]out of joint" in problem(screen)
             assert "organism 'spoilt' of package spoilt 1.0" in problem(screen)
             assert "go" in offered(screen)
@@ -411,11 +420,12 @@ class TestProblems:
         said = set()
 
         async def test(screen, pilot):
-            draw = screen.board._status.show
-            screen.board._status.show = lambda lines: (said.add(lines[0].plain), draw(lines))
+            status = screen.query_one("#live-status", Lines)
+            draw = status.show
+            status.show = lambda lines: (said.add(lines[0].plain), draw(lines))
             (run / "history.csv").write_text("")
             await pilot.press("space")
-            await app_until(pilot, lambda: screen.state == "failed" and screen._engine is None)
+            await app_until(pilot, lambda: screen.state == "failed" and screen.process is None)
             assert "history.csv ends at generation 0" in problem(screen)
             assert {"go", "fork", "replay", "export"} <= offered(screen)
             await app_until(pilot, lambda: "failed  3/20" in text(screen, "#live-status"), 10)
@@ -445,11 +455,11 @@ class TestProblems:
             await app_until(pilot, lambda: screen.snapshot.generation > 4)
             while run.exists():
                 shutil.rmtree(run, ignore_errors=True)
-            await app_until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen.process is None)
             assert screen.state == "failed"
             assert "runs/walk" in problem(screen)
             await pilot.press("space")
-            await app_until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen.process is None)
             assert problem(screen)
             await pilot.press("escape")
             await app_until(pilot, lambda: pilot.app.screen is not screen)
@@ -469,8 +479,8 @@ class TestProblems:
     def test_a_process_that_dies_is_told_and_can_be_begun_again(self, make):
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
-            screen._engine.kill()
-            await app_until(pilot, lambda: screen._engine is None)
+            screen.process.kill()
+            await app_until(pilot, lambda: screen.process is None)
             assert "ended unexpectedly, by signal 9" in problem(screen)
             at = screen.snapshot.generation
             await pilot.press("space")
@@ -491,7 +501,7 @@ class TestProblems:
             await pilot.press("s")
             await app_until(pilot, lambda: "again stops at once" in text(screen, "#live-status"))
             await pilot.press("s")
-            await app_until(pilot, lambda: screen._engine is None)
+            await app_until(pilot, lambda: screen.process is None)
 
         live(run, test, go=True)
         assert RunSnapshot(run).generation == 2
@@ -501,7 +511,7 @@ class TestProblems:
             course = screen.board.live.course
             screen.board.live.course = HistoryBuffer()
             rows = {"generation": np.array([7.0]), "best": np.array([0.0])}
-            screen._take(Snapshot("stopped", rows=rows, generation=7, generations=20))
+            screen.take(Snapshot("stopped", rows=rows, generation=7, generations=20))
             await app_until(pilot, lambda: not screen.board.live.gap)
             read = screen.board.live.course
             np.testing.assert_array_equal(read["best"], course["best"])
@@ -514,12 +524,14 @@ def test_another_theme_and_no_colour_change_nothing_but_colours(make, size, monk
     monkeypatch.setenv("NO_COLOR", "1")
 
     async def test(screen, pilot):
-        drawn = screen.board.drawn
+        panels = ("#live-status", "#live-table", "#live-events")
+        await app_until(pilot, lambda: all(text(screen, panel) for panel in panels[:2]))
+        before = [text(screen, panel) for panel in panels]
         for theme in ("gaitsim-okabe-ito", "gaitsim-light", "textual-ansi"):
             if theme in pilot.app.available_themes:
                 pilot.app.theme = theme
-                await app_until(pilot, lambda drawn=drawn: screen.board.drawn > drawn)
-                drawn = screen.board.drawn
+                await pilot.pause(0.3)  # some of the board's ticks
+                assert [text(screen, panel) for panel in panels] == before
 
     live(make(5), test, size=size)
 
@@ -531,7 +543,7 @@ def test_all_islands_and_terms_can_be_seen(make, number):
     async def test(screen, pilot):
         await app_until(pilot, lambda: "diversity" in text(screen, "#live-table"))
         table, panel = screen.query_one("#live-table"), screen.query_one("#live-terms")
-        await app_until(pilot, lambda: table.size.height == len(table._lines))
+        await app_until(pilot, lambda: table.size.height == len(table.text.split("\n")))
         assert "island" in table.text.splitlines()[0]
         assert panel.region.bottom <= screen.query_one("Footer").region.y
         assert screen.query_one(Curves).size.height >= 4

@@ -61,9 +61,9 @@ async def enter(driver, screen, field, text):
 
 async def ended(driver, live):
     """Stop a run that evolves, so that its process does not outlive the test's event loop."""
-    await driver.until(lambda: live._engine is not None or live.state == "finished")
+    await driver.until(lambda: live.process is not None or live.state == "finished")
     live.action_stop()
-    await driver.until(lambda: live._engine is None)
+    await driver.until(lambda: live.process is None)
 
 
 class TestForms:
@@ -270,7 +270,7 @@ class TestLeaving:
             assert (
                 RunSnapshot(path).experiment_text == load_experiment(reference, overrides).to_toml()
             )
-            await driver.until(lambda: live._engine is None or live.state == "finished")
+            await driver.until(lambda: live.process is None or live.state == "finished")
             await driver.until(lambda: RunSnapshot(path).generation == 2)
             await driver.press("escape")
             await driver.at("Home")

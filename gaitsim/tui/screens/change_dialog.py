@@ -1,5 +1,6 @@
-"""Asks which options a run is to go on under, checked as they are typed."""
+"""Asks for the options under which a run continues, checked as they are typed."""
 
+import asyncio
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.screen import ModalScreen
-from textual.timer import Timer
 from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
@@ -89,13 +89,27 @@ def words_of(text: str) -> tuple[str, ...]:
         raise GaitsimError("a quotation mark is not closed") from None
 
 
-class Change(ModalScreen[ChangeRequest | None]):
-    """Asks for changes of the experiment; dismissed with what is wanted.
+def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
+    """Say what changes come to, without making them.
+
+    Raises:
+        GaitsimError: they are invalid, or the run cannot be continued.
+    """
+    plans = plan(run, overrides, generations=None, any_version=True)
+    if not plans.changes:
+        return "No new stage: evolution continues unchanged." if overrides else ""
+    changes = "".join(f"▶ {change}\n" for change in plans.changes)
+    anew = "; its scores begin anew" if plans.reevaluates else ""
+    return f"{changes}from generation {run.generation + 1} on{anew}"
+
+
+class ChangeDialog(ModalScreen[ChangeRequest | None]):
+    """Asks for changes of the experiment; dismissed with the request.
 
     Args:
         run: its folder.
         fork: whether they are those of a copy, whose folder is asked for as well.
-        typed: what stands there at first.
+        typed: the text at first.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -104,7 +118,7 @@ class Change(ModalScreen[ChangeRequest | None]):
                 tooltip="To the list of options"),
     ]  # fmt: skip
     DEFAULT_CSS = """
-    Change {
+    ChangeDialog {
         & .dialog { width: 90; }
         & OptionList {
             height: 9; margin: 1 0; padding: 0; border: none; background: $panel;
@@ -121,10 +135,6 @@ class Change(ModalScreen[ChangeRequest | None]):
         super().__init__()
         self._run, self._fork = run, fork
         self._known: list[KnownOption] = []
-        self._checked: str | None = None  # the text that was found right
-        self._submitted = False
-        self._timer: Timer | None = None
-        # Held, as what threads find may come when the screen is being taken down.
         self._input = Input(typed, placeholder="KEY=VALUE …", compact=True, id="change-text")
         self._folder = Input(placeholder=f"{run}-2", compact=True, id="change-out")
         self._options = OptionList(id="change-options")
@@ -145,58 +155,47 @@ class Change(ModalScreen[ChangeRequest | None]):
             yield self._shell
 
     def on_mount(self) -> None:
-        """Read the options, in a thread: their plugins are imported for it."""
         self._input.focus()
-        self._read()
-
-    @work(thread=True, group="read")
-    def _read(self) -> None:
-        try:
-            known = known_options(RunSnapshot(self._run))
-        except GaitsimError as error:
-            self.app.call_from_thread(self._say, str(error), wrong=True)
-            return
-        self.app.call_from_thread(self._take, known)
-
-    def _take(self, known: list[KnownOption]) -> None:
-        self._known = known
-        if self.is_attached:
-            self._check_now()
-
-    # What is typed
-
-    @property
-    def _text(self) -> str:
-        return self._input.value
+        self._check()
 
     @on(Input.Changed)
     def _changed(self) -> None:
-        self._checked = None
-        if self._timer is not None:
-            self._timer.stop()
-        self._timer = self.set_timer(CALM, self._check_now)
+        self._check(CALM)
 
-    def _check_now(self) -> None:
-        if not self._known or not self.is_attached:
-            return
-        self._offer()
-        text = self._text
+    @on(Input.Submitted)
+    def _entered(self) -> None:
+        self._check(submit=True)
+
+    @work(exclusive=True)
+    async def _check(self, delay: float = 0.0, *, submit: bool = False) -> None:
+        """Show the effect of the changes, unless others are typed meanwhile.
+
+        Args:
+            delay: seconds to wait for that.
+            submit: whether to take the changes if they are valid.
+        """
+        await asyncio.sleep(delay)
         try:
-            assignments = words_of(text)
+            if not self._known:  # in a thread: plugins are imported for it
+                self._known = await asyncio.to_thread(known_options, RunSnapshot(self._run))
+            self._offer()
+            words = words_of(self._input.value)
+            self._shell.update(Text(f"$ {self._command(words)}"))
+            if words and "=" not in words[-1] and not submit:
+                self._say("Type on, or choose an option: ↓")
+                return
+            overrides = parse_assignments(words)
+            self._say(await asyncio.to_thread(effect_of, RunSnapshot(self._run), overrides))
         except GaitsimError as error:
-            self._found(text, error, "")
+            self._say(str(error), wrong=True)
             return
-        self._shell.update(Text(f"$ {self._command(assignments)}"))
-        if assignments and "=" not in assignments[-1] and not self._submitted:
-            self._say("Type on, or choose an option: ↓", wrong=False)
-            return
-        self._check(text, assignments)
+        if submit:
+            wanted = ChangeRequest(overrides, self._out())
+            self.dismiss(wanted if overrides or self._fork else None)
 
     def _offer(self) -> None:
-        """List the options that have what the last word begins with."""
-        typing = "" if self._text.endswith(" ") else (self._text.split(" ") or [""])[-1]
-        wanted = typing.partition("=")[0]
-        fitting = [one for one in self._known if wanted in one.key]
+        """List the options whose keys contain the beginning of the last word."""
+        wanted = self._input.value.split(" ")[-1].partition("=")[0]
         width = max(len(one.key) for one in self._known)
         self._options.clear_options()
         self._options.add_options(
@@ -210,39 +209,11 @@ class Change(ModalScreen[ChangeRequest | None]):
                 ),
                 one.key,
             )
-            for one in fitting
+            for one in self._known
+            if wanted in one.key
         )
 
-    @work(thread=True, group="check", exclusive=True)
-    def _check(self, text: str, assignments: tuple[str, ...]) -> None:
-        """See what the changes come to, in a thread. Writes nothing."""
-        run = RunSnapshot(self._run)
-        try:
-            overrides = parse_assignments(assignments)
-            opening = plan(run, overrides, generations=None, any_version=True)
-        except GaitsimError as error:
-            self.app.call_from_thread(self._found, text, error, "")
-            return
-        first = run.generation + 1
-        said = "".join(f"▶ {change}\n" for change in opening.changes)
-        if said:
-            said += f"from generation {first} on"
-            if opening.reevaluates:
-                said += "; its scores begin anew"
-        elif assignments:
-            said = "No new stage: evolution goes on in the same way."
-        self.app.call_from_thread(self._found, text, None, said)
-
-    def _found(self, text: str, error: GaitsimError | None, said: str) -> None:
-        if not self.is_attached or text != self._text:
-            return
-        self._say(str(error) if error else said, wrong=error is not None)
-        self._checked = None if error else text
-        if self._submitted and error is None:
-            self._done()
-        self._submitted = False
-
-    def _say(self, text: str, *, wrong: bool) -> None:
+    def _say(self, text: str, *, wrong: bool = False) -> None:
         self._said.set_class(wrong, "problem")
         self._said.update(Text(visible_lines(text)))
 
@@ -256,11 +227,9 @@ class Change(ModalScreen[ChangeRequest | None]):
         typed = self._folder.value.strip()
         return Path(typed) if typed else None
 
-    # What is done
-
     @on(OptionList.OptionSelected)
     def _chosen(self, event: OptionList.OptionSelected) -> None:
-        """Put an option where it is typed, its value to be changed."""
+        """Put the option where it is typed, for its value to be changed."""
         before = self._input.value.rpartition(" ")[0]
         self._input.value = f"{before} {event.option.id}=".lstrip()
         self._input.focus()
@@ -268,19 +237,3 @@ class Change(ModalScreen[ChangeRequest | None]):
 
     def action_options(self) -> None:
         self._options.focus()
-
-    @on(Input.Submitted)
-    def _entered(self) -> None:
-        """Take it once it is found right."""
-        if self._checked == self._text:
-            self._done()
-        else:
-            self._submitted = True
-            self._check_now()
-
-    def _done(self) -> None:
-        overrides = parse_assignments(words_of(self._text))
-        if overrides or self._fork:
-            self.dismiss(ChangeRequest(overrides, self._out()))
-        else:
-            self.dismiss(None)

@@ -46,7 +46,8 @@ class Live(LiveDialogs):
         clock: seconds that pass, for the body that moves.
 
     Attributes:
-        board: what is shown.
+        board: the panels.
+        process: the process that evolves the run here; None while none does.
     """
 
     CSS_PATH = "live.tcss"
@@ -84,9 +85,8 @@ the app in any way, and the run can be gone on with exactly where it stood.
         self.run = run
         self.board = Board(run, clock)
         self._go = go
-        self._engine: Engine | None = None
+        self.process: Engine | None = None
         self._stopping = False
-        self._state = ""
         self._offers: tuple[object, ...] = ()
         self.title, self.sub_title = run.name, ""
 
@@ -108,7 +108,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
     def state(self) -> str:
         """Of the latest snapshot; `stopping` once that is asked for."""
         state = self.snapshot.state
-        return "stopping" if self._stopping and self._engine is not None else state
+        return "stopping" if self._stopping and self.process is not None else state
 
     def on_mount(self) -> None:
         self.sub_title = about(self.run)
@@ -121,26 +121,14 @@ the app in any way, and the run can be gone on with exactly where it stood.
         """Follow the run as its folder shows it."""
         go, self._go = self._go, False
         async for snapshot in RunWatcher(self.run):
-            self._take(snapshot)
+            self.take(snapshot)
         if go and self.snapshot.state == "stopped":
             self._start()
 
-    def _start(
-        self,
-        generations: int | None = None,
-        overrides: Overrides | None = None,
-        *,
-        step: bool = False,
-    ) -> None:
-        """Evolve it here."""
-        engine = Engine(
-            self.run,
-            generations=generations,
-            overrides=overrides,
-            paused=step,
-            known=self.snapshot,
-        )
-        self._engine, self._stopping = engine, False
+    def _start(self, overrides: Overrides | None = None, *, step: bool = False) -> None:
+        """Evolve the run here."""
+        engine = Engine(self.run, overrides=overrides, paused=step, known=self.snapshot)
+        self.process, self._stopping = engine, False
         self.board.problem(None)
         self._steer(engine, step)
 
@@ -150,15 +138,15 @@ the app in any way, and the run can be gone on with exactly where it stood.
         if step:
             engine.step()
         async for snapshot in engine:
-            self._take(snapshot)
+            self.take(snapshot)
         await engine.ended()
-        self._engine, self._stopping = None, False
+        self.process, self._stopping = None, False
         self._changed()
         if self.snapshot.state == "failed" and is_locked(self.run):
             self._watch()
 
-    def _take(self, snapshot: Snapshot) -> None:
-        """Take what is new; all but the state is drawn by and by."""
+    def take(self, snapshot: Snapshot) -> None:
+        """Take a snapshot; the state is shown at once, the rest drawn in its rhythm."""
         board = self.board
         board.live.take(snapshot)
         if snapshot.error is not None:
@@ -175,9 +163,8 @@ the app in any way, and the run can be gone on with exactly where it stood.
         if state == "finished":
             board.hint = f"{self.snapshot.reason}. g goes further, r replays, e makes files."
         board.stale()
-        self._state = state
         # What keys do depends on these alone; the footer is laid out anew, which is slow.
-        offers = state, self._engine is not None, self.snapshot.champion is not None
+        offers = state, self.process is not None, self.snapshot.champion is not None
         if offers != self._offers:
             self._offers = offers
             self.refresh_bindings()
@@ -192,37 +179,37 @@ the app in any way, and the run can be gone on with exactly where it stood.
     # Steering
 
     def action_pause(self) -> None:
-        if self._engine is not None:
-            self._engine.pause()
+        if self.process is not None:
+            self.process.pause()
 
     def action_go(self) -> None:
-        if self._engine is not None:
-            self._engine.go()
+        if self.process is not None:
+            self.process.go()
         else:
             self._start()
 
     def action_step(self) -> None:
-        if self._engine is not None:
-            self._engine.step()
+        if self.process is not None:
+            self.process.step()
         else:
             self._start(step=True)
 
     def action_stop(self) -> None:
         """Stop and save; asked again, stop at once."""
-        if self._engine is None:
+        if self.process is None:
             return
         if self._stopping:
-            self._engine.kill()
+            self.process.kill()
             return
-        self._engine.stop()
+        self.process.stop()
         self._stopping = True
         self._changed()
 
     def go_on(self, overrides: Overrides) -> None:
         """Go on under a changed experiment: at once, or from rest."""
         self.board.problem(None)
-        if self._engine is not None:
-            self._engine.change(overrides)
+        if self.process is not None:
+            self.process.change(overrides)
         elif self.state in ("stopped", "finished", "failed"):
             self._start(overrides=overrides)
 
@@ -242,7 +229,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
         """Ask while the run evolves here; it is stopped and saved then."""
         from gaitsim.tui.screens.confirm import Confirm
 
-        engine = self._engine
+        engine = self.process
         if engine is None:
             return True
         if not self._stopping:
@@ -262,8 +249,8 @@ the app in any way, and the run can be gone on with exactly where it stood.
 
     def on_unmount(self) -> None:
         """Leave no process behind."""
-        if self._engine is not None:
-            self._engine.stop()
+        if self.process is not None:
+            self.process.stop()
 
     # What can be done now
 
@@ -273,7 +260,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if not self.is_mounted:
             return super().check_action(action, parameters)
-        state, here = self.state, self._engine is not None
+        state, here = self.state, self.process is not None
         match action:
             case "pause":
                 return here and state in ("running", "preparing")

@@ -51,7 +51,6 @@ class Board(Vertical):
         hint: what is said below it; '' says what happened last.
         curves: of the best score and the mean.
         canvas: the champion.
-        drawn: how many times something was.
     """
 
     def __init__(self, run: Path, clock: Callable[[], float] = time.monotonic) -> None:
@@ -65,7 +64,7 @@ class Board(Vertical):
         self.live = LiveState()
         self.state = "stopped"
         self.hint = ""
-        self.drawn = self._ticks = 0
+        self._ticks = 0
         self._stale = True
         self._widths = (0, 0, 0, 0)  # of what was drawn last; 0 draws all
         self._styles: formatting.Styles = {}
@@ -112,7 +111,7 @@ class Board(Vertical):
             elapsed, self._then = now - self._then, now
             if moves:
                 canvas.seconds = (canvas.seconds + elapsed * canvas.speed) % canvas.duration
-        self.drawn += self._draw(all_of_it=not fast or not self._ticks % NEWS) or moves
+        self._draw(all_of_it=not fast or not self._ticks % NEWS)
 
     def stale(self) -> None:
         """Have what is shown drawn anew soon."""
@@ -127,12 +126,12 @@ class Board(Vertical):
         self._problem.set_class(error is not None, "shown")
         self._problem.update(Text(visible_lines(str(error))) if error else "")
 
-    def _draw(self, *, all_of_it: bool) -> bool:
-        """Draw what is new in the status or in all panels; whether anything was."""
+    def _draw(self, *, all_of_it: bool) -> None:
+        """Draw the news in the status line, or in all panels."""
         table, log, width = self._table, self._log, self._status.content_size.width
         widths = width, table.size.width, *log.size
         if not width or (not self._stale and widths == self._widths):
-            return False
+            return
         all_of_it = all_of_it or widths != self._widths
         styles = self._styles = self._styles or self._theme()
         live, snapshot = self.live, self.live.snapshot
@@ -142,13 +141,12 @@ class Board(Vertical):
             said = formatting.event_line(live.events[-1], width, styles)
         self._status.show([formatting.status(snapshot, self.state, width, styles), said])
         if not all_of_it:
-            return True
+            return
         self._stale, self._widths = False, widths
         table.show(formatting.table(snapshot, live.course, table.size.width, styles))
         latest = islice(reversed(live.events), log.size.height)
         log.show([formatting.event_line(event, log.size.width, styles) for event in latest])
         self._curves()
-        return True
 
     def _curves(self) -> None:
         course, first = self.live.course, self.live.snapshot.scored_from

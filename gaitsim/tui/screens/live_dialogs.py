@@ -45,12 +45,12 @@ class LiveDialogs(GaitScreen):
     @work(group="ask", exclusive=True)
     async def action_change(self) -> None:
         """Ask for changes; they hold from the next generation on."""
-        from gaitsim.tui.screens.change_dialog import Change
+        from gaitsim.tui.screens.change_dialog import ChangeDialog
 
         typed = ""
         if self.state == "finished":  # a stage has to have a generation
             typed = f"evolution.generations={self._further()} "
-        wanted = await self.app.push_screen_wait(Change(self.run, typed=typed))
+        wanted = await self.app.push_screen_wait(ChangeDialog(self.run, typed=typed))
         if wanted is not None:
             self.go_on(wanted.overrides)
 
@@ -81,10 +81,10 @@ class LiveDialogs(GaitScreen):
 
     @work(group="ask", exclusive=True)
     async def action_fork(self) -> None:
-        from gaitsim.tui.screens.change_dialog import Change
+        from gaitsim.tui.screens.change_dialog import ChangeDialog
 
         self.action_pause()
-        wanted = await self.app.push_screen_wait(Change(self.run, fork=True))
+        wanted = await self.app.push_screen_wait(ChangeDialog(self.run, fork=True))
         if wanted is not None:
             self._fork(wanted.out, wanted.overrides)
 
