@@ -23,25 +23,16 @@ LEAK = 0.01
 
 
 TANH, SIGMOID, RELU, LEAKY_RELU, LINEAR = range(5)
-ACTIVATION_CODES = {
-    "tanh": TANH,
-    "sigmoid": SIGMOID,
-    "relu": RELU,
-    "leaky-relu": LEAKY_RELU,
-    "linear": LINEAR,
-}
-ACTIVATIONS = tuple(ACTIVATION_CODES)
-"""'linear' is meant for the last layer."""
+ACTIVATIONS = ("tanh", "sigmoid", "relu", "leaky-relu", "linear")
+"""Names of the activations in the order of their codes; 'linear' is meant for the last layer."""
+ACTIVATION_CODES = {name: code for code, name in enumerate(ACTIVATIONS)}
 
 
 def activation_with(tanh: Callable[[Any], Any]) -> Callable[[int, Any], Any]:
     """Return `activation` with another hyperbolic tangent, such as an approximation."""
 
     def activation(code: int, z: Any) -> Any:
-        """Return f(z) for the activation `code`.
-
-        z is an array of any shape; a function that Numba compiles from this one, for a number.
-        """
+        """Return f(z) for an array; compiled by Numba, for a number."""
         if code == TANH:
             return tanh(z)
         if code == SIGMOID:  # 1 / (1 + exp(−z)), which would overflow where z is far below zero
@@ -59,7 +50,7 @@ activation = activation_with(np.tanh)
 
 
 def activation_slope(code: int, a: Any) -> Any:
-    """Return f'(z) where a = f(z), of the activation `code`; for arrays, and for Numba as above."""
+    """Return f'(z) where a = f(z) for an array; compiled by Numba, for a number."""
     if code == TANH:
         return 1 - a * a
     if code == SIGMOID:
@@ -72,7 +63,7 @@ def activation_slope(code: int, a: Any) -> Any:
 
 
 def gene_count(sizes: Sequence[int]) -> int:
-    """Weights and biases of a network with layers of these sizes, inputs first.
+    """Return the number of weights and biases of layers of these sizes, inputs first.
 
     Raises:
         ValueError: fewer than two layers, or an empty one.
@@ -81,7 +72,7 @@ def gene_count(sizes: Sequence[int]) -> int:
 
 
 def gene_labels(sizes: Sequence[int]) -> tuple[str, ...]:
-    """Name of each gene, in the order of `Network.genes`: 'W1[0,0]', 'W1[0,1]' … 'b1[0]' …
+    """Return the names of genes in the order of `Network.genes`: 'W1[0,0]', 'W1[0,1]' … 'b1[0]' …
 
     Raises:
         ValueError: fewer than two layers, or an empty one.
@@ -98,7 +89,7 @@ def gene_labels(sizes: Sequence[int]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A feed-forward network, or as many as there are along the axes in front.
+    """A feed-forward network, or several along the axes in front.
 
     Attributes:
         weights: W1, W2 …, each (…, to, from).
@@ -156,7 +147,7 @@ class Network:
         activation: str = "tanh",
         output: str = "linear",
     ) -> "Network":
-        """The network with these parameters; views of them, no copies.
+        """Return the network with these parameters, as views.
 
         Args:
             sizes: neurons of each layer, inputs first.
@@ -165,7 +156,7 @@ class Network:
             output: of the last layer.
 
         Raises:
-            ValueError: not as many genes as the sizes need, or an unknown activation.
+            ValueError: another number of genes than the sizes need, or an unknown activation.
         """
         count = gene_count(sizes)
         row = _floating(genes)
@@ -190,7 +181,7 @@ class Network:
         activation: str = "tanh",
         output: str = "linear",
     ) -> "Network":
-        """A network to begin learning with: Gaussian weights, biases of zero.
+        """Return a network to start learning from: Gaussian weights, biases of zero.
 
         The variance of a weight is 2/from before a ReLU (He et al. 2015) and 1/from
         otherwise (LeCun et al. 1998), so that signals keep their size from layer to layer.
@@ -212,7 +203,7 @@ class Network:
         )
 
     def activate(self, inputs: ArrayLike) -> Floats:
-        """What the network answers.
+        """Return the outputs of the network.
 
         Args:
             inputs: (…, inputs, samples), a column a sample; without axes in front, every
@@ -227,11 +218,11 @@ class Network:
         return self._layers(inputs)[-1]
 
     def gradients(self, inputs: ArrayLike, targets: ArrayLike) -> tuple[Floats, Floats]:
-        """The error and its gradient, by backpropagation (Rumelhart et al. 1986).
+        """Return the error and its gradient, by backpropagation (Rumelhart et al. 1986).
 
         Args:
             inputs: (…, inputs, samples).
-            targets: what `activate` should answer, (…, outputs, samples).
+            targets: outputs wanted of `activate`, (…, outputs, samples).
 
         Returns:
             The mean squared error over outputs and samples, (…), and its derivative by
@@ -241,13 +232,13 @@ class Network:
             ValueError: inputs or targets of another size.
         """
         layers = self._layers(inputs)
-        wanted, answers = _floating(targets), layers[-1]
-        if wanted.ndim < 2 or wanted.shape[-2:] != answers.shape[-2:]:
+        wanted, outputs = _floating(targets), layers[-1]
+        if wanted.ndim < 2 or wanted.shape[-2:] != outputs.shape[-2:]:
             raise ValueError(
                 f"targets have the shape {wanted.shape}, expected (…, outputs, samples) = "
-                f"{answers.shape}"
+                f"{outputs.shape}"
             )
-        off = answers - wanted
+        off = outputs - wanted
         delta = 2 * off / (off.shape[-2] * off.shape[-1])
         by_weights: list[Floats] = []
         by_biases: list[Floats] = []
@@ -290,7 +281,7 @@ def _checked(sizes: Sequence[int]) -> Sequence[int]:
 
 
 def _floating(values: ArrayLike) -> Floats:
-    """As floating point numbers: their own type if they have one."""
+    """Return an array of floating point numbers, of their own type if they have one."""
     array = np.asarray(values)
     return array if array.dtype.kind == "f" else array.astype(np.float64)
 
