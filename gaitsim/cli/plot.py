@@ -15,7 +15,7 @@ from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.render.plots import FORMATS, THEMES, check_target, save
 from gaitsim.render.plots.kinds import KINDS, draw, file_stem
-from gaitsim.render.plots.request import LackingError, Request
+from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -137,7 +137,7 @@ def _plot_all(
         for kind in KINDS:
             try:
                 figure = draw(kind, request)
-            except LackingError as error:
+            except NothingToPlotError as error:
                 notice(f"No plot of the kind {kind}: {error.what}")
             else:
                 path = folder / f"{file_stem(kind, request)}.{format}"

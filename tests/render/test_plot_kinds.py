@@ -23,7 +23,7 @@ from gaitsim.render.plots.kinds import KINDS, draw, file_stem
 from gaitsim.render.plots.labels import shortened
 from gaitsim.render.plots.panels import intervals
 from gaitsim.render.plots.path import path_figure, scene_of
-from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.scenery import nice
 from gaitsim.render.plots.stability import margin_of, stability_figure
 from gaitsim.render.plots.terms import terms_figure
@@ -295,7 +295,7 @@ def test_frames_that_are_nowhere_are_left_out_of_the_path(flier, broken):
     if broken == "some":
         assert len(lines(path_figure(request).axes[1])[0].get_xdata()) == 4
     else:
-        with pytest.raises(LackingError, match=r"puppet.* is nowhere"):
+        with pytest.raises(NothingToPlotError, match=r"puppet.* is nowhere"):
             path_figure(request)
 
 
@@ -469,13 +469,15 @@ def test_too_much_for_a_plot_is_refused(spider_run):
 
 @pytest.mark.parametrize("kind", ["footfall", "stability"])
 def test_a_body_without_feet_is_named_and_what_it_would_need(flier, kind):
-    with pytest.raises(LackingError, match=r"organism 'puppet' .* has no feet") as error:
+    with pytest.raises(NothingToPlotError, match=r"organism 'puppet' .* has no feet") as error:
         draw(kind, asked(flier))
     assert "contacts" in error.value.allowed
 
 
 def test_a_body_without_joints_is_named_and_what_it_would_need(flier):
-    with pytest.raises(LackingError, match=r"organism 'puppet' .* has no joint angles") as error:
+    with pytest.raises(
+        NothingToPlotError, match=r"organism 'puppet' .* has no joint angles"
+    ) as error:
         draw("joints", asked(flier))
     assert "'joint_angles'" in error.value.allowed
 
@@ -503,16 +505,16 @@ def test_a_body_that_breaks_its_contract_is_named(puppet_run, puppets, monkeypat
     [(None, (40, 300)), ((0, 1), (0, 31)), ((9, 20), (270, 300)), ((0.5, 0.6), (15, 19))],
 )
 def test_a_window_is_a_part_of_the_frames(window, frames):
-    assert stretch(300, 30.0, window, usual=26 / 3) == slice(*frames)
+    assert window_slice(300, 30.0, window, usual=26 / 3) == slice(*frames)
 
 
 def test_a_window_without_motion_is_refused():
     for window in ((10, 20), (0.0, 0.01), (-1, 2)):
         with pytest.raises(GaitsimError, match="no two frames") as error:
-            stretch(300, 30.0, window)
+            window_slice(300, 30.0, window)
         assert "0 to 9.967 s" in error.value.allowed
-    with pytest.raises(LackingError, match="only one frame"):
-        stretch(1, 30.0, None)
+    with pytest.raises(NothingToPlotError, match="only one frame"):
+        window_slice(1, 30.0, None)
 
 
 def test_files_are_named_after_what_they_show(spider_run):

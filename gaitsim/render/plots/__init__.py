@@ -1,4 +1,4 @@
-"""Plots for papers and screens: a file a kind, one style for all."""
+"""Plots for papers and screens: one file for each kind, one style for all."""
 
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.style import (

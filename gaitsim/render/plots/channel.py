@@ -1,4 +1,4 @@
-"""Any channel of the motion against time, of one champion or of several generations."""
+"""Plot any channel of the motion over time, of one champion or of several generations."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -11,26 +11,26 @@ from gaitsim.render.plots.channels import Signal, channels_of, read_signal
 from gaitsim.render.plots.components import Line, finite, lines_of
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import bars, grid
-from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# What is looked at first, of the channels that a body has.
+# Channels to draw by default, in this order.
 USUAL = ("altitude", "margin", "pose", "joint_angles")
 _TOGETHER = 8  # lines of one panel that can be told apart
 _PANELS = 24  # that a page can hold
 
 
 def channel_figure(request: Request) -> "Figure":
-    """A channel's components over time; one line a generation where there are several.
+    """Plot the components of a channel over time; of several generations a line each.
 
     Raises:
         GaitsimError: there is no such channel or component, it is not over time, or
             there is too much to draw.
-        PluginError: the body cannot work it out.
+        PluginError: the body cannot compute it.
     """
     if len(request.individuals) > _TOGETHER:
         raise GaitsimError(
@@ -40,7 +40,7 @@ def channel_figure(request: Request) -> "Figure":
     name = request.channel or usual_channel(request.individual)
     signals = [read_signal(individual, name) for individual in request.individuals]
     lines = [lines_of(signal, request.components) for signal in signals]
-    parts = [stretch(len(signal.values), signal.rate, request.window) for signal in signals]
+    parts = [window_slice(len(signal.values), signal.rate, request.window) for signal in signals]
     with styled(request.theme):
         if len(signals) == 1 and signals[0].values.dtype.kind == "b":
             figure = _truths(signals[0], lines[0], parts[0], request.theme)
@@ -50,14 +50,14 @@ def channel_figure(request: Request) -> "Figure":
 
 
 def usual_channel(individual: Individual) -> str:
-    """The channel of a body that is drawn by default.
+    """Return the channel of a body that is drawn by default.
 
     Raises:
-        LackingError: none is over time.
+        NothingToPlotError: none is over time.
     """
     timed = [name for name, channel in channels_of(individual).items() if channel.over_time]
     if not timed:
-        raise LackingError(
+        raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} has no channel over time",
             where=str(individual.source),
             allowed="a channel with the axes (population, frames, …)",
@@ -66,7 +66,7 @@ def usual_channel(individual: Individual) -> str:
 
 
 def _truths(signal: Signal, lines: Sequence[Line], part: slice, theme: Theme) -> "Figure":
-    """Rows of bars: while it holds."""
+    """Draw a row of bars for each truth value, a bar while it is true."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(lines))))
@@ -84,7 +84,7 @@ def _numbers(
     lines: Sequence[Sequence[Line]],
     parts: Sequence[slice],
 ) -> "Figure":
-    """Panels of lines: a panel a component if lines are generations, else a panel a kind."""
+    """Draw lines in panels: one for each component if lines are generations."""
     signal, several = signals[0], len(signals) > 1
     panels = _panels(signal, lines[0], several)
     if len(panels) > _PANELS:
@@ -126,9 +126,9 @@ def _numbers(
 
 
 def _panels(signal: Signal, lines: Sequence[Line], several: bool) -> dict[str, list[int]]:
-    """Indices of the lines of each panel, by the panel's title.
+    """Return the indices of the lines of each panel, by the panel's title.
 
-    What has different units or directions, such as x, y and z, goes to panels of its own.
+    Components with different units or directions, such as x, y and z, go to separate panels.
     """
     differ = isinstance(signal.channel.unit, tuple)
     directions = differ or (bool(signal.entries) and signal.entries[-1][0] == "x")
@@ -145,14 +145,14 @@ def _panels(signal: Signal, lines: Sequence[Line], several: bool) -> dict[str, l
 
 
 def _rest(line: Line, title: str) -> str:
-    """What of a line's name the title of its panel does not say."""
+    """Return the part of a line's name that the title of its panel lacks."""
     if line.name == title:
         return line.name
     return " ".join(line.names[:-1] if title and line.names[-1] == title else line.names)
 
 
 def _label(channel: str, title: str, units: Sequence[str], several: bool) -> str:
-    """The name of what an axis shows, and its units."""
+    """Return the label of an axis, with units."""
     # 'x' says enough of a place, not of a velocity.
     place = several and channel in ("pose", "position")
     name = title if place else f"{channel} {title}".strip()

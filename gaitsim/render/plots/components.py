@@ -30,20 +30,20 @@ class Line:
 
     @property
     def name(self) -> str:
-        """Its names in one."""
+        """The names, joined."""
         return " ".join(self.names)
 
 
 def lines_of(signal: Signal, components: Sequence[str]) -> list[Line]:
-    """The components that are asked for, in the channel's order.
+    """Return the chosen components as lines, in the order of the channel.
 
     Args:
-        signal: what they are of.
-        components: names or, along the last axis, indices from 0. Those of one axis add
-            up; an axis of which none is named is taken whole, if it is not of many trials.
+        signal: the channel of an individual.
+        components: names or, along the last axis, indices from 0. Several along one axis are
+            all drawn; an axis without a chosen entry is drawn whole.
 
     Raises:
-        GaitsimError: there is no such component; all there are are listed.
+        GaitsimError: there is no such component; lists those that exist.
     """
     # Of many trials only the first is drawn: the others show the same again.
     chosen: list[set[int]] = [set() for _ in signal.entries]
@@ -69,7 +69,7 @@ def lines_of(signal: Signal, components: Sequence[str]) -> list[Line]:
 
 
 def _found(signal: Signal, component: str) -> tuple[int, int]:
-    """The axis and the index of a component."""
+    """Return the axis and the index of a component."""
     backwards = [*reversed([*enumerate(signal.entries)])]
     for axis, names in backwards:
         if component in names:
@@ -89,6 +89,6 @@ def _found(signal: Signal, component: str) -> tuple[int, int]:
 
 
 def finite(values: NDArray[Any]) -> NDArray[np.float64]:
-    """The same with gaps where a value is not finite."""
+    """Return the values with NaN, which leaves a gap, for those that are not finite."""
     numbers = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, np.nan)

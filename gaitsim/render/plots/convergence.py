@@ -1,4 +1,4 @@
-"""Convergence of compared experiments: best score against evaluations, with bands."""
+"""Plot the convergence of compared experiments: best score over evaluations, with bands."""
 
 from collections.abc import Mapping
 from pathlib import Path

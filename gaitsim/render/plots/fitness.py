@@ -1,4 +1,4 @@
-"""Scores over the generations."""
+"""Plot the scores over the generations."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -21,7 +21,7 @@ History = dict[str, NDArray[np.float64]]
 def fitness_figure(
     run: RunSnapshot, theme: Theme = LIGHT, size: tuple[float, float] = (WIDTH, 2.4)
 ) -> "Figure":
-    """Best, mean and quartiles of the scores, kept champions, and where stages begin.
+    """Plot best, mean and quartiles of the scores, kept champions, and where stages begin.
 
     Args:
         run: with a generation or more.
@@ -91,7 +91,7 @@ def _draw(axes: "Axes", history: History, theme: Theme) -> None:
 def _draw_islands(
     axes: "Axes", history: History, islands: NDArray[np.float64], theme: Theme
 ) -> None:
-    """The best of each island, where there are several."""
+    """Draw the best of each island, where there are several."""
     if islands.shape[1] == 1:
         return
     for island, bests in enumerate(islands.T):
@@ -135,14 +135,14 @@ def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: The
 
 
 def stages(history: History) -> list[slice]:
-    """The rows of each stage of a run; all of them where it has only one."""
+    """Return the rows of each stage of a run."""
     stage = history.get("stage", np.ones_like(history["generation"]))
     borders = [0, *(np.flatnonzero(np.diff(stage)) + 1).tolist(), len(stage)]
     return [slice(first, end) for first, end in pairwise(borders)]
 
 
 def mark_stages(axes: "Axes", history: History, theme: Theme, *, named: bool = True) -> list[int]:
-    """Draw a line before each stage but the first; the generations with which they begin."""
+    """Draw a line before each stage but the first; return their first generations."""
     starts = [part.start + 1 for part in stages(history)[1:]]
     for index, start in enumerate(starts, 2):
         axes.axvline(start - 0.5, color=theme.ink, linewidth=0.6, linestyle=":")
@@ -159,7 +159,7 @@ def mark_stages(axes: "Axes", history: History, theme: Theme, *, named: bool = T
 
 
 def set_generations(axes: "Axes", history: History, ticks: int = 6) -> None:
-    """Let an axis reach from the first generation to the last."""
+    """Set the limits of an axis to the first and the last generation."""
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlim(1, max(2, int(history["generation"][-1])))

@@ -1,4 +1,4 @@
-"""Footfalls: which foot is on the ground when (Hildebrand 1965)."""
+"""Plot footfalls: which foot is on the ground when (Hildebrand 1965)."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ from gaitsim.gait.contact import feet_of as measured
 from gaitsim.individual import Individual
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import bars
-from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
 if TYPE_CHECKING:
@@ -19,13 +19,13 @@ USUAL = 3.0  # seconds, some strides of most bodies
 
 
 def footfall_figure(request: Request) -> "Figure":
-    """A row a foot, a bar while it is on the ground, and its duty factor in the whole motion.
+    """Plot a row for each foot, a bar while it is on the ground, and its duty factor.
 
-    The last seconds are drawn, past what a gait needs to settle, or all of it where no foot
+    Shows the last seconds, after the gait has settled, or the whole motion where no foot
     comes down twice in them.
 
     Raises:
-        LackingError: the body has no feet.
+        NothingToPlotError: the body has no feet.
         GaitsimError: the window holds none of the motion.
     """
     from matplotlib.figure import Figure
@@ -33,9 +33,9 @@ def footfall_figure(request: Request) -> "Figure":
     individual, theme = request.individual, request.theme
     touching, names = feet_of(individual)
     rate = individual.skeleton.frame_rate
-    part = stretch(len(touching), rate, request.window, USUAL)
+    part = window_slice(len(touching), rate, request.window, USUAL)
     if request.window is None and _landings(touching[part]).max(initial=0) < 2:
-        part = stretch(len(touching), rate, None)
+        part = window_slice(len(touching), rate, None)
     shown = touching[part]
     steps, _ = measured(touching, names, rate)
     with styled(theme):
@@ -55,14 +55,14 @@ def footfall_figure(request: Request) -> "Figure":
 
 
 def feet_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """When each foot is on the ground, (frames, feet), and the feet's names.
+    """Return when each foot is on the ground, (frames, feet), and the names of the feet.
 
     Raises:
-        LackingError: the body has no feet.
+        NothingToPlotError: the body has no feet.
     """
     skeleton = individual.skeleton
     if skeleton.touching is None or not skeleton.touching.shape[1]:
-        raise LackingError(
+        raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} has no feet on the ground to plot",
             where=str(individual.source),
             allowed="a body whose skeleton has contacts, and says when they touch the ground",
@@ -73,11 +73,11 @@ def feet_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]
 
 
 def _landings(touching: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """How often each foot comes down, (feet,)."""
+    """Return how often each foot comes down, (feet,)."""
     landings: NDArray[np.intp] = np.count_nonzero(~touching[:-1] & touching[1:], axis=0)
     return landings
 
 
 def _colour(name: str, theme: Theme) -> str:
-    """Left and right feet differ, where their names say which they are."""
+    """Return a colour for left feet, another for right ones, a third where the name has no side."""
     return {"L": theme.colours[0], "R": theme.colours[1]}.get(name[:1].upper(), theme.ink)

@@ -1,4 +1,4 @@
-"""A gait in one figure: footfalls, phases against the nearest reference gait, stability."""
+"""Plot a gait: footfalls, phases against the nearest reference gait, stability."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,9 +23,8 @@ SECONDS = 3.0  # shown of a gait without strides
 def plot_gait(gait: Gait, title: str, path: Path, theme: Theme = LIGHT) -> None:
     """Draw footfalls, phases and stability margin of a gait.
 
-    The footfalls and the margin are of the gait's last strides, past what it needs to
-    settle. Phases are dots, as large as they are consistent; the nearest reference gait is
-    a line.
+    Shows footfalls and margin of the last strides, after the gait has settled. Phases are dots,
+    the larger the more consistent; lines are the phases of the nearest reference gait.
 
     Raises:
         GaitsimError: the body has no feet, or the file's name ends with no known format.
@@ -71,7 +70,7 @@ def plot_gait(gait: Gait, title: str, path: Path, theme: Theme = LIGHT) -> None:
 
 
 def _stretch(found: Footfalls, frame_rate: float) -> slice:
-    """The frames that are drawn: the last whole strides, or seconds."""
+    """Return the frames to draw: the last whole strides, or seconds."""
     frames = len(found.touching)
     length = round(STRIDES * found.stride.frames if found.stride else SECONDS * frame_rate)
     return slice(max(0, frames - max(length, 2)), frames)
@@ -80,7 +79,7 @@ def _stretch(found: Footfalls, frame_rate: float) -> slice:
 def _margin(
     axes: "Axes", margin: NDArray[np.float64], start: float, rate: float, theme: Theme
 ) -> None:
-    """The margin in millimetres; gaps where no foot is on the ground."""
+    """Draw the margin in millimetres, with gaps where no foot is on the ground."""
     seconds = start + (np.arange(len(margin)) + 0.5) / rate
     values = np.where(np.isfinite(margin), 1000 * margin, np.nan)
     axes.plot(seconds, values, color=theme.ink)
@@ -102,7 +101,7 @@ def _phases(
     colours: list[str],
     theme: Theme,
 ) -> None:
-    """Phases of touch-down in cycles, and those of the nearest reference gait."""
+    """Draw the phases of touch-down in cycles, and those of the nearest reference gait."""
     axes.set_title("phase of touch-down (cycles)")
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.set_yticks(range(len(names)), names)

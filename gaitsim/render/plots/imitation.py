@@ -1,4 +1,4 @@
-"""How the error of imitators fell while they learnt."""
+"""Plot the errors of imitators over their training."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 def errors_figure(
     errors: Mapping[str, NDArray[np.float64]], heading: str, theme: Theme = LIGHT
 ) -> "Figure":
-    """Mean squared errors over the epochs, on a logarithmic scale.
+    """Plot mean squared errors over the epochs, on a logarithmic scale.
 
     Args:
         errors: by label, each (epochs,), rad².
-        heading: what stands above.
+        heading: of the figure.
         theme: its colours.
     """
     from matplotlib.figure import Figure
@@ -49,6 +49,6 @@ def errors_figure(
 
 
 def _power_of_ten(value: float, _position: int | None = None) -> str:
-    """Such as '10⁻³'; the style takes no text for mathematics, which axes would write."""
+    """Return a text such as '10⁻³'; the style turns off the mathematics that axes would write."""
     exponent = str(round(np.log10(value)))
     return "10" + exponent.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

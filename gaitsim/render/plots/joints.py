@@ -1,4 +1,4 @@
-"""Joint angles over time, a panel a leg."""
+"""Plot joint angles over time, a panel for each leg."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -9,7 +9,7 @@ from gaitsim.render.plots.channels import channels_of, read_signal
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import grid, intervals, shade
-from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.style import WIDTH, styled
 
 if TYPE_CHECKING:
@@ -20,22 +20,22 @@ _TOGETHER = 6  # joints without legs that share a panel
 
 
 def joints_figure(request: Request) -> "Figure":
-    """Angles from the pose at rest in degrees; shaded while a leg's foot is on the ground.
+    """Plot angles from the pose at rest in degrees; shaded while the foot is on the ground.
 
     Raises:
-        LackingError: the body has no joint angles.
+        NothingToPlotError: the body has no joint angles.
         GaitsimError: the window holds none of the motion.
     """
     individual, theme = request.individual, request.theme
     if "joint_angles" not in channels_of(individual):
-        raise LackingError(
+        raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} has no joint angles to plot",
             where=str(individual.source),
             allowed="a body with the channel 'joint_angles'",
             remedy="--kind channel plots any of its channels",
         )
     signal = read_signal(individual, "joint_angles")
-    part = stretch(len(signal.values), signal.rate, request.window, USUAL)
+    part = window_slice(len(signal.values), signal.rate, request.window, USUAL)
     degrees = np.degrees(finite(signal.values[part]))
     times = np.arange(part.start, part.stop) / signal.rate
     names = signal.entries[-1]
@@ -73,9 +73,9 @@ def joints_figure(request: Request) -> "Figure":
 
 
 def legs_of(names: Sequence[str]) -> dict[str, dict[str, int]]:
-    """Joints by leg: the columns of 'L1 coxa', 'L1 femur' … as {'L1': {'coxa': 0, …}, …}.
+    """Group joints by leg: 'L1 coxa', 'L1 femur' … as {'L1': {'coxa': 0, …}, …}.
 
-    Names that say no legs are together where there are few, else each on its own.
+    Joints without a leg share a panel where there are few, else have one each.
     """
     split = [name.rpartition(" ")[::2] for name in names]
     legs: dict[str, dict[str, int]] = {}

@@ -1,4 +1,4 @@
-"""The kinds of plots by name, and what each can be told."""
+"""The kinds of plots by name."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Kind:
     """A kind of plot.
 
     Attributes:
-        draw: makes it.
+        draw: draws it.
         moves: whether it shows an individual's motion rather than the whole run.
         several: whether it shows more than one individual.
     """
@@ -47,13 +47,13 @@ def draw(kind: str, request: Request) -> "Figure":
     """Draw a kind of plot.
 
     Raises:
-        GaitsimError: the run or its body has nothing of the kind, and why.
+        GaitsimError: the run or its body has nothing to draw.
     """
     return KINDS[kind].draw(request)
 
 
 def file_stem(kind: str, request: Request) -> str:
-    """What a plot's file is called, such as 'channel-margin-generation-138'."""
+    """Return the name of a plot's file, such as 'channel-margin-generation-138'."""
     if not KINDS[kind].moves:
         return kind
     parts = [kind]

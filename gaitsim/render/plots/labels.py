@@ -1,4 +1,4 @@
-"""What is written on plots: headings, legends, and names that may be long."""
+"""Headings, legends and names on plots."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ _MARK = 7  # characters that a legend's mark takes
 
 
 def shortened(text: str, length: int) -> str:
-    """A text of at most `length` characters, its middle left out where it is longer."""
+    """Shorten a text to at most `length` characters by leaving out its middle."""
     if len(text) <= length:
         return text
     head = length * 2 // 3
@@ -26,17 +26,17 @@ def shortened(text: str, length: int) -> str:
 
 
 def numeral(value: float) -> str:
-    """A number of four digits with a true minus sign, as axes write it."""
+    """Format a number with four digits and a true minus sign, as axes do."""
     return f"{value:.4g}".replace("-", "−")
 
 
 def heading_of_experiment(experiment: Experiment) -> str:
-    """The experiment's name and seed."""
+    """Return the experiment's name and seed."""
     return _named(experiment, "")
 
 
 def heading_of(individuals: Sequence[Individual]) -> str:
-    """The same with the generation and the score, or with the generations."""
+    """Return the experiment's name and seed with the generation and score, or the generations."""
     numbers = ", ".join(str(individual.generation) for individual in individuals)
     one = individuals[0]
     if len(individuals) > 1:
@@ -45,7 +45,7 @@ def heading_of(individuals: Sequence[Individual]) -> str:
 
 
 def _named(experiment: Experiment, more: str) -> str:
-    """What more there is to say, behind as much of the name as there is room for."""
+    """Put a text behind as much of the experiment's name as there is room for."""
     rest = f", seed {experiment.seed}{more}"
     name = " ".join(experiment.name.split())
     return shortened(name, max(10, _HEADING - len(rest))) + rest
@@ -54,7 +54,7 @@ def _named(experiment: Experiment, more: str) -> str:
 def head(
     figure: "Figure", text: str, handles: Sequence[Any] = (), labels: Sequence[str] = ()
 ) -> None:
-    """Write a heading above everything, and under it a legend, where it hides no data."""
+    """Write a heading above the panels and a legend under it, where they hide no data."""
     scale = figure.get_figwidth() / WIDTH
     text = shortened(text, int(_HEADING * scale))
     if not handles:
@@ -78,7 +78,7 @@ def head(
 
 
 def _columns(labels: Sequence[str], width: float) -> int:
-    """The most columns of a legend that fit, which is filled column by column."""
+    """Return how many columns of a legend fit; it is filled column by column."""
     lengths = [len(label) + _MARK for label in labels]
     for columns in range(len(labels), 1, -1):
         parts = np.array_split(lengths, columns)

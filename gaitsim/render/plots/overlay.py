@@ -1,4 +1,4 @@
-"""Runs over each other."""
+"""Plot several runs in one figure."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +25,7 @@ def plot_overlay(
 
     Raises:
         RunError: none of the runs has a generation yet, or the file cannot be written.
-        GaitsimError: the file's name ends with no known format.
+        GaitsimError: the file's suffix is not a known format.
     """
     from matplotlib.figure import Figure
 

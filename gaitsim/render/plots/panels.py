@@ -1,4 +1,4 @@
-"""Small panels in rows and columns, one scale of time for all."""
+"""Small panels in rows and columns, one time axis for all."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -24,15 +24,15 @@ def grid(
     downwards: bool = False,
     share_y: bool = False,
 ) -> tuple["Figure", list["Axes"]]:
-    """A figure with panels, each column of one scale along x.
+    """Make a figure with panels; those of a column share their x axis.
 
     Args:
-        count: how many panels.
+        count: number of panels.
         width: of the figure, inches.
         columns: of panels.
         height: of a panel, inches.
         downwards: whether they fill column after column rather than row after row.
-        share_y: whether all have one scale along y.
+        share_y: whether all share their y axis.
     """
     from matplotlib.figure import Figure
 
@@ -56,10 +56,10 @@ def bars(
     rate: float,
     colours: Sequence[str],
 ) -> None:
-    """Draw when something holds, a row each, the first at the top.
+    """Draw when truth values hold, a row each, the first at the top.
 
     Args:
-        axes: where.
+        axes: to draw in.
         rows: names and (frames,) truth values.
         start: time of the first frame, s.
         rate: frames a second, Hz; a frame lasts until the next one.
@@ -75,7 +75,7 @@ def bars(
 
 
 def intervals(holds: NDArray[np.bool_], start: float, rate: float) -> list[tuple[float, float]]:
-    """When something holds: beginnings and durations, seconds; a frame lasts until the next."""
+    """Return starts and durations of the intervals that hold, s; a frame lasts until the next."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
     begins, ends = edges[::2], edges[1::2]
     return [

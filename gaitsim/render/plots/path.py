@@ -1,4 +1,4 @@
-"""The path of a body through space, with the body drawn at a few moments."""
+"""Plot the path of a body through space, with the body drawn at a few moments."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import head, heading_of
-from gaitsim.render.plots.request import LackingError, Request, stretch
+from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.scenery import floor, mast, nice, seen
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
@@ -27,7 +27,7 @@ _POINT = 1e-6  # m; what is smaller has no size to draw
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What is drawn.
+    """The path and the bodies to draw.
 
     Attributes:
         path: (frames, 3), metres.
@@ -43,18 +43,18 @@ class Scene:
 
 
 def path_figure(request: Request) -> "Figure":
-    """The path from a corner of the room and from above, at one scale.
+    """Plot the path from a corner of the room and from above, at one scale.
 
     Raises:
-        LackingError: the body is nowhere in a frame.
+        NothingToPlotError: no frame of the skeleton is finite.
         GaitsimError: the window holds none of the motion.
     """
     individual, theme = request.individual, request.theme
     skeleton = individual.skeleton
-    part = stretch(len(skeleton.segments), skeleton.frame_rate, request.window)
+    part = window_slice(len(skeleton.segments), skeleton.frame_rate, request.window)
     scene = scene_of(skeleton, part)
     if scene is None:
-        raise LackingError(
+        raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} is nowhere in this motion: its skeleton "
             "holds no finite numbers",
             where=str(individual.source),
@@ -84,9 +84,9 @@ def path_figure(request: Request) -> "Figure":
 
 
 def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
-    """What is drawn of a part of a motion; None where no frame of it is finite.
+    """Return what to draw of a part of a motion; None where no frame of it is finite.
 
-    The body is drawn at its start, at its end, and as often between as it hides no other.
+    The body is drawn at the start, at the end, and in between as often as bodies do not overlap.
     """
     whole = np.isfinite(skeleton.segments[part]).all(axis=(1, 2, 3))
     whole &= np.isfinite(skeleton.path[part]).all(axis=1)
@@ -111,7 +111,7 @@ def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
 def _panels(low: Floats, high: Floats) -> tuple["Figure", "Axes", "Axes", float]:
     """Make panels for the views from a corner and from above; about how many points a metre is.
 
-    One is over the other; beside each other for what is tall and slim.
+    One is above the other; side by side where the motion is tall and slim.
     """
     from matplotlib.figure import Figure
 
@@ -165,7 +165,7 @@ def _top_view(axes: "Axes", scene: Scene, theme: Theme) -> None:
 
 
 def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
-    """Bodies on paper, (moments, segments, 2, 2), the later the darker."""
+    """Draw bodies, (moments, segments, 2, 2), the later the darker."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import to_rgb
 
@@ -181,7 +181,7 @@ def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
 
 
 def _line(axes: "Axes", path: Floats, theme: Theme) -> None:
-    """The path on paper, (frames, 2), its start and its end marked."""
+    """Draw the path, (frames, 2), with marks at its start and end."""
     orange = theme.colours[1]
     axes.plot(*path.T, color=orange, linewidth=1.2, label="path", zorder=3)
     for place, marker, face, name in (

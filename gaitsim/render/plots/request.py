@@ -1,4 +1,4 @@
-"""What is asked of a plot, beside its kind."""
+"""The arguments of a plot."""
 
 from dataclasses import dataclass
 
@@ -8,20 +8,20 @@ from gaitsim.render.plots.style import LIGHT, Theme
 from gaitsim.runs.snapshot import RunSnapshot
 
 
-class LackingError(GaitsimError):
-    """A body, or its motion, has nothing of what a kind of plot shows."""
+class NothingToPlotError(GaitsimError):
+    """A body or its motion lacks the data of a kind of plot."""
 
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """What is asked for.
+    """The arguments of a plot.
 
     Attributes:
-        run: whose plot it is.
-        individuals: to draw; one or more for kinds of motion.
-        channel: of the motion, None for the first of what is usual.
-        components: names or indices of what to draw of the channel; () draws all.
-        window: first and last second, None for what suits the kind.
+        run: the run to plot.
+        individuals: to draw; one or more for kinds that show a motion.
+        channel: of the motion; None for the default of the body.
+        components: names or indices of the channel's components; () draws all.
+        window: first and last second; None for the default of the kind.
         theme: colours.
     """
 
@@ -34,27 +34,27 @@ class Request:
 
     @property
     def individual(self) -> Individual:
-        """The individual, of kinds that draw one."""
+        """The individual of kinds that draw one."""
         return self.individuals[0]
 
 
-def stretch(
+def window_slice(
     frames: int, rate: float, window: tuple[float, float] | None, usual: float | None = None
 ) -> slice:
-    """The frames of a window of time.
+    """Return the frames of a window of time.
 
     Args:
         frames: of the motion.
         rate: frames a second, Hz.
-        window: first and last second, None for the last ones.
-        usual: how many seconds the last ones are; None takes all.
+        window: first and last second; None for the last `usual` seconds.
+        usual: length of the default window, s; None for the whole motion.
 
     Raises:
-        LackingError: the motion has only one frame.
+        NothingToPlotError: the motion has only one frame.
         GaitsimError: fewer than two frames are in the window.
     """
     if frames < 2:
-        raise LackingError(
+        raise NothingToPlotError(
             "the motion has only one frame, so there is nothing over time",
             allowed="a body that moves in two frames or more",
         )

@@ -1,4 +1,4 @@
-"""A view from a corner: points in space on paper, at one scale, on a floor with a grid."""
+"""A parallel projection from a corner, at one scale, with a grid on the floor."""
 
 import math
 from collections.abc import Iterable
@@ -33,24 +33,24 @@ _APART = (5.0, 10.0)
 
 
 def seen(points: NDArray[np.floating]) -> Floats:
-    """Points in space, (…, 3), on paper, (…, 2), metres."""
+    """Project points in space, (…, 3), to the plane of the paper, (…, 2), metres."""
     flat: Floats = np.asarray(points, dtype=np.float64) @ VIEW.T
     return flat
 
 
 def nice(step: float) -> float:
-    """The least of 1, 2, 5 times a power of ten that is no smaller."""
+    """Return the least of 1, 2, 5 times a power of ten that is not smaller."""
     power = 10.0 ** math.floor(math.log10(step))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= step * (1 - 1e-9))
 
 
 def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -> Floats:
-    """Draw a floor under a box, with metres along its front and its right side.
+    """Draw a floor under a box, with numbers along its front and its right side.
 
     Args:
-        axes: where.
-        low: least x, y, z of what stands on it.
-        high: largest.
+        axes: to draw in.
+        low: least x, y, z of the box.
+        high: largest x, y, z.
         scale: points on paper a metre, so that numbers do not touch.
         theme: colours.
 
@@ -124,13 +124,13 @@ def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
 
 
 def _labelled(first: int, last: int, least: float) -> range:
-    """Lines of a grid to label: each, or one in so many that they are apart, 0 among them."""
+    """Return the lines of a grid to label, far enough apart, 0 among them."""
     every = int(nice(max(1.0, least)))
     return range(math.ceil(first / every) * every, last + 1, every)
 
 
 def _longest(numbers: Iterable[float]) -> float:
-    """Points across that the longest of some numbers takes."""
+    """Return the width of the longest of some numbers, in points."""
     from matplotlib.textpath import TextPath
 
     paths = [TextPath((0, 0), _printed(f"{number:g}"), size=_SIZE) for number in numbers]
@@ -138,7 +138,7 @@ def _longest(numbers: Iterable[float]) -> float:
 
 
 def _printed(text: str) -> str:
-    """With a true minus sign, as axes write it."""
+    """Put a true minus sign, as axes do."""
     return text.replace("-", "−")
 
 

@@ -1,4 +1,4 @@
-"""The static stability margin over time."""
+"""Plot the static stability margin over time."""
 
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.footfall import feet_of
 from gaitsim.render.plots.labels import head, heading_of
 from gaitsim.render.plots.panels import intervals, shade
-from gaitsim.render.plots.request import Request, stretch
+from gaitsim.render.plots.request import Request, window_slice
 from gaitsim.render.plots.style import WIDTH, styled
 
 if TYPE_CHECKING:
@@ -21,13 +21,12 @@ _MILLIMETRES = 1000.0
 
 
 def stability_figure(request: Request) -> "Figure":
-    """The margin in millimetres, and how many feet are on the ground; shaded while below zero.
+    """Plot the margin in millimetres and the number of feet on the ground; shaded below zero.
 
-    It is the body's own channel `margin` where there is one, else worked out from its feet
-    and its centre (`gaitsim.gait.stability_margin`).
+    Takes the body's channel `margin` where there is one, else `gaitsim.gait.stability_margin`.
 
     Raises:
-        LackingError: the body has no feet.
+        NothingToPlotError: the body has no feet.
         GaitsimError: the window holds none of the motion.
     """
     from matplotlib.figure import Figure
@@ -36,7 +35,7 @@ def stability_figure(request: Request) -> "Figure":
     touching, _ = feet_of(individual)
     margin = margin_of(individual)
     rate = individual.skeleton.frame_rate
-    part = stretch(min(len(margin), len(touching)), rate, request.window)
+    part = window_slice(min(len(margin), len(touching)), rate, request.window)
     times = np.arange(part.start, part.stop) / rate
     shown = margin[part]
     with styled(theme):
@@ -75,7 +74,7 @@ def stability_figure(request: Request) -> "Figure":
 
 
 def margin_of(individual: Individual) -> NDArray[np.float64]:
-    """The static stability margin, (frames,), metres; −inf where no foot is on the ground."""
+    """Return the static stability margin, (frames,), metres; −inf without a foot on the ground."""
     channel = channels_of(individual).get("margin")
     if channel is not None and channel.axes == ("frames",):
         return np.asarray(read_values(individual, "margin"), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""How plots look, and how they become files; drawn without a display."""
+"""The style of plots, and how to write them to files; needs no display."""
 
 import io
 import warnings
@@ -37,11 +37,11 @@ class Theme:
     """Colours of a plot.
 
     Attributes:
-        name: as `--theme` takes it.
-        background: behind everything.
-        ink: text, axes, and what is drawn once.
-        faint: grids, and what stands in the background.
-        colours: of lines, in their order.
+        name: value of `--theme`.
+        background: of the figure.
+        ink: text, axes and single lines.
+        faint: grids and backgrounds.
+        colours: of lines, in order.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Theme:
     colours: tuple[str, ...]
 
     def line(self, index: int) -> dict[str, Any]:
-        """Colour and dashes of the line of an index; no two of the first 48 look the same."""
+        """Return colour and dashes of the line of an index; the first 48 all differ."""
         # Seven colours with eight dashes would take turns; with seven they would stay together.
         shift = index // len(self.colours)
         return {
@@ -67,7 +67,7 @@ THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
 
 @contextmanager
 def styled(theme: Theme) -> Iterator[None]:
-    """Figures that are built and drawn within look like gaitsim's, whatever a user's settings."""
+    """Give figures that are built and drawn in the block gaitsim's style, not the user's."""
     from matplotlib import style
 
     settings = {
@@ -111,12 +111,12 @@ def _ticks(theme: Theme) -> dict[str, Any]:
 
 
 def picture(figure: "Figure", format: str, theme: Theme, resolution: float = RESOLUTION) -> bytes:
-    """A figure as the content of a file; the same picture is the same bytes.
+    """Return a figure as the content of a file; equal figures give equal bytes.
 
     Args:
         figure: made within `styled(theme)`.
         format: one of `FORMATS`.
-        theme: it also rules what matplotlib makes as late as it draws, such as ticks.
+        theme: of the figure; matplotlib makes some artists, such as ticks, only when it draws.
         resolution: dots an inch of a PNG.
     """
     drawn = io.BytesIO()
@@ -128,10 +128,10 @@ def picture(figure: "Figure", format: str, theme: Theme, resolution: float = RES
 
 
 def save(figure: "Figure", path: Path, theme: Theme = LIGHT) -> None:
-    """Write a figure at one stroke, in the format that the name ends with.
+    """Write a figure atomically, in the format of the file's suffix.
 
     Raises:
-        GaitsimError: the file's name ends with no known format.
+        GaitsimError: the file's suffix is not a known format.
         RunError: it cannot be written.
     """
     check_target(path)
@@ -140,11 +140,11 @@ def save(figure: "Figure", path: Path, theme: Theme = LIGHT) -> None:
 
 
 def check_target(path: Path) -> None:
-    """Check that a plot can be called so, before work is done for it.
+    """Check the path of a plot before drawing it.
 
     Raises:
-        GaitsimError: its name ends with no known format.
-        RunError: its folder is not there, or it is a folder itself.
+        GaitsimError: its suffix is not a known format.
+        RunError: its folder does not exist, or it is a folder itself.
     """
     if path.suffix.removeprefix(".").lower() not in FORMATS:
         raise GaitsimError(

@@ -1,4 +1,4 @@
-"""A study's surfaces: mean best score over an axis and the generations, in 3D."""
+"""Plot the surfaces of a study: mean best score over an axis and the generations."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ from gaitsim.study.running import Best, recorded
 
 
 def surface_axis(study: Study) -> str | None:
-    """The axis that a surface can be drawn over: the only one, and of numbers; else None."""
+    """Return the axis of a study that has only one, and of numbers; else None."""
     if len(study.axes) != 1 or {*study.axes} & {"evolution.generations", "seed"}:
         return None
     (axis,) = study.axes
@@ -22,7 +22,7 @@ def surface_axis(study: Study) -> str | None:
 
 
 def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best]]) -> None:
-    """Draw the surface of each experiment into a folder, in place of those that it holds.
+    """Draw the surface of each experiment into a folder, and remove the surfaces it held.
 
     Raises:
         RunError: a file cannot be written.
@@ -38,7 +38,7 @@ def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best
 def plot_surface(
     study: Study, experiment: str, results: Sequence[tuple[Cell, Best]], path: Path
 ) -> None:
-    """Draw one experiment's surface; none where one generation or no score is recorded.
+    """Draw one experiment's surface; nothing where one generation or no score is recorded.
 
     Args:
         study: with an axis of numbers, see `surface_axis`.

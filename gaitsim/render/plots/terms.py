@@ -1,4 +1,4 @@
-"""The terms of the score over the generations: which of them drove the search."""
+"""Plot the terms of the score over the generations."""
 
 from typing import TYPE_CHECKING
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def terms_figure(request: Request) -> "Figure":
-    """A panel a term: that of each generation's best, and the mean of the population.
+    """Plot a panel for each term: that of each generation's best, and the mean.
 
-    Each panel has a scale of its own, and a line at zero where it is near.
+    Each panel has its own scale, and a line at zero where it is near.
 
     Raises:
         RunError: no generation is finished yet.
