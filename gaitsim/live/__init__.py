@@ -1,13 +1,13 @@
-"""A run that evolves in a process of its own, steered and watched from another one.
+"""A run that evolves in a process of its own, controlled and watched from another one.
 
-    who steers (a UI, a script)                       who evolves
-    Engine ── commands, a JSON object a line ──▶ stdin  python -m gaitsim.live RUN
-           ◀── snapshots, a JSON object a line ─ stdout
+    the controlling process                              the evolving process
+    RunProcess ── commands, a JSON object a line ──▶ stdin  python -m gaitsim.live RUN
+               ◀── snapshots, a JSON object a line ─ stdout
 
 Commands:
 
-    {"do": "pause"}                                    after the generation that is being made
-    {"do": "go"}                                       on from a pause
+    {"do": "pause"}                                    after the current generation
+    {"do": "go"}                                       continue after a pause
     {"do": "step"}                                     one generation, then pause
     {"do": "set", "values": {"mutation.rate": 0.1}}    between two generations, as a stage;
                                                        "typed" instead has texts as for --set
@@ -16,8 +16,8 @@ Commands:
 The end of standard input is a `stop`: a UI that dies, however, leaves a run that is saved and
 resumes exactly. So is SIGTERM. SIGINT is ignored, as Ctrl-C in a terminal is meant for the UI.
 
-A snapshot comes at most twenty times a second, whatever the search's speed, and when something
-happens. Its keys; those after `generations_per_second` only where there is news:
+A snapshot is written when something happens, at most twenty times a second. Its keys; those
+after `generations_per_second` only where they have changed:
 
     state         preparing, running, paused; at the end finished, stopped or failed
     reason        why the run is finished; ''
@@ -28,7 +28,7 @@ happens. Its keys; those after `generations_per_second` only where there is news
     evaluations   individuals so far
     evaluations_per_second, generations_per_second  of late; 0 where it rests
     rows          of the generations since the last snapshot: {column of the history: [numbers]};
-                  where a reader is slow, the oldest are left out, and are to be had from the run
+                  for a slow reader the oldest are left out; the run has them
     top           of the last generation: [{"score": number, "terms": {term: number}}], best first
     islands       the best score of each island in the last generation: [numbers]; only where
                   there are several
@@ -36,8 +36,8 @@ happens. Its keys; those after `generations_per_second` only where there is news
     events        what happened: [{"generation", "kind", "text"}]; kinds are best, kept, stage
                   and warning
     error         {"what", "where", "allowed", "remedy"}, with "problems", a list of such, where
-                  there are several. With the state `failed` it ended the process. Else a change
-                  was refused, and the run goes on as before.
+                  there are several. With the state `failed` it ended the process. Otherwise a
+                  change was refused, and the run continues as before.
 
-What is not a finite number is null. The process ends with 0, or 2 where it failed by an `error`.
+Numbers that are not finite are null. The process ends with 0, or 2 where it failed by an `error`.
 """

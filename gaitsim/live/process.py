@@ -1,4 +1,4 @@
-"""The process that evolves a run, as who steers it has it."""
+"""A process that evolves a run, seen from the process that controls it."""
 
 import asyncio
 import contextlib
@@ -16,23 +16,23 @@ from gaitsim.runs.files.folder import command
 from gaitsim.toml import text
 
 LONGEST_LINE = 2**26  # bytes: a thousand generations' rows with hundreds of terms
-LAST_WORDS = 30  # lines of standard error that are kept
+LINES_KEPT = 30  # lines of standard error that are kept
 
 
-class Engine:
+class RunProcess:
     """A run that evolves in a process of its own; an asynchronous iterator of snapshots.
 
-    It outlives nothing: when this process ends, however it does, the other one stops
-    after the generation that it is in. Ctrl-C in a terminal does not reach it.
+    When this process ends, however it does, the other one stops after its current generation.
+    Ctrl-C in a terminal does not reach it.
 
     Args:
         run: its folder.
-        generations: how far it is to go; None as far as planned.
-        workers: how many work at a time; None for the usual number.
+        generations: the last generation to evolve; None as planned.
+        workers: number of parallel workers; None for the usual number.
         overrides: options to change to begin with, by key.
         paused: whether it waits before its first generation.
-        any_version: go on although a package has another version now.
-        known: how the run stands, which holds until the process tells anew.
+        any_version: resume although a package has another version now.
+        known: the run as it is, until the process reports.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Engine:
         self._pending: Snapshot | None = self._last
         self._news = asyncio.Event()
         self._news.set()
-        self._words: deque[str] = deque(maxlen=LAST_WORDS)
+        self._last_lines: deque[str] = deque(maxlen=LINES_KEPT)
 
     @property
     def last(self) -> Snapshot:
@@ -90,11 +90,11 @@ class Engine:
             return
         self._tasks = [
             asyncio.create_task(self._read(self._process)),
-            asyncio.create_task(self._overhear(self._process)),
+            asyncio.create_task(self._drain_stderr(self._process)),
         ]
 
     async def __aiter__(self) -> AsyncIterator[Snapshot]:
-        """Snapshots until one that ends; what came while no one took it is merged."""
+        """Yield snapshots until one that ends; those that nobody took in time are merged."""
         await self.start()
         while True:
             await self._news.wait()
@@ -106,15 +106,15 @@ class Engine:
                     return
 
     def pause(self) -> None:
-        """Pause after the generation that is being made."""
+        """Pause after the current generation."""
         self._send(Command("pause"))
 
     def go(self) -> None:
-        """Go on from a pause."""
+        """Continue after a pause."""
         self._send(Command("go"))
 
     def step(self) -> None:
-        """Make one generation, then pause."""
+        """Evolve one generation, then pause."""
         self._send(Command("step"))
 
     def change(self, overrides: Overrides) -> None:
@@ -122,28 +122,28 @@ class Engine:
         self._send(Command("set", overrides))
 
     def stop(self) -> None:
-        """Stop after this generation, saved."""
+        """Stop after the current generation, saved."""
         self._send(Command("stop"))
 
     def kill(self) -> None:
-        """End the process at once; the run stands as of the last generation that was finished."""
+        """Kill the process; the run loses at most the current generation."""
         if self._process is not None and self._process.returncode is None:
             with contextlib.suppress(ProcessLookupError):
                 self._process.kill()
 
     async def ended(self) -> Snapshot:
-        """Wait for the end of the process; the last snapshot."""
+        """Wait for the end of the process; return the last snapshot."""
         if self._process is not None:
             await asyncio.gather(*self._tasks)
             await self._process.wait()
         return self._last
 
-    def _send(self, wish: Command) -> None:
+    def _send(self, command: Command) -> None:
         process = self._process
         if process is None or process.stdin is None or process.stdin.is_closing():
             return
         with contextlib.suppress(ConnectionError, RuntimeError):  # it has just ended
-            process.stdin.write(write_command(wish))
+            process.stdin.write(write_command(command))
 
     async def _read(self, process: asyncio.subprocess.Process) -> None:
         assert process.stdout is not None
@@ -152,28 +152,28 @@ class Engine:
                 self._take(read_snapshot(line, self._last))
         except ValueError as error:  # not ours, or longer than any that is
             self.kill()
-            self._words.append(str(error))
+            self._last_lines.append(str(error))
         code = await process.wait()
         if not self._last.ended:
-            await asyncio.wait(self._tasks[1:], timeout=1)  # for its last words
+            await asyncio.wait(self._tasks[1:], timeout=1)  # for its last lines
             how = f"by signal {-code}" if code < 0 else f"with code {code}"
             self._take(self._failed(f"the evolution's process ended unexpectedly, {how}"))
 
-    async def _overhear(self, process: asyncio.subprocess.Process) -> None:
-        """Keep the last words of standard error, and so that no one waits to be heard."""
+    async def _drain_stderr(self, process: asyncio.subprocess.Process) -> None:
+        """Drain stderr so the child never blocks on it; keep its last lines."""
         assert process.stderr is not None
         rest = b""
         while data := await process.stderr.read(65536):
             *whole, rest = (rest + data).split(b"\n")
-            self._words.extend(line.decode(errors="replace") for line in whole)
+            self._last_lines.extend(line.decode(errors="replace") for line in whole)
             rest = rest[-10_000:]
         if rest:
-            self._words.append(rest.decode(errors="replace"))
+            self._last_lines.append(rest.decode(errors="replace"))
 
     def _failed(self, what: str) -> Snapshot:
-        words = next((line for line in reversed(self._words) if line.strip()), "")
+        said = next((line for line in reversed(self._last_lines) if line.strip()), "")
         error = GaitsimError(
-            f"{what}: {words.strip()}" if words else what,
+            f"{what}: {said.strip()}" if said else what,
             where=str(self.run),
             remedy=f"the run is whole; go on with: {command('resume', self.run)}",
         )
@@ -191,7 +191,7 @@ def _typed(value: Any) -> str:
 
 
 def _at_rest(known: Snapshot, state: State) -> Snapshot:
-    """How far a run is known to be, in a state in which nothing is new."""
+    """Return a known snapshot in another state, without news."""
     return replace(
         known,
         state=state,

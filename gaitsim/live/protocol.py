@@ -1,4 +1,4 @@
-"""What passes between the process that evolves and the one that steers it."""
+"""Messages between the process that evolves a run and the one that controls it."""
 
 import json
 import math
@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
+from gaitsim.runs.follow import Rows
 
 State = Literal["preparing", "running", "paused", "finished", "stopped", "failed", "elsewhere"]
-"""Of a run; `elsewhere` while a process that is not steered from here writes it."""
+"""Of a run; `elsewhere` while a process that is not controlled from here writes it."""
 
 ENDED: tuple[State, ...] = ("finished", "stopped", "failed")
 PLACE = ("generation", "generations", "stage", "scored_from", "evaluations")
-"""What says how far a run is."""
+"""Keys of a snapshot that say how far a run is."""
 
 Verb = Literal["pause", "go", "step", "stop", "set"]
 Kind = Literal["best", "kept", "stage", "warning"]
@@ -25,10 +26,10 @@ Kind = Literal["best", "kept", "stage", "warning"]
 
 @dataclass(frozen=True)
 class Command:
-    """What whoever steers wants.
+    """A command of the controlling process.
 
     Attributes:
-        do: what.
+        do: its verb.
         overrides: of `set`, values of options by key.
     """
 
@@ -37,11 +38,24 @@ class Command:
 
 
 @dataclass(frozen=True)
-class Individual:
-    """One of the best of a generation: its score, and the terms that it is the sum of."""
+class RankedIndividual:
+    """One of the best of a generation: its score, and the terms that add up to it."""
 
     score: float
     terms: Mapping[str, float]
+
+
+def ranked(
+    scores: NDArray[np.float64], terms: Mapping[str, NDArray[np.float64]], count: int = 5
+) -> tuple[RankedIndividual, ...]:
+    """Return the best of a generation, best first."""
+    best = np.argsort(-scores, kind="stable")[:count]
+    return tuple(
+        RankedIndividual(
+            float(scores[index]), {name: float(values[index]) for name, values in terms.items()}
+        )
+        for index in best
+    )
 
 
 @dataclass(frozen=True)
@@ -90,8 +104,8 @@ class Snapshot:
     evaluations: int = 0
     evaluations_per_second: float = 0.0
     generations_per_second: float = 0.0
-    rows: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-    top: tuple[Individual, ...] = ()
+    rows: Rows = field(default_factory=dict)
+    top: tuple[RankedIndividual, ...] = ()
     islands: tuple[float, ...] = ()
     champion: Best | None = None
     events: tuple[Event, ...] = ()
@@ -110,7 +124,7 @@ class Snapshot:
 
 
 def merged(first: Snapshot, then: Snapshot) -> Snapshot:
-    """Two snapshots as one, for who is too slow for both: nothing new is lost."""
+    """Merge two snapshots for a slow reader: nothing new is lost."""
     return replace(
         then,
         rows=joined(first.rows, then.rows),
@@ -119,10 +133,8 @@ def merged(first: Snapshot, then: Snapshot) -> Snapshot:
     )
 
 
-def joined(
-    first: Mapping[str, NDArray[np.float64]], then: Mapping[str, NDArray[np.float64]]
-) -> Mapping[str, NDArray[np.float64]]:
-    """Rows after rows; what either has no column for is NaN."""
+def joined(first: Rows, then: Rows) -> Rows:
+    """Concatenate rows; a column that one of them lacks is NaN there."""
     if not first or not then:
         return then or first
     counts = [len(next(iter(part.values()))) for part in (first, then)]
@@ -138,7 +150,7 @@ def joined(
 
 
 def write_command(command: Command) -> bytes:
-    """A command as a line."""
+    """Return a command as a line."""
     parts: dict[str, dict[str, Any]] = {}
     for key, value in command.overrides.items():
         parts.setdefault("typed" if isinstance(value, Typed) else "values", {})[key] = value
@@ -146,7 +158,7 @@ def write_command(command: Command) -> bytes:
 
 
 def read_command(line: bytes) -> Command | None:
-    """A line as a command; None where it is none."""
+    """Parse a line; return None where it is not a command."""
     try:
         data = json.loads(line)
         verb, typed = data["do"], data.get("typed", {}).items()
@@ -157,19 +169,19 @@ def read_command(line: bytes) -> Command | None:
 
 
 def write_snapshot(values: Mapping[str, Any]) -> bytes:
-    """The values of a snapshot as a line; see the package's docstring for its keys."""
+    """Return the values of a snapshot as a line; the package's docstring lists the keys."""
     return _line({name: _plain(value) for name, value in values.items()})
 
 
 def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
-    """A line as a snapshot; what it does not tell anew is as it was `before`.
+    """Parse a line; what it leaves out is as it was `before`.
 
     Raises:
-        ValueError: it is none.
+        ValueError: it is not a snapshot.
     """
     try:
         data = json.loads(line)
-        if not data.get("generations", True):  # the run is not open yet: it tells of none
+        if not data.get("generations", True):  # the run is not open yet
             data = {name: value for name, value in data.items() if name not in PLACE}
         champion = data.pop("champion", None)
         return replace(
@@ -178,11 +190,7 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
                 "reason": "",
                 **data,
                 "rows": {name: _numbers(values) for name, values in data.get("rows", {}).items()},
-                "top": (
-                    tuple(Individual(_number(one["score"]), _terms(one)) for one in data["top"])
-                    if "top" in data
-                    else before.top
-                ),
+                "top": tuple(map(_ranked, data["top"])) if "top" in data else before.top,
                 "islands": tuple(map(_number, data.get("islands", before.islands))),
                 "champion": (
                     Best(champion["generation"], champion["score"], tuple(champion["genome"]))
@@ -194,11 +202,12 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
             },
         )
     except (KeyError, TypeError, AttributeError) as error:
-        raise ValueError(f"no snapshot: {error}") from error
+        raise ValueError(f"not a snapshot: {error}") from error
 
 
-def _terms(individual: Mapping[str, Any]) -> dict[str, float]:
-    return {name: _number(value) for name, value in individual["terms"].items()}
+def _ranked(data: Mapping[str, Any]) -> RankedIndividual:
+    terms = {name: _number(value) for name, value in data["terms"].items()}
+    return RankedIndividual(_number(data["score"]), terms)
 
 
 def _numbers(values: Sequence[float | None]) -> NDArray[np.float64]:
@@ -210,7 +219,9 @@ def _number(value: float | None) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """The same in plain values, null for what JSON has no number for."""
+    """Return plain values, with None for numbers that JSON does not know."""
+    if isinstance(value, RankedIndividual):
+        value = vars(value)
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, list | tuple):

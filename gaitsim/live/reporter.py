@@ -1,4 +1,4 @@
-"""Tells whoever watches how a run goes, at most so often, and never holds the search up."""
+"""Report the progress of a run at a bounded rate, without ever blocking the search."""
 
 import math
 import threading
@@ -7,18 +7,16 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol
 
-import numpy as np
-
 from gaitsim.errors import GaitsimError
 from gaitsim.evolution import Generation
-from gaitsim.live.protocol import ENDED, State, write_snapshot
+from gaitsim.live.protocol import ENDED, State, ranked, write_snapshot
+from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.folder import champion_file
 from gaitsim.runs.files.history import island_bests, row
 from gaitsim.runs.writer import RunWriter
 
 PERIOD = 0.05  # seconds between two lines
-TOP = 5
-ROWS_KEPT = 1000  # for a reader who is slow; all are on the disk
+ROWS_KEPT = 1000  # for a slow reader; all are on the disk
 EVENTS_KEPT = 50
 RECENT = 2.0  # seconds over which speeds are taken
 
@@ -27,7 +25,7 @@ class Sink(Protocol):
     """Where lines go."""
 
     def write(self, data: bytes, /) -> object:
-        """Take a line; may wait for the reader."""
+        """Write a line; may wait for the reader."""
 
 
 class Reporter:
@@ -35,7 +33,7 @@ class Reporter:
 
     Args:
         sink: where lines go.
-        lost: called once no one reads them any more.
+        lost: called when nobody reads them any more.
         period: seconds between two lines.
         clock: seconds from any beginning.
     """
@@ -45,9 +43,10 @@ class Reporter:
         sink: Sink,
         lost: Callable[[], None] = lambda: None,
         period: float = PERIOD,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Clock = time.monotonic,
     ) -> None:
-        self._sink, self._lost, self._period, self._clock = sink, lost, period, clock
+        self._sink, self._lost, self._period = sink, lost, period
+        self._speed = Speed(RECENT, clock)
         self._lock = threading.Lock()
         self._values: dict[str, Any] = {
             "state": "preparing",
@@ -64,13 +63,12 @@ class Reporter:
         self._latest: Generation | None = None
         self._islands = 1
         self._told: set[tuple[int, str, str]] = set()
-        self._pace: deque[tuple[float, int, int]] = deque()
         self._wake, self._ending = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._write, daemon=True)
         self._thread.start()
 
     def opened(self, writer: RunWriter) -> None:
-        """Tell how far a run is, what is planned, and the stage that begins."""
+        """Report how far a run is, what is planned, and the stage that begins."""
         last = writer.last
         with self._lock:
             self._islands = writer.experiment.islands.number
@@ -90,7 +88,7 @@ class Reporter:
         self._told = {(0, "opened", ""), *((first, kind, text) for kind, text in told)}
 
     def begins(self, generation: Generation | None, champion: dict[str, Any] | None) -> None:
-        """Tell of the last generation, before a new one comes, and of the champion so far."""
+        """Report the last generation, before a new one comes, and the champion so far."""
         with self._lock:
             self._latest = generation
             if champion is not None:
@@ -98,7 +96,7 @@ class Reporter:
         self._wake.set()
 
     def finished(self, generation: Generation) -> None:
-        """Tell of a generation that is on the disk."""
+        """Report a generation that is on the disk."""
         number, progress = generation.number, generation.progress
         risen = progress.stagnation == 0 and math.isfinite(progress.best_score)
         values = row(generation)
@@ -108,10 +106,7 @@ class Reporter:
             self._values["evaluations"] = progress.evaluations
             self._rows.append(values)
             self._latest = generation
-            now = self._clock()
-            self._pace.append((now, number, progress.evaluations))
-            while len(self._pace) > 2 and now - self._pace[1][0] >= RECENT:
-                self._pace.popleft()
+            self._speed.add(number, progress.evaluations)
             if risen:
                 genome = generation.genomes[generation.best].tolist()
                 best = {"generation": number, "score": progress.best_score, "genome": genome}
@@ -123,7 +118,7 @@ class Reporter:
         self._wake.set()
 
     def event(self, generation: int, kind: str, text: str) -> None:
-        """Tell what happened."""
+        """Report an event."""
         with self._lock:
             self._events.append({"generation": generation, "kind": kind, "text": text})
         self._wake.set()
@@ -133,13 +128,13 @@ class Reporter:
         self.event(self._values["generation"], "warning", text)
 
     def state(self, state: State, reason: str = "", error: GaitsimError | None = None) -> None:
-        """Tell the state; with one that ends, wait until all is written."""
+        """Report the state; with one that ends, wait until all is written."""
         with self._lock:
             self._values["state"], self._values["reason"] = state, reason
             if error is not None:
                 self._news["error"] = error.to_dict()
             if state != "running":
-                self._pace.clear()
+                self._speed.clear()
         if state in ENDED:
             self._ending.set()
         self._wake.set()
@@ -147,7 +142,7 @@ class Reporter:
             self._thread.join()
 
     def refused(self, error: GaitsimError) -> None:
-        """Tell why a change was not made; the run goes on."""
+        """Report why a change was refused; the run continues."""
         with self._lock:
             self._news["error"] = error.to_dict()
         self._wake.set()
@@ -172,28 +167,17 @@ class Reporter:
             events, self._events = self._events, deque(maxlen=EVENTS_KEPT)
             news, self._news = self._news, {}
             latest, self._latest = self._latest, None
-            by_second = self._speeds()
-            taken = {**self._values, **by_second}
+            taken = {**self._values, **self._speed.per_second()}
         if rows:
             names = dict.fromkeys(name for values in rows for name in values)
             news["rows"] = {name: [values.get(name) for values in rows] for name in names}
         if latest is not None:
-            news["top"] = _top(latest)
+            news["top"] = ranked(latest.scores, latest.evaluation.terms)
             if self._islands > 1:
                 news["islands"] = island_bests(latest, self._islands).tolist()
         if events:
             news["events"] = list(events)
         return taken | news
-
-    def _speeds(self) -> dict[str, float]:
-        if len(self._pace) < 2:
-            return {"evaluations_per_second": 0.0, "generations_per_second": 0.0}
-        (start, first, before), (end, last, after) = self._pace[0], self._pace[-1]
-        passed = max(end - start, 1e-9)
-        return {
-            "evaluations_per_second": (after - before) / passed,
-            "generations_per_second": (last - first) / passed,
-        }
 
 
 def _scored_from(writer: RunWriter) -> int:
@@ -201,16 +185,3 @@ def _scored_from(writer: RunWriter) -> int:
         return 1
     reevaluated = any(change.reevaluates for change in writer.changes)
     return writer.last.number + 1 if reevaluated else writer.run.comparable
-
-
-def _top(generation: Generation) -> list[dict[str, Any]]:
-    best = np.argsort(-generation.scores, kind="stable")[:TOP]
-    return [
-        {
-            "score": float(generation.scores[index]),
-            "terms": {
-                name: float(values[index]) for name, values in generation.evaluation.terms.items()
-            },
-        }
-        for index in best
-    ]

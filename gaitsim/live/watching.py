@@ -2,8 +2,7 @@
 
 import asyncio
 import time
-from collections import deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +12,8 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evolution import stop_reason
 from gaitsim.experiment import Evolution
 from gaitsim.live.events import events_in
-from gaitsim.live.protocol import Best, Event, Individual, Snapshot, State
+from gaitsim.live.protocol import Best, Event, Snapshot, State, ranked
+from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import EXPERIMENT, kept_champions
 from gaitsim.runs.files.lock import is_locked
@@ -25,7 +25,6 @@ from gaitsim.toml import parse
 
 PERIOD = 0.25  # seconds between two looks
 RECENT = 3.0  # seconds over which speeds are taken
-TOP = 5
 
 
 class RunWatcher:
@@ -44,15 +43,14 @@ class RunWatcher:
         self,
         path: Path,
         period: float = PERIOD,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Clock = time.monotonic,
     ) -> None:
         self.run = path
         self.history = HistoryBuffer()
-        self._period, self._clock = period, clock
+        self._period, self._speed = period, Speed(RECENT, clock)
         self._follower = RunFollower(path)
         self._busy: bool | None = None
         self._last = Snapshot("elsewhere")
-        self._pace: deque[tuple[float, int, int]] = deque()
 
     async def __aiter__(self) -> AsyncIterator[Snapshot]:
         """Look again and again, in a thread."""
@@ -66,7 +64,9 @@ class RunWatcher:
     def look(self) -> Snapshot:
         """Return the run as it is now, with what is new since the last look."""
         try:
-            self._last = self._found()
+            found = self._found()
+            self._speed.add(found.generation, found.evaluations)
+            self._last = replace(found, **self._speed.per_second())
         except GaitsimError as error:
             self._last = replace(self._last, state="failed", rows={}, events=(), error=error)
         return self._last
@@ -81,9 +81,7 @@ class RunWatcher:
         busy = is_locked(self.run)
         run = self._follower.poll()
         if run is None and busy == self._busy:
-            last = replace(self._last, rows={}, events=())
-            speeds = self._speeds(last.generation, last.evaluations)
-            return replace(last, evaluations_per_second=speeds[0], generations_per_second=speeds[1])
+            return replace(self._last, rows={}, events=())
         self._busy = busy
         return self._read(run or RunSnapshot(self.run), busy)
 
@@ -99,9 +97,6 @@ class RunWatcher:
             ""
             if busy
             else stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))
-        )
-        evaluations_per_second, generations_per_second = self._speeds(
-            checkpoint.generation, checkpoint.evaluations
         )
         rows = self._follower.read_rows(run)
         seen = len(self.history)
@@ -120,24 +115,12 @@ class RunWatcher:
             stage=len(stages),
             scored_from=comparable(stages),
             evaluations=checkpoint.evaluations,
-            evaluations_per_second=evaluations_per_second,
-            generations_per_second=generations_per_second,
             rows=rows,
-            top=_top(checkpoint),
+            top=ranked(checkpoint.scores, checkpoint.terms),
             islands=_islands(checkpoint),
             champion=self._champion(run, checkpoint),
             events=tuple(told),
         )
-
-    def _speeds(self, generation: int, evaluations: int) -> tuple[float, float]:
-        """Return evaluations and generations a second, over the last `RECENT` seconds."""
-        now, pace = self._clock(), self._pace
-        pace.append((now, generation, evaluations))
-        while len(pace) > 2 and now - pace[1][0] >= RECENT:
-            pace.popleft()
-        (start, first, before), (end, last, after) = pace[0], pace[-1]
-        passed = end - start
-        return ((after - before) / passed, (last - first) / passed) if passed > 0 else (0.0, 0.0)
 
     def _champion(self, run: RunSnapshot, checkpoint: Checkpoint) -> Best | None:
         """The best so far; without its genome where the body's plugin is not to be had."""
@@ -175,15 +158,3 @@ def _islands(checkpoint: Checkpoint) -> tuple[float, ...]:
     if number == 1 or len(checkpoint.scores) % number:
         return ()
     return tuple(checkpoint.scores.reshape(number, -1).max(axis=1).tolist())
-
-
-def _top(checkpoint: Checkpoint) -> tuple[Individual, ...]:
-    best = np.argsort(-checkpoint.scores, kind="stable")[:TOP]
-    terms = checkpoint.terms.items()
-    return tuple(
-        Individual(
-            float(checkpoint.scores[index]),
-            {name: float(values[index]) for name, values in terms},
-        )
-        for index in best
-    )

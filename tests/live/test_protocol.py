@@ -12,7 +12,7 @@ from gaitsim.live.protocol import (
     Best,
     Command,
     Event,
-    Individual,
+    RankedIndividual,
     Snapshot,
     merged,
     read_command,
@@ -22,7 +22,9 @@ from gaitsim.live.protocol import (
 )
 from gaitsim.runs.follow import HistoryBuffer
 
-BEFORE = Snapshot("running", generation=3, champion=Best(2, 1.0, (0.5,)), top=(Individual(1, {}),))
+BEFORE = Snapshot(
+    "running", generation=3, champion=Best(2, 1.0, (0.5,)), top=(RankedIndividual(1, {}),)
+)
 
 
 def rows(first, last, **columns):

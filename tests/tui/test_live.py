@@ -15,7 +15,7 @@ from waiting import app_until
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
-from gaitsim.live.protocol import Event, Individual, Snapshot
+from gaitsim.live.protocol import Event, RankedIndividual, Snapshot
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.follow import HistoryBuffer
@@ -439,7 +439,7 @@ class TestProblems:
         def fail(*_):
             raise GaitsimError("[red] it cannot be drawn")
 
-        monkeypatch.setattr("gaitsim.individual.Individual.skeleton", property(fail))
+        monkeypatch.setattr("gaitsim.individual.RankedIndividual.skeleton", property(fail))
 
         async def test(screen, pilot):
             canvas = screen.query_one(BodyCanvas)
@@ -582,7 +582,7 @@ class TestWords:
         stage=12,
         evaluations_per_second=123_456,
         generations_per_second=100,
-        top=(*[Individual(1.5, {"[red]reach": 2.0, "price" * 9: -0.5, "mean": np.nan})] * 5,),
+        top=(*[RankedIndividual(1.5, {"[red]reach": 2.0, "price" * 9: -0.5, "mean": np.nan})] * 5,),
     )
 
     @pytest.mark.parametrize("width", [1, 5, 12, 30, 40, 80, 160, 300])

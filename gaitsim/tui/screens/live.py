@@ -14,7 +14,7 @@ from textual.widgets import Footer, Header
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
-from gaitsim.live.process import Engine
+from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.files.folder import command
@@ -85,7 +85,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
         self.run = run
         self.board = Board(run, clock)
         self._go = go
-        self.process: Engine | None = None
+        self.process: RunProcess | None = None
         self._stopping = False
         self._offers: tuple[object, ...] = ()
         self.title, self.sub_title = run.name, ""
@@ -127,13 +127,13 @@ the app in any way, and the run can be gone on with exactly where it stood.
 
     def _start(self, overrides: Overrides | None = None, *, step: bool = False) -> None:
         """Evolve the run here."""
-        engine = Engine(self.run, overrides=overrides, paused=step, known=self.snapshot)
+        engine = RunProcess(self.run, overrides=overrides, paused=step, known=self.snapshot)
         self.process, self._stopping = engine, False
         self.board.problem(None)
         self._steer(engine, step)
 
     @work(group="source", exclusive=True)
-    async def _steer(self, engine: Engine, step: bool) -> None:
+    async def _steer(self, engine: RunProcess, step: bool) -> None:
         await engine.start()
         if step:
             engine.step()

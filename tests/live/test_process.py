@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from gaitsim.live.process import Engine
+from gaitsim.live.process import RunProcess
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -43,7 +43,7 @@ def test_pauses_steps_and_stops_at_random_change_nothing(begun, whole, wait):
     path, drawn = begun("run", *SLOW, generations=15), random.Random(1)
 
     async def part():
-        engine = Engine(path)
+        engine = RunProcess(path)
         await engine.start()
         await wait(lambda: engine.last.state == "running" or engine.last.ended)
         for do in drawn.choices([engine.pause, engine.go, engine.step], k=drawn.randrange(6)):
@@ -71,7 +71,7 @@ def test_it_is_paused_goes_on_and_is_changed(begun, wait):
     path = begun("run", *SLOW, generations=10_000)
 
     async def steer():
-        engine = Engine(path, generations=200, paused=True)
+        engine = RunProcess(path, generations=200, paused=True)
         await engine.start()
         await wait(lambda: engine.last.state == "paused")
         assert engine.last.generation == 0
@@ -97,7 +97,7 @@ def test_who_is_slow_gets_all_rows_merged(begun, wait):
     path = begun()
 
     async def watch():
-        engine = Engine(path, workers=1)
+        engine = RunProcess(path, workers=1)
         await engine.start()
         await wait(lambda: engine.last.ended)
         snapshots = [snapshot async for snapshot in engine]
@@ -113,9 +113,9 @@ def test_who_is_slow_gets_all_rows_merged(begun, wait):
 PARENT = """
 import asyncio, sys
 from pathlib import Path
-from gaitsim.live.process import Engine
+from gaitsim.live.process import RunProcess
 async def main():
-    async for snapshot in Engine(Path("run")):
+    async for snapshot in RunProcess(Path("run")):
         print(snapshot.generation, flush=True)
 asyncio.run(main())
 """
@@ -145,7 +145,7 @@ def test_ctrl_c_in_the_terminal_does_not_reach_it(begun, wait):
     path = begun("run", *SLOW)
 
     async def interrupt():
-        engine = Engine(path)
+        engine = RunProcess(path)
         await engine.start()
         await wait(lambda: engine.last.generation > 2)
         os.kill(engine._process.pid, signal.SIGINT)
@@ -159,7 +159,7 @@ def test_it_ends_saved_when_the_system_asks(begun, wait):
     path = begun("run", *SLOW, generations=10_000)
 
     async def terminate():
-        engine = Engine(path)
+        engine = RunProcess(path)
         await engine.start()
         await wait(lambda: engine.last.generation > 2)
         engine._process.terminate()
@@ -174,7 +174,7 @@ def test_a_process_that_dies_is_told(begun, wait):
     path = begun("run", *SLOW, generations=10_000)
 
     async def kill():
-        engine = Engine(path)
+        engine = RunProcess(path)
         await engine.start()
         await wait(lambda: engine.last.generation > 2)
         engine.kill()
@@ -192,14 +192,14 @@ def test_a_process_that_dies_is_told(begun, wait):
 def test_a_held_run_is_told(begun):
     path = begun()
     lock = RunLock(path)
-    snapshot = asyncio.run(last(Engine(path)))
+    snapshot = asyncio.run(last(RunProcess(path)))
     lock.release()
     assert snapshot.state == "failed"
     assert "is being written by process" in snapshot.error.what
 
 
 def test_options_that_do_not_fit_are_told_all_at_once(begun):
-    engine = Engine(begun(), overrides={"mutation.rat": 2, "evolution.elites": -1})
+    engine = RunProcess(begun(), overrides={"mutation.rat": 2, "evolution.elites": -1})
     snapshot = asyncio.run(last(engine))
     assert snapshot.state == "failed"
     assert "rat" in str(snapshot.error)
@@ -221,7 +221,7 @@ class Noisy(Puppet):
 def test_what_a_plugin_prints_and_reads_is_no_snapshot_and_no_command(begun, install, monkeypatch):
     folder = install("noisy", NOISY, {"organism": {"noisy": "Noisy"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    snapshot = asyncio.run(last(Engine(begun("run", "organism.plugin=noisy"), workers=2)))
+    snapshot = asyncio.run(last(RunProcess(begun("run", "organism.plugin=noisy"), workers=2)))
     assert (snapshot.state, snapshot.generation) == ("finished", 30), snapshot.error
 
 
@@ -240,7 +240,7 @@ class Deadly(Puppet):
 def test_a_plugin_that_ends_the_process_is_told_with_its_last_words(begun, install, monkeypatch):
     folder = install("deadly", DEADLY, {"organism": {"deadly": "Deadly"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    snapshot = asyncio.run(last(Engine(begun("run", "organism.plugin=deadly"))))
+    snapshot = asyncio.run(last(RunProcess(begun("run", "organism.plugin=deadly"))))
     assert snapshot.state == "failed"
     assert "with code 3: [bold]I end it all" in snapshot.error.what
 
