@@ -7,6 +7,7 @@ from gaitsim.experiment.loading import (
     with_overrides,
 )
 from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
+from gaitsim.experiment.outline import ExperimentOutline, read_outline
 from gaitsim.experiment.overrides import parse_assignments
 from gaitsim.experiment.problems import Overrides, Typed
 
@@ -14,6 +15,7 @@ __all__ = [
     "SCHEMA",
     "Evolution",
     "Experiment",
+    "ExperimentOutline",
     "Islands",
     "Overrides",
     "Typed",
@@ -21,5 +23,6 @@ __all__ = [
     "parse_assignments",
     "parse_experiment",
     "parse_space",
+    "read_outline",
     "with_overrides",
 ]

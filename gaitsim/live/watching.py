@@ -9,19 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.evolution import stop_reason
-from gaitsim.experiment import Evolution
 from gaitsim.live.events import events_in
 from gaitsim.live.protocol import Best, Event, Snapshot, State, ranked
 from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.folder import EXPERIMENT, kept_champions
+from gaitsim.runs.files.folder import kept_champions
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import HistoryBuffer, RunFollower
-from gaitsim.runs.resume import next_progress
+from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import changes, comparable, islands_in, stages_of
-from gaitsim.toml import parse
 
 PERIOD = 0.25  # seconds between two looks
 RECENT = 3.0  # seconds over which speeds are taken
@@ -86,22 +82,16 @@ class RunWatcher:
         return self._read(run or RunSnapshot(self.run), busy)
 
     def _read(self, run: RunSnapshot, busy: bool) -> Snapshot:
-        evolution = _evolution(run)
+        generations = run.outline.evolution.generations
         checkpoint, warning = run.checkpoint, run.warning
         if checkpoint is None:
             state: State = "elsewhere" if busy else "stopped"
-            return Snapshot(state, generations=evolution.generations)
-        pending = changes(checkpoint.experiment, run.experiment_text)
-        progress = next_progress(checkpoint, evolution, pending)
-        reason = (
-            ""
-            if busy
-            else stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))
-        )
+            return Snapshot(state, generations=generations)
+        reason = "" if busy else stop_reason_of(run)
         rows = self._follower.read_rows(run)
         seen = len(self.history)
         self.history.extend(rows)
-        stages = stages_of(checkpoint)
+        stages = run.stages
         # A champion's file is written before its generation's checkpoint.
         kept = [one for one in kept_champions(self.run) if one <= checkpoint.generation]
         told = events_in(self.history, stages, kept, seen + 1)
@@ -111,13 +101,13 @@ class RunWatcher:
             state="elsewhere" if busy else "finished" if reason else "stopped",
             reason=reason,
             generation=checkpoint.generation,
-            generations=evolution.generations,
+            generations=generations,
             stage=len(stages),
-            scored_from=comparable(stages),
+            scored_from=run.comparable,
             evaluations=checkpoint.evaluations,
             rows=rows,
             top=ranked(checkpoint.scores, checkpoint.terms),
-            islands=_islands(checkpoint),
+            islands=_islands(run, checkpoint),
             champion=self._champion(run, checkpoint),
             events=tuple(told),
         )
@@ -140,21 +130,9 @@ class RunWatcher:
         return Best(generation, score, tuple(genome.tolist()))
 
 
-def _evolution(run: RunSnapshot) -> Evolution:
-    try:
-        tables = parse(run.experiment_text, str(run.path / EXPERIMENT))
-        return Evolution.model_validate(tables["evolution"])
-    except (KeyError, ValueError):  # Pydantic's errors are ValueErrors
-        raise RunError(
-            f"{run.path / EXPERIMENT} does not say how long the run is",
-            where="section evolution",
-            remedy="take back what was changed in it; the checkpoint holds its text, too",
-        ) from None
-
-
-def _islands(checkpoint: Checkpoint) -> tuple[float, ...]:
+def _islands(run: RunSnapshot, checkpoint: Checkpoint) -> tuple[float, ...]:
     """The best score of each island; () where there is one population."""
-    number = islands_in(checkpoint.experiment)
+    number = run.stages[-1].outline.islands.number
     if number == 1 or len(checkpoint.scores) % number:
         return ()
     return tuple(checkpoint.scores.reshape(number, -1).max(axis=1).tolist())

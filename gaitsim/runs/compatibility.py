@@ -9,11 +9,10 @@ import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
 from gaitsim.errors import CheckpointError, GaitsimError
-from gaitsim.experiment import Experiment, parse_space
+from gaitsim.experiment import Experiment, parse_space, read_outline
 from gaitsim.registry import KINDS, entries, plugin_errors
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
-from gaitsim.runs.stages import islands_in
 
 
 def misfit(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
@@ -88,7 +87,8 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
         CheckpointError: it is not.
     """
     population, genomes = experiment.individuals, checkpoint.genomes
-    number, before = experiment.islands.number, islands_in(checkpoint.experiment)
+    number = experiment.islands.number
+    before = read_outline(checkpoint.experiment, CHECKPOINT).islands.number
     wrong = misfit(experiment, genomes, checkpoint.experiment, "the population")
     if wrong or len(genomes) != population or number != before:
         asked = f"{population} individuals"

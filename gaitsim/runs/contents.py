@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import CheckpointError, RunError
+from gaitsim.experiment import ExperimentOutline, read_outline
 from gaitsim.runs.files.checkpoint import (
     Champion,
     Checkpoint,
@@ -34,7 +35,7 @@ from gaitsim.runs.files.folder import (
     unfinished,
 )
 from gaitsim.runs.files.history import header, read_history, read_islands, used_terms
-from gaitsim.runs.stages import islands_in
+from gaitsim.runs.stages import RunStage, stages_of
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,15 @@ class RunFiles:
                 f"cannot read {path}: {reason}",
                 remedy="restore it from a copy of the run; the checkpoint holds its text, too",
             ) from None
+
+    @property
+    def outline(self) -> ExperimentOutline:
+        """The experiment, without its plugins.
+
+        Raises:
+            GaitsimError: the file is not an experiment.
+        """
+        return read_outline(self.experiment_text, str(self.path / EXPERIMENT))
 
     @cached_property
     def _found(self) -> tuple[Checkpoint | None, str]:
@@ -132,6 +142,11 @@ class RunFiles:
         return self.checkpoint.generation if self.checkpoint else 0
 
     @cached_property
+    def stages(self) -> tuple[RunStage, ...]:
+        """The stages of the run, the present one last; () before the first generation."""
+        return stages_of(self.checkpoint) if self.checkpoint else ()
+
+    @cached_property
     def history(self) -> dict[str, NDArray[np.float64]]:
         """The columns of the history by name, each (generations,); {} before the first one.
 
@@ -165,7 +180,7 @@ class RunFiles:
         """
         if self.checkpoint is None:
             return np.empty((0, 1))
-        number = islands_in(self.checkpoint.experiment)
+        number = self.stages[-1].outline.islands.number
         if number == 1:
             return self.history["best"][:, None]
         return self._cut(read_islands(self.path / ISLANDS, number), ISLANDS)

@@ -8,15 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.experiment import Evolution
-from gaitsim.registry import KINDS
+from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import Rows, RunFollower
-from gaitsim.runs.resume import is_finished
+from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.toml import parse
 
 POINTS = 256
 """How many points a run's curve has at most; at least half as many once there are so many."""
@@ -172,31 +169,19 @@ class _Watched:
         modified = self._follower.modified
         known: dict[str, Any] = {"path": self._path, "changed": modified, "plugins": {}}
         try:
-            table = parse(run.experiment_text, str(self._path / EXPERIMENT))
-            known["plugins"] = {kind: str(table[kind]["plugin"]) for kind in KINDS}
-            known["description"] = str(table.get("description", ""))
-            known["seed"] = int(table.get("seed", 0))
-            evolution = Evolution.model_validate(table["evolution"])
-            known["generations"] = evolution.generations
+            outline = run.outline
+            known["plugins"], known["seed"] = outline.plugins, outline.seed
+            known["description"] = outline.description
+            known["generations"] = outline.evolution.generations
             checkpoint = run.checkpoint
             if checkpoint is not None:
                 known["generation"] = checkpoint.generation
                 known["stage"] = len(checkpoint.stages) + 1
                 best = checkpoint.best_score
                 known["best"] = best if math.isfinite(best) else None
-                self._finished = is_finished(evolution, checkpoint, run.experiment_text)
+                self._finished = bool(stop_reason_of(run))
             self._curve.extend(self._follower.read_rows(run))
-        # Pydantic's errors are ValueErrors.
-        except (GaitsimError, KeyError, TypeError, ValueError) as error:
-            problem = error if isinstance(error, GaitsimError) else _incomplete(self._path)
-            return Overview(state="damaged", problem=problem, **known)
+        except GaitsimError as error:
+            return Overview(state="damaged", problem=error, **known)
         known |= {"curve": self._curve.points, "seconds": self._curve.seconds}
         return Overview(state="stopped", **known)
-
-
-def _incomplete(path: Path) -> RunError:
-    return RunError(
-        f"{EXPERIMENT} of the run {path.name} lacks what every experiment has",
-        where=str(path / EXPERIMENT),
-        remedy="restore it from a copy of the run; the checkpoint holds its text, too",
-    )

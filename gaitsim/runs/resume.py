@@ -13,14 +13,14 @@ from gaitsim.contracts import Array
 from gaitsim.errors import ExperimentError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress, stop_reason
-from gaitsim.experiment import Evolution, Experiment, Overrides, Typed
+from gaitsim.experiment import Evolution, Experiment, Overrides, Typed, read_outline
 from gaitsim.registry import options
 from gaitsim.runs.compatibility import check_population, fitting, misfit, versions
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 from gaitsim.runs.files.folder import EXPERIMENT, check_size, command
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import Change, changes, islands_in, pending, threshold_in
+from gaitsim.runs.stages import Change, changes, pending
 from gaitsim.runs.start import fitting_start
 
 POPULATION = "evolution.population"
@@ -146,7 +146,7 @@ def _begun(
 
 def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
     """The experiment after the overrides, held to what the population allows."""
-    number = islands_in(checkpoint.experiment)
+    number = run.stages[-1].outline.islands.number
     population = len(checkpoint.genomes) // number
     if not overrides:
         check_population(run.experiment, checkpoint, run.path)
@@ -271,15 +271,21 @@ def next_progress(
         size = len(checkpoint.genomes)
         progress = progress.next_stage(evolution, reevaluated=reevaluated, population=size)
     # One that the user changed holds from now on, whether a stage begins or not.
-    if evolution.fitness_threshold != threshold_in(checkpoint.experiment):
+    before = read_outline(checkpoint.experiment, "the checkpoint").evolution
+    if evolution.fitness_threshold != before.fitness_threshold:
         progress = replace(progress, threshold=evolution.fitness_threshold)
     return progress
 
 
-def is_finished(evolution: Evolution, checkpoint: Checkpoint, experiment: str) -> bool:
-    """Whether a stop condition holds for a run with this checkpoint and this experiment.
+def stop_reason_of(run: RunSnapshot) -> str:
+    """Return which stop condition holds for a run, or ''; none of its plugins is needed.
 
-    Needs none of its plugins.
+    Raises:
+        GaitsimError: the run is damaged, or its experiment.
     """
-    progress = next_progress(checkpoint, evolution, changes(checkpoint.experiment, experiment))
-    return bool(stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes)))
+    checkpoint = run.checkpoint
+    if checkpoint is None:
+        return ""
+    evolution = run.outline.evolution
+    progress = next_progress(checkpoint, evolution, changes(run.stages[-1].outline, run.outline))
+    return stop_reason(evolution, checkpoint.generation, progress, len(checkpoint.genomes))

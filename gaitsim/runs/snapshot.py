@@ -15,15 +15,7 @@ from gaitsim.runs.compatibility import check_population, missing_packages
 from gaitsim.runs.contents import RunFiles
 from gaitsim.runs.files.folder import BESTS, EXPERIMENT, HISTORY, command
 from gaitsim.runs.files.history import best_terms, read_bests, record_type
-from gaitsim.runs.stages import (
-    Change,
-    RunStage,
-    changes,
-    comparable,
-    options,
-    pending,
-    stages_of,
-)
+from gaitsim.runs.stages import Change, RunStage, changes, comparable, pending
 
 
 class RunSnapshot(RunFiles):
@@ -59,11 +51,6 @@ class RunSnapshot(RunFiles):
                 versions = {}
             raise ExperimentError([*error.problems, *missing_packages(versions)]) from None
 
-    @cached_property
-    def stages(self) -> tuple[RunStage, ...]:
-        """The stages of the run, the present one last; () before the first generation."""
-        return stages_of(self.checkpoint) if self.checkpoint else ()
-
     def stage_at(self, generation: int) -> RunStage:
         """Return the stage that a generation belongs to.
 
@@ -88,7 +75,7 @@ class RunSnapshot(RunFiles):
         stage = self.stage_at(generation)
         text = stage.experiment
         if text not in self._parsed:
-            if not changes(text, self.experiment_text):
+            if not changes(stage.outline, self.outline):
                 return self.experiment
             source = f"{self.path}, the experiment of stage {stage.number}"
             try:
@@ -160,10 +147,9 @@ class RunSnapshot(RunFiles):
             RunError: no generation is finished yet, there is no such one, or all failed; or the
                 files of the run contradict each other.
         """
-        last = self.finished.generation
-        self.stage_at(last if generation is None else generation)
+        bests = self.bests  # first: it reads the experiment, and says so where the run is gone
+        self.stage_at(self.finished.generation if generation is None else generation)
         first = self.comparable
-        bests = self.bests
         number = generation or first + int(np.argmax(bests["score"][first - 1 :]))
         best, recorded = bests[number - 1], self.history["best"][number - 1]
         if best["score"] != recorded:
@@ -207,5 +193,5 @@ class RunSnapshot(RunFiles):
             if name != "seconds":
                 digest.update(values.tobytes())
         for stage in self.stages if len(self.stages) > 1 else ():
-            digest.update(f"{stage.first} {options(stage.experiment)}".encode())
+            digest.update(f"{stage.first} {stage.outline.search_options()}".encode())
         return digest.hexdigest()

@@ -1,20 +1,17 @@
 """Training in stages: how a run's experiment changed on the way, and where."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pydantic_core import to_jsonable_python
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment, parse_experiment
-from gaitsim.registry import KINDS, load_class
+from gaitsim.experiment import Experiment, ExperimentOutline, parse_experiment, read_outline
+from gaitsim.registry import load_class
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.toml import parse
 
-# Options of [evolution] that change what is evolved. The others say how long, and what is kept.
-MATTERING = ("population", "elites")
 SCORING = ("organism", "fitness")
 
 
@@ -68,30 +65,31 @@ class RunStage:
     changes: tuple[Change, ...]
 
     @property
+    def outline(self) -> ExperimentOutline:
+        """The experiment, without its plugins.
+
+        Raises:
+            GaitsimError: the checkpoint holds something else.
+        """
+        return read_outline(self.experiment, f"the experiment of stage {self.number}")
+
+    @property
     def reevaluated(self) -> bool:
         """Whether its scores cannot be compared with those of the stage before."""
         return any(change.reevaluates for change in self.changes)
 
 
 def stages_of(checkpoint: Checkpoint) -> tuple[RunStage, ...]:
-    """The stages of the run that a checkpoint belongs to, the present one last."""
+    """Return the stages of the run that a checkpoint belongs to, the present one last."""
     found: list[RunStage] = []
     ended = [(stage.generation, stage.experiment, stage.versions) for stage in checkpoint.stages]
-    for last, experiment, versions in (
-        *ended,
-        (checkpoint.generation, checkpoint.experiment, checkpoint.versions),
-    ):
-        before = found[-1] if found else None
-        found.append(
-            RunStage(
-                number=len(found) + 1,
-                first=before.last + 1 if before else 1,
-                last=last,
-                experiment=experiment,
-                versions=versions,
-                changes=changes(before.experiment, experiment) if before else (),
-            )
-        )
+    present = (checkpoint.generation, checkpoint.experiment, checkpoint.versions)
+    for last, experiment, versions in (*ended, present):
+        first = found[-1].last + 1 if found else 1
+        stage = RunStage(len(found) + 1, first, last, experiment, versions, ())
+        if found:
+            stage = replace(stage, changes=changes(found[-1].outline, stage.outline))
+        found.append(stage)
     return tuple(found)
 
 
@@ -109,7 +107,8 @@ def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...
         before = parse_experiment(checkpoint.experiment, "the checkpoint").to_toml()
     except GaitsimError:
         before = checkpoint.experiment
-    return changes(before, now)
+    source = "the checkpoint"
+    return changes(read_outline(before, source), read_outline(now, source))
 
 
 def comparable(stages: Sequence[RunStage]) -> int:
@@ -122,9 +121,9 @@ def comparable(stages: Sequence[RunStage]) -> int:
     return first.first
 
 
-def changes(then: str, now: str) -> tuple[Change, ...]:
-    """By what two experiments, as TOML, evolve differently."""
-    before, after = options(then), options(now)
+def changes(then: ExperimentOutline, now: ExperimentOutline) -> tuple[Change, ...]:
+    """Return the options by which two experiments evolve differently."""
+    before, after = then.search_options(), now.search_options()
     found = []
     for section in sorted({*before, *after}):
         old, new = before.get(section, {}), after.get(section, {})
@@ -137,38 +136,6 @@ def changes(then: str, now: str) -> tuple[Change, ...]:
                 name = f"{section}.{key}" if section else key
                 found.append(Change(name, old.get(key), new.get(key)))
     return tuple(found)
-
-
-def options(experiment: str) -> dict[str, dict[str, Any]]:
-    """The options of an experiment that matter to how it evolves, by section; '' has the seed."""
-    try:
-        tables = parse(experiment, "")
-    except GaitsimError:
-        return {}
-    found = {kind: dict(tables[kind]) for kind in KINDS if isinstance(tables.get(kind), dict)}
-    evolution = tables.get("evolution")
-    if isinstance(evolution, dict):
-        found["evolution"] = {key: evolution[key] for key in MATTERING if key in evolution}
-    islands = tables.get("islands")
-    if isinstance(islands, dict) and islands.get("number", 1) != 1:  # else they change nothing
-        found["islands"] = dict(islands)
-    return {"": {"seed": tables.get("seed")}, **found}
-
-
-def islands_in(experiment: str) -> int:
-    """How many islands a resolved experiment has; those of an older gaitsim say nothing of it."""
-    number = options(experiment).get("islands", {}).get("number", 1)
-    return max(number, 1) if isinstance(number, int) else 1
-
-
-def threshold_in(experiment: str) -> float | None:
-    """The option `evolution.fitness_threshold` of a resolved experiment."""
-    try:
-        evolution = parse(experiment, "").get("evolution")
-    except GaitsimError:
-        return None
-    found = evolution.get("fitness_threshold") if isinstance(evolution, dict) else None
-    return float(found) if isinstance(found, int | float) else None
 
 
 def _unusual(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -106,10 +106,10 @@ class _Reader:
             try:
                 self._history.extend(self._follower.read_rows(run))
                 stages = run.stages
-                texts = tuple((stage.first, stage.experiment) for stage in stages)
+                found = tuple((stage.first, stage.outline) for stage in stages)
                 first = run.comparable if stages else 1
-                texts = texts or ((1, run.experiment_text),)
-                self._latest = ComparedRun(label, path, self._history, texts, first)
+                found = found or ((1, run.outline),)
+                self._latest = ComparedRun(label, path, self._history, found, first)
             except GaitsimError as error:
                 self._latest = ComparedRun(label, path, problem=error)
             except OSError as error:

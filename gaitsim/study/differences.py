@@ -4,13 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from gaitsim.errors import GaitsimError
-from gaitsim.toml import parse
+from gaitsim.experiment import ExperimentOutline
 
-Stages = Sequence[tuple[int, str]]
-"""The stages of a run: the first generation of each, and its experiment as TOML."""
+Stages = Sequence[tuple[int, ExperimentOutline]]
+"""The stages of a run: the first generation of each, and its experiment."""
 
-TITLES = ("schema", "name", "description")  # they name an experiment and change no result
 ABSENT = "–"
 
 
@@ -32,12 +30,10 @@ class Difference:
 def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
     """Return the options in which runs differ, in the order of their files.
 
-    A run whose experiment cannot be read does not count.
-
     Args:
         runs: the stages of each, the first one first; () where it cannot be read.
     """
-    told = [[(first, options(text)) for first, text in stages] for stages in runs]
+    told = [[(first, outline.options()) for first, outline in stages] for stages in runs]
     keys = dict.fromkeys(key for stages in told for _, values in stages for key in values)
     found = []
     for key in keys:
@@ -45,25 +41,6 @@ def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
         if len(each) > 1:
             found.append(Difference(key, tuple(_course(key, stages) for stages in told)))
     return tuple(found)
-
-
-def options(experiment: str) -> dict[str, Any]:
-    """The options of an experiment in TOML, by dotted key; {} where it is none."""
-    try:
-        tables = parse(experiment, "")
-    except GaitsimError:
-        return {}
-    return {key: value for key, value in _flat(tables).items() if key not in TITLES}
-
-
-def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            found |= _flat(value, f"{before}{key}.")
-        else:
-            found[f"{before}{key}"] = value
-    return found
 
 
 def _course(key: str, stages: Sequence[tuple[int, Mapping[str, Any]]]) -> str:

@@ -4,14 +4,13 @@ import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from gaitsim import registry, toml
+from gaitsim import registry
 from gaitsim.contracts import GenomeSpace, Organism, Plugin
 from gaitsim.errors import GaitsimError, PluginError
-from gaitsim.experiment import Experiment
+from gaitsim.experiment import Experiment, read_outline
 from gaitsim.experiment.combination import compatible
 from gaitsim.experiment.model import space_of
 from gaitsim.registry import EXPERIMENTS, KINDS
-from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.registry.presets import read_preset
 
 
@@ -105,9 +104,7 @@ def read_catalogue() -> Catalogue:
 
 def _preset(name: str) -> Preset:
     try:
-        table = toml.parse(read_preset(name), f"preset {name}")
-        plugins = {kind: str(table[kind][PLUGIN]) for kind in KINDS}
-    except (GaitsimError, KeyError, TypeError) as error:
-        what = error.what if isinstance(error, GaitsimError) else "it is no experiment"
-        return Preset(name, f"broken: {what}")
-    return Preset(name, str(table.get("description", "")), plugins)
+        outline = read_outline(read_preset(name), f"preset {name}")
+    except GaitsimError as error:
+        return Preset(name, f"broken: {error.what}")
+    return Preset(name, outline.description, outline.plugins)

@@ -121,7 +121,7 @@ def test_a_missing_plugin_takes_only_the_champions_genome(begun, monkeypatch):
     [
         (shutil.rmtree, "is gone"),
         (lambda path: (path / "experiment.toml").write_text("[evolution"), "experiment.toml"),
-        (lambda path: (path / "experiment.toml").write_text("seed = 1"), "how long"),
+        (lambda path: (path / "experiment.toml").write_text("seed = 1"), "organism.plugin"),
         (lambda path: (path / "history.csv").write_text("a,b\n1,2\n"), "history.csv"),
         (lambda path: (path / "history.csv").write_text(""), "ends at generation 0"),
         (lambda path: (path / "history.csv").write_bytes(b"\xff\n\xff\n"), "history.csv"),

@@ -4,6 +4,7 @@ import asyncio
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
+from gaitsim.experiment import Evolution, ExperimentOutline, Islands
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -21,46 +23,43 @@ from gaitsim.tui.screens.compare import Compare
 from gaitsim.tui.widgets.curves import Curves
 
 
-def toml(seed=1, **tables):
-    lines = [f"seed = {seed}", 'name = "any"', 'description = "never told"']
-    for name, options in tables.items():
-        lines += [f"[{name}]", *(f"{key} = {value!r}" for key, value in options.items())]
-    return "\n".join(lines)
+def outline(seed=1, **sections):
+    return ExperimentOutline("any", "never told", seed, {}, Evolution(), Islands(), sections)
 
 
 class TestDifferences:
     def test_options_that_are_the_same_are_left_out(self):
-        one = toml(mutation={"plugin": "gaussian", "rate": 0.1})
-        other = toml(mutation={"plugin": "gaussian", "rate": 0.2})
+        one = outline(mutation={"plugin": "gaussian", "rate": 0.1})
+        other = outline(mutation={"plugin": "gaussian", "rate": 0.2})
         (found,) = differences([[(1, one)], [(1, other)]])
         assert (found.key, found.values) == ("mutation.rate", ("0.1", "0.2"))
 
     def test_names_are_no_difference(self):
-        assert not differences([[(1, toml())], [(1, toml().replace("any", "another"))]])
+        assert not differences([[(1, outline())], [(1, replace(outline(), name="another"))]])
 
     def test_an_option_that_only_one_has(self):
-        one, other = toml(mutation={"plugin": "a", "rate": 1}), toml(mutation={"plugin": "b"})
+        one, other = outline(mutation={"plugin": "a", "rate": 1}), outline(mutation={"plugin": "b"})
         found = {row.key: row.values for row in differences([[(1, one)], [(1, other)]])}
         assert found == {"mutation.plugin": ("a", "b"), "mutation.rate": ("1", ABSENT)}
 
     def test_a_change_on_the_way_is_told_with_its_generation(self):
-        one, other = toml(mutation={"rate": 0.1}), toml(mutation={"rate": 0.2})
+        one, other = outline(mutation={"rate": 0.1}), outline(mutation={"rate": 0.2})
         stages = [(1, one), (11, other), (21, other), (31, one)]
         (found,) = differences([stages, [(1, one)]])
         assert found.values == ("0.1, from 11: 0.2, from 31: 0.1", "0.1")
 
     def test_a_change_is_told_though_both_made_it(self):
-        stages = [(1, toml(1)), (5, toml(2))]
+        stages = [(1, outline(1)), (5, outline(2))]
         (found,) = differences([stages, stages])
         assert found.values == ("1, from 5: 2",) * 2
 
     def test_a_run_that_cannot_be_read_differs_in_nothing(self):
-        assert not differences([[(1, toml())], [], [(1, "no TOML =")]])
+        assert not differences([[(1, outline())], []])
 
     def test_they_are_in_the_order_of_the_files(self):
         one, other = (
-            toml(1, b={"z": 1, "a": 1}, a={"k": 1}),
-            toml(2, b={"z": 2, "a": 2}, a={"k": 2}),
+            outline(1, b={"z": 1, "a": 1}, a={"k": 1}),
+            outline(2, b={"z": 2, "a": 2}, a={"k": 2}),
         )
         found = [row.key for row in differences([[(1, one)], [(1, other)]])]
         assert found == ["seed", "b.z", "b.a", "a.k"]

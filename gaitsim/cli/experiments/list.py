@@ -2,10 +2,10 @@
 
 from gaitsim.cli.console import output, table
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import read_outline
 from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.registry.presets import read_preset
 from gaitsim.render.terminal.text import visible
-from gaitsim.toml import parse
 
 
 def list_() -> None:
@@ -18,6 +18,6 @@ def list_() -> None:
 
 def _describe(name: str) -> str:
     try:
-        return visible(str(parse(read_preset(name), f"preset {name}").get("description", "")))
+        return visible(read_outline(read_preset(name), f"preset {name}").description)
     except GaitsimError as error:
         return visible(f"broken: {error.what}")

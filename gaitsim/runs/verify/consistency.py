@@ -8,7 +8,6 @@ import numpy as np
 
 from gaitsim.errors import CheckpointError
 from gaitsim.evolution import Generation
-from gaitsim.experiment import Evolution, Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.checksums import NONE, of_genomes, of_row, of_scores
 from gaitsim.runs.files.folder import (
@@ -24,7 +23,6 @@ from gaitsim.runs.files.history import best_terms, island_bests, islands_record,
 from gaitsim.runs.resume import restored
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, comparable
-from gaitsim.toml import parse
 
 KEEPING = ("fitness_threshold", "delta_fitness")
 """Options of [evolution] that begin no stage, yet say which champions are kept."""
@@ -64,21 +62,13 @@ def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
     Raises:
         ExperimentError: the file has problems.
     """
-    evolved = run.finished.experiment
-    if evolved == run.experiment_text:
+    if run.finished.experiment == run.experiment_text:
         return ()
-    return (*run.pending, *_saved_otherwise(evolved, run.experiment))
-
-
-def _saved_otherwise(evolved: str, experiment: Experiment) -> tuple[Change, ...]:
-    """Return the options by which other champions are saved than under `evolved`, in TOML."""
-    then = Evolution().model_dump() | parse(evolved, "the checkpoint").get("evolution", {})
-    now = experiment.evolution.model_dump()
-    if then["fitness_threshold"] is None and now["fitness_threshold"] is None:
-        return ()  # none are kept, by whatever step
-    return tuple(
-        Change(f"evolution.{key}", then[key], now[key]) for key in KEEPING if then[key] != now[key]
-    )
+    then, now = (one.evolution.model_dump() for one in (run.stages[-1].outline, run.experiment))
+    saved = then["fitness_threshold"], now["fitness_threshold"]
+    keys = KEEPING if saved != (None, None) else ()  # else none are saved, by whatever step
+    changed = [Change(f"evolution.{key}", then[key], now[key]) for key in keys]
+    return (*run.pending, *(change for change in changed if change.then != change.now))
 
 
 def disagreements(run: RunSnapshot) -> dict[int, list[str]]:

@@ -10,10 +10,8 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.live.protocol import Best, Event, Snapshot
-from gaitsim.runs.files.folder import EXPERIMENT
 from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.toml import parse
 
 EVENTS_KEPT = 200
 
@@ -50,11 +48,11 @@ class LiveState:
 def about(run: Path) -> str:
     """Body, fitness and seed, without loading a plugin; '' where the file does not say."""
     try:
-        tables = parse(RunSnapshot(run).experiment_text, str(run / EXPERIMENT))
-        names = [str(tables[kind]["plugin"]) for kind in ("organism", "fitness")]
-        return " · ".join([*names, f"seed {tables['seed']}"])
-    except (GaitsimError, KeyError, TypeError):
+        outline = RunSnapshot(run).outline
+    except GaitsimError:
         return ""
+    body, fitness = outline.plugins["organism"], outline.plugins["fitness"]
+    return f"{body} · {fitness} · seed {outline.seed}"
 
 
 class ChampionMover:

@@ -1,0 +1,119 @@
+"""An experiment as its TOML says, whose plugins need not be installed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from gaitsim import toml
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment.model import Evolution, Islands
+from gaitsim.registry import KINDS
+from gaitsim.registry.class_validation import PLUGIN
+
+# Options of [evolution] that change what is evolved. The others say how long, and what is kept.
+_EVOLVING = ("population", "elites")
+
+
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+@dataclass(frozen=True, eq=False)
+class ExperimentOutline:
+    """The values of an experiment's TOML, checked as far as no plugin is needed.
+
+    Attributes:
+        name: of the experiment.
+        description: one line for lists.
+        seed: of all randomness.
+        plugins: the name of each plugin by kind.
+        evolution: size and length of the search.
+        islands: the populations that the search is divided into.
+        sections: the tables as they stand in the file, plugin names included.
+    """
+
+    name: str
+    description: str
+    seed: int
+    plugins: Mapping[str, str]
+    evolution: Evolution
+    islands: Islands
+    sections: Mapping[str, Mapping[str, Any]]
+
+    def search_options(self) -> dict[str, dict[str, Any]]:
+        """Return the options that change what is evolved, by section; `''` holds the seed."""
+        found = {kind: dict(self.sections[kind]) for kind in KINDS}
+        evolution, islands = self.sections.get("evolution", {}), self.sections.get("islands", {})
+        found["evolution"] = {key: evolution[key] for key in _EVOLVING if key in evolution}
+        if self.islands.number > 1:  # else they change nothing
+            found["islands"] = dict(islands)
+        return {"": {"seed": self.seed}, **found}
+
+    def options(self) -> dict[str, Any]:
+        """Return all options by dotted key, as `--set` takes them."""
+        found: dict[str, Any] = {"seed": self.seed}
+        for section, table in self.sections.items():
+            found |= _flat(table, f"{section}.")
+        return found
+
+
+@lru_cache(maxsize=64)  # whoever watches a run asks for the same text again and again
+def read_outline(text: str, source: str) -> ExperimentOutline:
+    """Parse the TOML of an experiment.
+
+    Args:
+        text: of the file.
+        source: where it comes from, for messages.
+
+    Raises:
+        GaitsimError: it is not TOML, or lacks what every experiment has.
+    """
+    tables = toml.parse(text, source)
+    sections = {name: table for name, table in tables.items() if isinstance(table, dict)}
+    plugins = {kind: sections.get(kind, {}).get(PLUGIN) for kind in KINDS}
+    seed = tables.get("seed", 0)
+    missing = [f"{kind}.{PLUGIN}" for kind, name in plugins.items() if not isinstance(name, str)]
+    missing += [] if type(seed) is int else ["seed"]
+    if missing:
+        raise GaitsimError(
+            f"{source} is not an experiment: {missing[0]} is missing or invalid",
+            where=source,
+            allowed="a seed, and sections that name their plugins: " + ", ".join(KINDS),
+            remedy="restore it from a copy; the checkpoint of a run holds its text, too",
+            key=missing[0],
+        )
+    return ExperimentOutline(
+        str(tables.get("name", "")),
+        str(tables.get("description", "")),
+        seed,
+        {kind: str(name) for kind, name in plugins.items()},
+        _section(Evolution, tables.get("evolution", {}), "evolution", source),
+        _section(Islands, tables.get("islands", {}), "islands", source),
+        sections,
+    )
+
+
+def _section(model: type[_Model], table: Any, name: str, source: str) -> _Model:
+    try:
+        return model.model_validate(table)
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        key = ".".join([name, *map(str, wrong["loc"])])
+        raise GaitsimError(
+            f"{source} is not an experiment: {key} is invalid",
+            where=f"{source}, key {key}",
+            remedy="take back what was changed in it",
+            key=key,
+        ) from None
+
+
+def _flat(table: Mapping[str, Any], before: str) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{before}{key}.")
+        else:
+            found[f"{before}{key}"] = value
+    return found

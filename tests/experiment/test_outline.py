@@ -1,0 +1,47 @@
+"""What an experiment's TOML says, whether its plugins are installed or not."""
+
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment, read_outline
+from gaitsim.registry import KINDS
+
+BARE = "seed = 7\n" + "".join(f'[{kind}]\nplugin = "my-{kind}"\n' for kind in KINDS)
+
+
+def test_a_plugin_need_not_be_installed():
+    outline = read_outline(BARE, "mine")
+    assert outline.plugins["organism"] == "my-organism"
+    assert (outline.seed, outline.evolution.generations, outline.islands.number) == (7, 300, 1)
+
+
+def test_it_says_what_the_experiment_says():
+    experiment = load_experiment("spider")
+    outline = read_outline(experiment.to_toml(), "spider")
+    assert (outline.name, outline.description) == (experiment.name, experiment.description)
+    assert outline.evolution == experiment.evolution
+    assert outline.plugins == {kind: entry.name for kind, entry in experiment.entries.items()}
+    assert outline.options()["evolution.population"] == experiment.evolution.population
+
+
+def test_how_long_a_search_goes_is_no_option_of_what_it_evolves():
+    longer = BARE + "[evolution]\ngenerations = 9\npopulation = 8\n[islands]\nnumber = 1\n"
+    assert read_outline(longer, "mine").search_options()["evolution"] == {"population": 8}
+    assert "islands" not in read_outline(longer, "mine").search_options()
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("seed = 1", "organism.plugin"),
+        (BARE.replace('"my-fitness"', "3"), "fitness.plugin"),
+        (BARE.replace("7", '"seven"'), "seed"),
+        (BARE + "[evolution]\npopulation = 1\n", "evolution.population"),
+        (BARE + "[islands]\nnumbr = 1\n", "islands.numbr"),
+        ("evolution = 3\n" + BARE, "evolution"),
+    ],
+)
+def test_what_is_wrong_is_named(text, key):
+    with pytest.raises(GaitsimError) as error:
+        read_outline(text, "mine")
+    assert error.value.key == key
