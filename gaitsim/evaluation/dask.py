@@ -1,12 +1,10 @@
-"""Tasks on a Dask cluster: another's, or one of our own on this machine."""
+"""Tasks on a Dask cluster: an existing one, or one of our own on this machine."""
 
 import logging
-import os
 import re
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from multiprocessing import resource_tracker
 from typing import Any
 
 from gaitsim.errors import GaitsimError
@@ -26,9 +24,9 @@ LOCAL = "local"
 ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.")
 LOGGERS = ("distributed", "distributed.client")  # the second has a level of its own
 SILENT = logging.CRITICAL + 1
-PATIENCE = 10  # seconds for a scheduler to answer, and for its first worker to come
-COUNT = 1.0  # seconds from a worker that came or went to the count of those that are there
-ALONE = 5  # counts without any worker until that is told: one that died is begun again in two
+PATIENCE = 10  # seconds for a scheduler to answer, and for its first worker to join
+COUNT = 1.0  # seconds from a change among the workers until they are counted
+ALONE = 5  # counts without any worker until a warning: one that died restarts within two
 
 
 class DaskExecutor(Executor):
@@ -38,13 +36,13 @@ class DaskExecutor(Executor):
     program may run any code there.
 
     Args:
-        address: of the scheduler, such as 'tcp://host:8786'; or 'local' for workers of
+        address: the scheduler's address, such as 'tcp://host:8786'; or 'local' for workers of
             our own on this machine, which end with this process, however it ends.
-        workers: how many, with 'local'; None for one each core.
+        workers: how many, with 'local'; None for one a core.
         on_warning: called with a message when workers were lost, and when none are left.
 
     Attributes:
-        workers: as many threads as its workers have, now: some may come or go at any time.
+        workers: the current number of threads of its workers, which may come or go.
 
     Raises:
         GaitsimError: Dask is not installed, or the scheduler cannot be reached or has no
@@ -57,10 +55,10 @@ class DaskExecutor(Executor):
         if workers is not None and address != LOCAL:
             raise GaitsimError(
                 f"--workers {workers} and --dask {address} do not go together",
-                allowed="--workers with --dask local; a cluster has the workers that it has",
+                allowed="--workers with --dask local; other clusters have a size of their own",
             )
         if address != LOCAL and not ADDRESS.match(address):
-            raise _unreachable(address, "it is no address")
+            raise _unreachable(address, "not an address")
         self.address = address
         self._on_warning = on_warning
         self._closing = False
@@ -70,7 +68,7 @@ class DaskExecutor(Executor):
         self._begun = threading.Event()
         self._begun.set()
         distributed = _distributed()
-        # What goes wrong is told by our messages; its own would stand among them.
+        # Our messages report what goes wrong; its own would stand among them.
         for name in LOGGERS:
             logging.getLogger(name).setLevel(SILENT)
         try:
@@ -86,9 +84,6 @@ class DaskExecutor(Executor):
 
         def begin() -> None:
             try:
-                if os.name != "nt":
-                    # Or the first worker would begin it, which lets Ctrl-C in again.
-                    resource_tracker.ensure_running()
                 with (
                     dask.config.set({"distributed.scheduler.allowed-failures": MAX_ATTEMPTS - 1}),
                     hide_main_module(),
@@ -109,10 +104,10 @@ class DaskExecutor(Executor):
                 self._begun.set()
 
         failed: list[Exception] = []
-        # In a thread, as Ctrl-C would leave it half begun, and nothing could end it then.
+        # In a thread, as Ctrl-C would leave it half started, and nothing could end it then.
         self._begun.clear()
         threading.Thread(target=begin, daemon=True).start()
-        self._begun.wait()  # not `join`, which takes a thread for ended once it was interrupted
+        self._begun.wait()  # not `join`, which returns early after an interrupt
         if failed:
             raise failed[0]
         return self._own
@@ -126,12 +121,12 @@ class DaskExecutor(Executor):
 
         made: list[Any] = []
         reasons: list[str] = []
-        # In a thread, as it would wait for ever for something else that listens there.
+        # In a thread, as it would wait forever for another program that listens there.
         connecting = threading.Thread(target=connect, daemon=True)
         connecting.start()
         connecting.join(PATIENCE + 2)
         if not made:
-            raise _unreachable(self.address, reasons[0] if reasons else "nothing that is Dask's")
+            raise _unreachable(self.address, reasons[0] if reasons else "no answer as from Dask")
         client = made[0]
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
@@ -143,20 +138,20 @@ class DaskExecutor(Executor):
             ) from None
         self._client = client  # before the callbacks, which run in the client's thread
         client.subscribe_topic("all", self._hear)
-        client.loop.add_callback(self._count_soon)  # some may have come before it was heard
+        client.loop.add_callback(self._count_soon)  # workers may have joined before
 
     def _hear(self, event: tuple[float, Any]) -> None:
-        """Be told what happens in the cluster, in the client's thread."""
+        """Handle an event of the cluster, in the client's thread."""
         _, news = event
         action = news.get("action") if isinstance(news, dict) else None
         if action not in {"add-worker", "remove-worker"} or self._closing:
             return
         if action == "remove-worker" and not news.get("expected"):
-            self._on_warning("a Dask worker was lost; what it did is done again")
+            self._on_warning("a Dask worker was lost; another one repeats its work")
         self._count_soon()
 
     def _count_soon(self) -> None:
-        """Count the workers once, however many come or go meanwhile."""
+        """Schedule one count of the workers, however many events there are."""
         if not self._counting:
             self._counting = True
             self._client.loop.call_later(COUNT, self._count)
@@ -167,27 +162,27 @@ class DaskExecutor(Executor):
             return
         try:
             threads = sum((await self._client.nthreads()).values())
-        except Exception:  # a scheduler that is lost is told of where something is asked of it
+        except Exception:  # the next request reports a scheduler that is lost
             return
-        # Where none are left, what is too little to share is done here, as with a single one.
+        # If none are left, small work is done here, as with a single one.
         self.workers = max(1, threads)
         self._alone = 0 if threads else self._alone + 1
         if self._alone == ALONE and not self._closing:
             self._on_warning(
-                "no Dask workers are left; what is theirs to do waits for one. Start it with: "
+                "no Dask workers are left; their work waits for one. Start it with: "
                 f"dask worker {self._client.scheduler.address} --nthreads 1"
             )
         if self._alone:
             self._count_soon()
 
     def check(self, experiments: Iterable[Experiment]) -> None:
-        """See that all workers have the packages of experiments, in the versions of here."""
+        """Check that all workers have the packages of experiments in the local versions."""
         here = needed(experiments)
         ask = asking(here)
         with self._reaching():
             there = {
                 **{f"worker {name}": found for name, found in self._client.run(ask).items()},
-                # It reads the tasks, too, on their way.
+                # It reads the tasks, too.
                 "scheduler": self._client.run_on_scheduler(ask),
             }
         compare(here, there)
@@ -202,7 +197,7 @@ class DaskExecutor(Executor):
         places = {future.key: place for place, future in enumerate(futures)}
         try:
             done = distributed.as_completed(futures, self._client.loop, with_results=True)
-            del futures  # each is let go, and with it its result, when it was seen
+            del futures  # so that each result is freed once it is read
             while places:
                 with self._reaching():
                     future, result = next(done)
@@ -213,12 +208,12 @@ class DaskExecutor(Executor):
                     done.clear()
 
     def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """The results in the tasks' order, fetched at one stroke when all are done."""
+        """Return the results in the tasks' order, fetched at once when all are finished."""
         distributed = _distributed()
         with self._reaching():
             futures = self._client.map(function, tasks, pure=False)
             try:
-                # `gather` would wait, too; but when it is left, a traceback for each task follows.
+                # `gather` would wait, too; but interrupted, it prints a traceback for each task.
                 for future in distributed.as_completed(futures, self._client.loop):
                     if future.status != "finished":
                         future.result()  # raises
@@ -230,7 +225,7 @@ class DaskExecutor(Executor):
 
     @contextmanager
     def _reaching(self) -> Iterator[None]:
-        """Tell of a scheduler that is gone, and of a task that ends its workers."""
+        """Report a scheduler that is gone, and a task that ends its workers."""
         from concurrent.futures import CancelledError
 
         from distributed import KilledWorker
@@ -244,19 +239,19 @@ class DaskExecutor(Executor):
         except (CancelledError, CommClosedError, TimeoutError):
             raise GaitsimError(
                 f"the connection to the Dask scheduler at {self.address} was lost",
-                remedy="see that the scheduler runs",
+                remedy="check that the scheduler runs",
             ) from None
 
     def close(self) -> None:
-        """Leave the cluster; workers of our own are ended.
+        """Leave the cluster; end workers of our own.
 
-        Ctrl-C waits for that: what is half ended holds up the program's end for ten seconds, and
-        workers that lose it as they begin complain.
+        Ctrl-C waits for that: a cluster that is half closed delays the program's end by ten
+        seconds, and its starting workers complain.
         """
 
         def end() -> None:
             self._begun.wait(PATIENCE)
-            with suppress(Exception):  # what is lost already cannot be closed
+            with suppress(Exception):  # it may be lost already
                 self._client.close(timeout=2)
             if self._own is not None:
                 with suppress(Exception):
@@ -288,8 +283,8 @@ def _distributed() -> Any:
 
 def _unreachable(address: str, reason: str) -> GaitsimError:
     return GaitsimError(
-        f"no Dask scheduler can be reached at {address!r}: {reason}",
+        f"cannot reach a Dask scheduler at {address!r}: {reason}",
         where="--dask",
         allowed="'local', or the address that 'dask scheduler' prints, such as tcp://host:8786",
-        remedy="see that the scheduler runs and that this machine may reach it",
+        remedy="check that the scheduler runs and that this machine may reach it",
     )

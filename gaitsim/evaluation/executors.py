@@ -1,7 +1,7 @@
 """One function over many tasks: in this thread, in threads, in processes, on a cluster.
 
-What an executor is given and gives back is picklable: a function of a module, or a
-`functools.partial` of one, tasks and results. `Portable` is how an experiment travels.
+Functions, tasks and results are picklable; a function is one of a module, or a
+`functools.partial` of one. An experiment is sent as a `SerializedExperiment`.
 """
 
 import os
@@ -17,27 +17,27 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 MAX_ATTEMPTS = 3
-"""How often a task may end its worker before it is given up."""
+"""How many workers a task may kill before it is given up."""
 
 
 class WorkerLostError(GaitsimError):
-    """A task ended each worker that it was given to."""
+    """A task killed each worker that got it."""
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Return how many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 class Executor(ABC):
-    """Where tasks are done; a context manager that ends what it began.
+    """Runs tasks; a context manager that ends its workers.
 
-    A task that is lost with its worker is done again, by another one.
+    If a worker dies, another one repeats its task.
 
     Attributes:
-        workers: how many tasks are done at a time.
+        workers: how many tasks run at a time.
     """
 
     workers: int = 1
@@ -46,35 +46,35 @@ class Executor(ABC):
     def each(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[int, Result]]:
-        """Do the tasks, begun in their order; place and result of each as it is done.
+        """Run tasks, started in order; yield index and result of each when it is finished.
 
-        What the function raises is raised here. Whoever stops iterating drops the rest.
+        Exceptions of the function are raised here. Closing the iterator drops the rest.
 
         Raises:
-            WorkerLostError: a task ended its worker again and again.
+            WorkerLostError: a task killed its worker again and again.
             GaitsimError: the workers cannot be reached any more.
         """
 
     def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """The results of all tasks, in the tasks' order.
+        """Return the results of all tasks, in the tasks' order.
 
         Raises:
-            WorkerLostError: a task ended its worker again and again.
+            WorkerLostError: a task killed its worker again and again.
             GaitsimError: the workers cannot be reached any more.
         """
         results = dict(self.each(function, tasks))
         return [results[place] for place in range(len(tasks))]
 
     def check(self, experiments: Iterable[Experiment]) -> None:  # noqa: B027 - few need it
-        """See that the workers have the packages of experiments, in the versions of here.
+        """Check that the workers have the packages of experiments in the local versions.
 
         Raises:
-            GaitsimError: they have not; names each package and both versions.
+            GaitsimError: they do not; names each package and both versions.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """End the workers. What they are still doing is dropped."""
+        """End the workers and drop their work."""
 
     def __enter__(self) -> Self:
         return self
@@ -84,21 +84,21 @@ class Executor(ABC):
 
 
 class SerialExecutor(Executor):
-    """In this thread, one task after the other."""
+    """Runs tasks in this thread, one after the other."""
 
     def each(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[int, Result]]:
-        """Do each task when its result is asked for."""
+        """Run each task when its result is asked for."""
         for place, task in enumerate(tasks):
             yield place, function(task)
 
     def close(self) -> None:
-        """There is nothing to end."""
+        """Do nothing: there are no workers."""
 
 
 class ThreadExecutor(Executor):
-    """In threads of this process, for work that releases the interpreter's lock.
+    """Runs tasks in threads of this process, for work that releases the interpreter's lock.
 
     Args:
         workers: how many.
@@ -111,7 +111,7 @@ class ThreadExecutor(Executor):
     def each(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[int, Result]]:
-        """Hand all tasks to the threads."""
+        """Submit all tasks to the threads."""
         places = {self._pool.submit(function, task): place for place, task in enumerate(tasks)}
         try:
             while places:
@@ -122,9 +122,9 @@ class ThreadExecutor(Executor):
                 future.cancel()
 
     def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """The results in order; less to do than with `each`, for tasks of a millisecond."""
+        """Return the results in order; `each` has more overhead, for tasks of a millisecond."""
         return list(self._pool.map(function, tasks))
 
     def close(self) -> None:
-        """Drop what is not begun. A thread ends when what it does is done."""
+        """Drop tasks that have not started. A thread ends after its current task."""
         self._pool.shutdown(wait=False, cancel_futures=True)

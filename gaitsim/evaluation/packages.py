@@ -1,4 +1,4 @@
-"""The packages that workers need: those that a run's bits depend on."""
+"""The packages that workers need: those that the bits of a run depend on."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
@@ -9,11 +9,11 @@ from gaitsim.experiment import Experiment
 from gaitsim.registry import KINDS
 
 Versions = dict[str, str]
-"""By a package's name, '' where it is not installed."""
+"""Version by package; '' if it is not installed."""
 
 
 def needed(experiments: Iterable[Experiment]) -> Versions:
-    """gaitsim, what it computes with, and the package of each plugin, as they are here."""
+    """Return the local versions of gaitsim, its numerics, and the package of each plugin."""
     names = {"gaitsim", "numpy", "numba"}
     for experiment in experiments:
         names |= {experiment.entries[kind].package for kind in KINDS}
@@ -21,7 +21,7 @@ def needed(experiments: Iterable[Experiment]) -> Versions:
 
 
 def installed_among(names: Iterable[str]) -> Versions:
-    """The versions of packages in this process's environment."""
+    """Return the versions of packages in this process's environment."""
     return {name: _version(name) for name in names}
 
 
@@ -33,9 +33,9 @@ def _version(name: str) -> str:
 
 
 def asking(names: Iterable[str]) -> Callable[[], Versions]:
-    """A function that finds versions where it is called, even where gaitsim is not installed.
+    """Return a function that finds versions, even in a process without gaitsim.
 
-    It is pickled whole, as no module has it.
+    It is pickled by value, as it belongs to no module.
     """
     wanted = sorted(names)
 
@@ -54,11 +54,11 @@ def asking(names: Iterable[str]) -> Callable[[], Versions]:
 
 
 def compare(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> None:
-    """Hold workers to the packages of here.
+    """Check that workers have the local packages.
 
     Args:
-        here: version by package.
-        there: the same by worker.
+        here: local version by package.
+        there: the same of each worker, by its name.
 
     Raises:
         GaitsimError: a worker lacks one, or has it in another version.
@@ -70,20 +70,20 @@ def compare(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> 
                 differing[name, versions.get(name, "")].append(worker)
     if not differing:
         return
-    told = [
-        f"{name} {f'is {version}' if version else 'is not installed'} on {_those(workers)}, "
+    problems = [
+        f"{name} {f'is {version}' if version else 'is not installed'} on {_some(workers)}, "
         f"but {here[name]} here"
         for (name, version), workers in sorted(differing.items())
     ]
     wanted = " ".join(f"{name}=={here[name]}" for name in sorted({name for name, _ in differing}))
     raise GaitsimError(
-        "; ".join(told),
-        allowed="the same versions everywhere, as the same bits depend on them",
+        "; ".join(problems),
+        allowed="the same versions everywhere, as the bits of results depend on them",
         remedy=f"on the workers: pip install {wanted}",
     )
 
 
-def _those(workers: list[str]) -> str:
+def _some(workers: list[str]) -> str:
     if len(workers) == 1:
         return f"the {workers[0]}"
     return f"{len(workers)} processes such as the {workers[0]}"

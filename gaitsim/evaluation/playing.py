@@ -1,17 +1,17 @@
-"""Joint angles from elsewhere, such as a network or a file, on the body of an experiment."""
+"""Play given joint angles, such as those of a network or a file, on an experiment's body."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.scoring import broken, hold_motion
+from gaitsim.evaluation.scoring import broken, check_motion
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_errors
 
 
 def require_play(experiment: Experiment) -> None:
-    """Check that the body can play joint angles, before work is done for it.
+    """Check early that the body can play joint angles.
 
     Raises:
         GaitsimError: it has no joint angles, or cannot play them.
@@ -27,20 +27,20 @@ def require_play(experiment: Experiment) -> None:
 
 
 def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
-    """The motion of the experiment's body by given joint angles.
+    """Return the motion of the experiment's body by given joint angles.
 
     Args:
-        experiment: whose body plays.
-        joint_angles: (population, frames, joints), radians. What is beyond the body's
-            limits is held to them; the motion's channel `joint_angles` is what was played.
+        experiment: the experiment with the body.
+        joint_angles: (population, frames, joints), radians. The body clips them to its limits;
+            the motion's channel `joint_angles` holds the angles that it played.
 
     Raises:
-        GaitsimError: the body cannot play, or the angles are not for it.
+        GaitsimError: the body cannot play, or the angles do not fit it.
         PluginError: the body fails or breaks its contract; names its package.
     """
     require_play(experiment)
     entry, organism = experiment.entries["organism"], experiment.organism
-    angles = np.array(joint_angles, dtype=np.float64)  # a copy: the body may write to its own
+    angles = np.array(joint_angles, dtype=np.float64)  # a copy, to which the body may write
     with plugin_errors(entry, "naming its joints"):
         joints = len(organism.joint_names())
     if angles.ndim != 3 or angles.shape[1] < 2 or angles.shape[2] != joints:
@@ -54,7 +54,7 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
             "the joint angles hold values that are not finite", allowed="radians, all finite"
         )
     with plugin_errors(entry, "playing joint angles"):
-        motion = hold_motion(experiment, organism.play(angles))
+        motion = check_motion(experiment, organism.play(angles))
         shape = np.shape(motion["joint_angles"])
     if shape != angles.shape:
         raise broken(

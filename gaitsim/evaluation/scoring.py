@@ -1,4 +1,4 @@
-"""One chunk of a population: moved, judged, and held to the contract."""
+"""Evaluate one chunk of a population: move it, score it, and check the contract."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ class Evaluation:
     """The scores of a population.
 
     Attributes:
-        scores: (population,) float64, more is better; −inf where a term is not finite.
-        terms: what the scores are the sums of, by name, each (population,) float64.
+        scores: (population,) float64, more is better; −inf if a term is not finite.
+        terms: the summands of the scores by name, each (population,) float64.
         reasons: why a score is −inf, by the individual's index.
     """
 
@@ -30,13 +30,13 @@ class Evaluation:
 
 
 def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
-    """Move and score genomes, (population, genes), which stay as they are.
+    """Move and score genomes, (population, genes); leave them unchanged.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
     """
-    # The body gets its own copy: what it changes in it reaches neither the search nor the
-    # checkpoint. And a writable one: compiled code is compiled once more for arrays that are not.
+    # The body gets a copy, so that its changes reach neither the search nor the checkpoint. It is
+    # writable, as Numba compiles once more for arrays that are not.
     lent = genomes.copy()
     with plugin_errors(experiment.entries["organism"], "moving a population"):
         motion: object = experiment.organism.move(lent)
@@ -50,26 +50,26 @@ def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
 
 
 def evaluate_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
-    """Score what a body gave as the motion of a population.
+    """Score what a body returned as the motion of a population.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
     """
-    moved = hold_motion(experiment, motion)
-    _hold_channels(experiment, moved, population)
+    moved = check_motion(experiment, motion)
+    _check_channels(experiment, moved, population)
     with plugin_errors(experiment.entries["fitness"], "evaluating a population"):
-        given = experiment.fitness.terms(moved)
-    if not isinstance(given, dict) or not given:
+        returned = experiment.fitness.terms(moved)
+    if not isinstance(returned, dict) or not returned:
         raise broken(
-            experiment, "fitness", f"returned {given!r:.80} from terms()", "a dict with terms"
+            experiment, "fitness", f"returned {returned!r:.80} from terms()", "a dict with terms"
         )
     terms = {
-        (name := _name(experiment, told)): _term(experiment, name, term, population)
-        for told, term in given.items()
+        (name := _name(experiment, key)): _term(experiment, name, term, population)
+        for key, term in returned.items()
     }
     scores = np.zeros(population)
     with np.errstate(over="ignore", invalid="ignore"):
-        for term in terms.values():  # in the fitness's own order, so that the last bit is too
+        for term in terms.values():  # in the fitness's own order, on which the last bit depends
             scores += term
     reasons = _failures(experiment, moved)
     scores[list(reasons)] = -np.inf
@@ -83,24 +83,24 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
 
 
 def _failures(experiment: Experiment, motion: Motion) -> dict[int, str]:
-    """Why individuals broke down, by index, as the body says."""
+    """Return the reasons of the body for failed individuals, by index."""
     for index, reason in motion.failures.items():
         if not (isinstance(index, int) and 0 <= index < motion.population and str(reason)):
             raise broken(
                 experiment,
                 "organism",
-                f"says of the individual {index!r:.80} that it failed: {reason!r:.80}",
+                f"reports {reason!r:.80} as the failure of the individual {index!r:.80}",
                 f"an int from 0 to {motion.population - 1}, and a text",
             )
-    # Half a character, as names of files may hold, cannot be written.
+    # A lone surrogate, as in names of files, cannot be written.
     return {
         index: str(motion.failures[index]).encode(errors="backslashreplace").decode()
         for index in sorted(motion.failures)
     }
 
 
-def hold_motion(experiment: Experiment, motion: object) -> Motion:
-    """What a body gave as a motion, if it is one.
+def check_motion(experiment: Experiment, motion: object) -> Motion:
+    """Return what a body returned, if it is a motion.
 
     Raises:
         PluginError: it is not; names the body's package.
@@ -110,10 +110,10 @@ def hold_motion(experiment: Experiment, motion: object) -> Motion:
     return motion
 
 
-def _hold_channels(experiment: Experiment, motion: Motion, population: int) -> None:
-    """See that the channels that the fitness reads are there, worked out by the body."""
+def _check_channels(experiment: Experiment, motion: Motion, population: int) -> None:
+    """Let the body compute the channels that the fitness reads, and check their shape."""
     for name in experiment.fitness.needs:
-        with plugin_errors(experiment.entries["organism"], f"working out the channel {name!r}"):
+        with plugin_errors(experiment.entries["organism"], f"computing the channel {name!r}"):
             shape = np.shape(motion[name])
         if shape[:1] != (population,):
             raise broken(
@@ -125,7 +125,7 @@ def _hold_channels(experiment: Experiment, motion: Motion, population: int) -> N
 
 
 def _name(experiment: Experiment, name: object) -> str:
-    """The name of a term as exactly a text: files take no others, such as those of a StrEnum."""
+    """Return the name of a term as a plain str: files take no subclass, such as a StrEnum."""
     if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
         raise broken(
             experiment, "fitness", f"names a term {name!r:.80}", "a printable text, 200 characters"
@@ -135,7 +135,7 @@ def _name(experiment: Experiment, name: object) -> str:
 
 def _term(experiment: Experiment, name: str, term: object, population: int) -> Scores:
     try:
-        # A copy: a fitness may return one array again and again.
+        # A copy: a fitness may return the same array again and again.
         values = np.array(term)
         if values.dtype.kind not in "fiub":
             raise TypeError
@@ -155,7 +155,7 @@ def _term(experiment: Experiment, name: str, term: object, population: int) -> S
 
 
 def broken(experiment: Experiment, kind: str, what: str, allowed: str = "") -> PluginError:
-    """The error of a plugin that breaks its contract; names its package."""
+    """Return the error of a plugin that breaks its contract; it names the package."""
     entry = experiment.entries[kind]
     return PluginError(
         f"{entry} {what}",
@@ -165,8 +165,8 @@ def broken(experiment: Experiment, kind: str, what: str, allowed: str = "") -> P
     )
 
 
-def hold_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -> None:
-    """Hold a fitness to terms of the same names, in the same order, for every motion.
+def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -> None:
+    """Check that a fitness has the same terms, in the same order, for every motion.
 
     Raises:
         PluginError: the names differ.
@@ -181,7 +181,7 @@ def hold_terms(experiment: Experiment, before: Evaluation, after: Evaluation) ->
 
 
 def joined(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
-    """The evaluation of a population from those of its chunks, in order.
+    """Join the evaluations of chunks, in order, to that of the population.
 
     Raises:
         PluginError: the chunks have different terms.
@@ -191,7 +191,7 @@ def joined(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
     reasons: dict[int, str] = {}
     start = 0
     for part in parts:
-        hold_terms(experiment, parts[0], part)
+        check_terms(experiment, parts[0], part)
         reasons.update({start + index: reason for index, reason in part.reasons.items()})
         start += len(part.scores)
     return Evaluation(

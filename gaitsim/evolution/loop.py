@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 
 from gaitsim.contracts import Array, Genomes
 from gaitsim.evaluation import Evaluation
-from gaitsim.evaluation.scoring import hold_terms
+from gaitsim.evaluation.scoring import check_terms
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import (
     Made,
@@ -61,7 +61,7 @@ def evolve(
         begun = time.perf_counter()
         if after is not None:
             number, before = after.number + 1, after.progress
-            hold_terms(experiment, after.evaluation, evaluation)
+            check_terms(experiment, after.evaluation, evaluation)
         with plugin_errors(experiment.entries["organism"], "measuring diversity"):
             diversity = float(space.diversity(genomes))
         progress, is_champion = advance(

@@ -35,7 +35,7 @@ def test_without_dask_it_is_said_how_to_get_it(gaitsim, monkeypatch, tmp_path):
 @pytest.mark.parametrize("address", ["", "nowhere", "http://127.0.0.1:80", "tcp://", "inproc://1"])
 def test_what_is_no_address_is_told(gaitsim, tmp_path, address):
     stderr = gaitsim(*RUN, "--dask", address, code=2).stderr
-    assert "no Dask scheduler can be reached" in stderr
+    assert "cannot reach a Dask scheduler" in stderr
     assert "tcp://host:8786" in stderr
     assert not (tmp_path / "runs").exists()
 
@@ -154,7 +154,7 @@ def test_work_that_kills_its_workers_is_given_up(made, told, tmp_path):
         WorkerLostError, match=f"{MAX_ATTEMPTS} Dask workers died over the same work"
     ):
         made.map(chores.die, [(number, str(tmp_path)) for number in range(3)])
-    assert told == ["a Dask worker was lost; what it did is done again"] * MAX_ATTEMPTS
+    assert told == ["a Dask worker was lost; another one repeats its work"] * MAX_ATTEMPTS
     made._client.wait_for_workers(2, timeout=60)
     assert made.map(chores.square, [6]) == [36]
 
@@ -271,7 +271,7 @@ def test_a_scheduler_that_does_not_answer_is_told(program, tmp_path):
         arguments = [*map(str, RUN), "--dask", f"tcp://127.0.0.1:{port}"]
         # As a process of its own: what waits for an answer does so for ever.
         stderr = program(args=[sys.executable, "-c", IMPATIENT, *arguments], code=2).stderr
-    assert f"no Dask scheduler can be reached at 'tcp://127.0.0.1:{port}'" in stderr
+    assert f"tcp://127.0.0.1:{port}" in stderr
     assert not (tmp_path / "runs").exists()
 
 
@@ -295,7 +295,7 @@ def test_workers_come_and_go_and_when_none_are_left_it_is_told_once(monkeypatch)
         assert not told
         theirs.scale(0)
         none = (
-            "no Dask workers are left; what is theirs to do waits for one. Start it with: "
+            "no Dask workers are left; their work waits for one. Start it with: "
             f"dask worker {theirs.scheduler_address} --nthreads 1"
         )
         until(lambda: none in told)

@@ -113,7 +113,7 @@ def fail(*arguments):
 BODIES = {
     "it raises": (fail, "moving a population: ZeroDivisionError: by nought"),
     "no motion": (lambda *arguments: None, "moved to a NoneType"),
-    "a missing channel": (moves_to(joint_angles=GENOMES), "working out the channel 'reach'"),
+    "a missing channel": (moves_to(joint_angles=GENOMES), "computing the channel 'reach'"),
     "a channel of others": (
         moves_to(joint_angles=GENOMES, reach=np.zeros(5)),
         r"channel 'reach' the shape \(5,\)",
@@ -208,5 +208,5 @@ def test_parts_are_joined_in_order(puppet):
 
 
 def test_parts_with_different_terms_are_refused(puppet):
-    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* gave the terms b after a"):
+    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* returned the terms b after a"):
         joined(puppet(), [part(1.0, a=[1.0]), part(1.0, b=[1.0])])

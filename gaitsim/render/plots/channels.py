@@ -52,7 +52,7 @@ def read_values(individual: Individual, name: str) -> NDArray[Any]:
             allowed="".join(f"\n    {one}: {channel}" for one, channel in channels.items()),
             remedy=nearest(name, [*channels]),
         )
-    with plugin_errors(entry, f"working out the channel {name!r}"):
+    with plugin_errors(entry, f"computing the channel {name!r}"):
         values = np.asarray(individual.motion[name])
     if values.shape[:1] != (1,) or not channels[name].fits(values.shape):
         raise PluginError(
