@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion, Skeleton
-from gaitsim.errors import PluginError
 from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.experiment import Experiment
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 
@@ -99,11 +98,10 @@ class Individual(ReprMixin):
             skeleton: object = self.experiment.organism.skeleton(motion, 0)
         if isinstance(skeleton, Skeleton):
             return skeleton
-        raise PluginError(
-            f"{entry} gave a {type(skeleton).__name__} from skeleton()",
-            where=entry.target,
-            allowed="a gaitsim.contracts.Skeleton",
-            remedy=f"update {entry.package}, or report it to its author",
+        raise contract_error(
+            entry,
+            f"gave a {type(skeleton).__name__} from skeleton()",
+            "a gaitsim.contracts.Skeleton",
         )
 
     @cached_property

@@ -5,9 +5,9 @@ from numpy.typing import ArrayLike
 
 from gaitsim.contracts import Motion
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.scoring import broken, check_motion
+from gaitsim.evaluation.scoring import check_motion
 from gaitsim.experiment import Experiment
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import contract_error, plugin_errors
 
 
 def require_play(experiment: Experiment) -> None:
@@ -57,8 +57,9 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
         motion = check_motion(experiment, organism.play(angles))
         shape = np.shape(motion["joint_angles"])
     if shape != angles.shape:
-        raise broken(
-            experiment, "organism", f"played to joint_angles of the shape {shape}",
+        raise contract_error(
+            experiment.entries["organism"],
+            f"played to joint_angles of the shape {shape}",
             f"that of what it was given, {angles.shape}",
-        )  # fmt: skip
+        )
     return motion

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Motion
-from gaitsim.errors import PluginError
 from gaitsim.experiment import Experiment
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import contract_error, plugin_errors
 
 Scores = NDArray[np.float64]
 
@@ -41,11 +40,11 @@ def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     with plugin_errors(experiment.entries["organism"], "moving a population"):
         motion: object = experiment.organism.move(lent)
     if not np.array_equal(lent, genomes):
-        raise broken(experiment, "organism", "changes the genomes that it is given")
+        raise contract_error(experiment.entries["organism"], "changes the genomes that it is given")
     evaluation = evaluate_motion(experiment, motion, len(genomes))
     # A channel may be a view of them.
     if not np.array_equal(lent, genomes):
-        raise broken(experiment, "fitness", "changes the motion that it is given")
+        raise contract_error(experiment.entries["fitness"], "changes the motion that it is given")
     return evaluation
 
 
@@ -60,8 +59,10 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
     with plugin_errors(experiment.entries["fitness"], "evaluating a population"):
         returned = experiment.fitness.terms(moved)
     if not isinstance(returned, dict) or not returned:
-        raise broken(
-            experiment, "fitness", f"returned {returned!r:.80} from terms()", "a dict with terms"
+        raise contract_error(
+            experiment.entries["fitness"],
+            f"returned {returned!r:.80} from terms()",
+            "a dict with terms",
         )
     terms = {
         (name := _name(experiment, key)): _term(experiment, name, term, population)
@@ -86,9 +87,8 @@ def _failures(experiment: Experiment, motion: Motion) -> dict[int, str]:
     """Return the reasons of the body for failed individuals, by index."""
     for index, reason in motion.failures.items():
         if not (isinstance(index, int) and 0 <= index < motion.population and str(reason)):
-            raise broken(
-                experiment,
-                "organism",
+            raise contract_error(
+                experiment.entries["organism"],
                 f"reports {reason!r:.80} as the failure of the individual {index!r:.80}",
                 f"an int from 0 to {motion.population - 1}, and a text",
             )
@@ -106,7 +106,9 @@ def check_motion(experiment: Experiment, motion: object) -> Motion:
         PluginError: it is not; names the body's package.
     """
     if not isinstance(motion, Motion):
-        raise broken(experiment, "organism", f"moved to a {type(motion).__name__}", "a Motion")
+        raise contract_error(
+            experiment.entries["organism"], f"moved to a {type(motion).__name__}", "a Motion"
+        )
     return motion
 
 
@@ -116,9 +118,8 @@ def _check_channels(experiment: Experiment, motion: Motion, population: int) -> 
         with plugin_errors(experiment.entries["organism"], f"computing the channel {name!r}"):
             shape = np.shape(motion[name])
         if shape[:1] != (population,):
-            raise broken(
-                experiment,
-                "organism",
+            raise contract_error(
+                experiment.entries["organism"],
                 f"gave the channel {name!r} the shape {shape}",
                 f"(population, …) with a population of {population}",
             )
@@ -127,8 +128,10 @@ def _check_channels(experiment: Experiment, motion: Motion, population: int) -> 
 def _name(experiment: Experiment, name: object) -> str:
     """Return the name of a term as a plain str: files take no subclass, such as a StrEnum."""
     if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
-        raise broken(
-            experiment, "fitness", f"names a term {name!r:.80}", "a printable text, 200 characters"
+        raise contract_error(
+            experiment.entries["fitness"],
+            f"names a term {name!r:.80}",
+            "a printable text, 200 characters",
         )
     return str.__str__(name)
 
@@ -141,28 +144,18 @@ def _term(experiment: Experiment, name: str, term: object, population: int) -> S
             raise TypeError
         values = values.astype(np.float64, copy=False)
     except (TypeError, ValueError):
-        raise broken(
-            experiment, "fitness", f"gave {term!r:.80} for the term {name!r}", "real numbers"
+        raise contract_error(
+            experiment.entries["fitness"],
+            f"gave {term!r:.80} for the term {name!r}",
+            "real numbers",
         ) from None
     if values.shape != (population,):
-        raise broken(
-            experiment,
-            "fitness",
+        raise contract_error(
+            experiment.entries["fitness"],
             f"gave the term {name!r} the shape {values.shape}",
             f"(population,) = ({population},)",
         )
     return values
-
-
-def broken(experiment: Experiment, kind: str, what: str, allowed: str = "") -> PluginError:
-    """Return the error of a plugin that breaks its contract; it names the package."""
-    entry = experiment.entries[kind]
-    return PluginError(
-        f"{entry} {what}",
-        where=entry.target,
-        allowed=allowed,
-        remedy=f"update {entry.package}, or report it to its author",
-    )
 
 
 def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -> None:
@@ -172,10 +165,9 @@ def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -
         PluginError: the names differ.
     """
     if list(before.terms) != list(after.terms):
-        raise broken(
-            experiment,
-            "fitness",
-            f"gave the terms {', '.join(after.terms)} after {', '.join(before.terms)}",
+        raise contract_error(
+            experiment.entries["fitness"],
+            f"returned the terms {', '.join(after.terms)} after {', '.join(before.terms)}",
             "the same names in the same order for every motion",
         )
 

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, BitSpace, Genomes, GenomeSpace, Plugin, Selection
-from gaitsim.evaluation.scoring import broken
 from gaitsim.experiment import Experiment
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import contract_error, plugin_errors
 
 
 class Purpose(IntEnum):
@@ -45,7 +44,9 @@ def initial_populations(
         genomes = space.random(populations * size, rng)
         belongs = space.contains(genomes) and len(genomes) == populations * size
     if not belongs:
-        raise broken(experiment, "organism", "draws genomes that are not of its own space")
+        raise contract_error(
+            experiment.entries["organism"], "draws genomes that are not of its own space"
+        )
     return genomes.reshape(populations, size, space.genes)
 
 
@@ -164,7 +165,9 @@ def _mutated(
         mutants = space.repair(mutants)
         belong = space.contains(mutants) and len(mutants) == len(genomes)
     if not belong:
-        raise broken(experiment, "organism", "repairs genomes to ones that are not of its space")
+        raise contract_error(
+            experiment.entries["organism"], "repairs genomes to ones that are not of its space"
+        )
     return mutants
 
 
@@ -194,9 +197,8 @@ def _parents(
     shape = (pairs, 2) if populations == 1 else (populations, pairs, 2)
     _check_form(experiment, "selection", parents, shape, np.dtype(np.intp))
     if not ((parents >= 0) & (parents < size)).all():
-        raise broken(
-            experiment,
-            "selection",
+        raise contract_error(
+            experiment.entries["selection"],
             f"chose the parents {parents.min()} to {parents.max()}",
             f"indices from 0 to {size - 1}",
         )
@@ -209,9 +211,13 @@ def _check_children(
     """Check that repairing can bring the genomes of crossover or mutation into the space."""
     _check_form(experiment, kind, children, (count, space.genes), space.dtype)
     if children.dtype.kind == "f" and not np.isfinite(children).all():
-        raise broken(experiment, kind, "returned genes that are not finite", "finite genes")
+        raise contract_error(
+            experiment.entries[kind], "returned genes that are not finite", "finite genes"
+        )
     if isinstance(space, BitSpace) and not (children <= 1).all():
-        raise broken(experiment, kind, "returned genes that are not bits", "0 and 1")
+        raise contract_error(
+            experiment.entries[kind], "returned genes that are not bits", "0 and 1"
+        )
 
 
 def _check_form(
@@ -229,6 +235,6 @@ def _check_form(
         if isinstance(result, np.ndarray)
         else type(result).__name__
     )
-    raise broken(
-        experiment, kind, f"returned {actual}", f"an array of shape {shape}, dtype {dtype}"
+    raise contract_error(
+        experiment.entries[kind], f"returned {actual}", f"an array of shape {shape}, dtype {dtype}"
     )

@@ -16,8 +16,7 @@ from gaitsim.contracts import (
     Selection,
     option,
 )
-from gaitsim.errors import PluginError
-from gaitsim.registry import KINDS, Entry, options, plugin_errors
+from gaitsim.registry import KINDS, Entry, contract_error, options, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
@@ -163,11 +162,10 @@ def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
         space: object = organism.genome_space()
     if isinstance(space, GenomeSpace):
         return space
-    raise PluginError(
-        f"{entry} gave a {type(space).__name__} from genome_space()",
-        where=entry.target,
-        allowed="a RealSpace, a BitSpace or another gaitsim.contracts.GenomeSpace",
-        remedy=f"update {entry.package}, or report it to its author",
+    raise contract_error(
+        entry,
+        f"gave a {type(space).__name__} from genome_space()",
+        "a RealSpace, a BitSpace or another gaitsim.contracts.GenomeSpace",
     )
 
 

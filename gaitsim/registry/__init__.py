@@ -11,7 +11,12 @@ from gaitsim.registry.entry_points import (
     unreadable,
 )
 from gaitsim.registry.loading import load_class, load_entry, scan
-from gaitsim.registry.plugin_context import plugin_context, plugin_errors, raise_plugin_error
+from gaitsim.registry.plugin_context import (
+    contract_error,
+    plugin_context,
+    plugin_errors,
+    raise_plugin_error,
+)
 
 __all__ = [
     "EXPERIMENTS",
@@ -19,6 +24,7 @@ __all__ = [
     "STUDIES",
     "Entry",
     "cached_entries",
+    "contract_error",
     "entries",
     "find",
     "load_class",

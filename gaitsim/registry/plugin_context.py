@@ -59,11 +59,17 @@ def raise_plugin_error(entry: Entry, doing: str, error: BaseException) -> NoRetu
         reason = f"{type(error).__name__}: {error}".rstrip(": ")
     except Exception:  # `__str__` is the plugin's code, too
         reason = type(error).__name__
-    raise PluginError(
-        f"{entry} failed while {doing}: {reason}",
+    raise contract_error(entry, f"failed while {doing}: {reason}") from error
+
+
+def contract_error(entry: Entry, what: str, allowed: str = "") -> PluginError:
+    """Return the error of a plugin that breaks its contract; it names the package."""
+    return PluginError(
+        f"{entry} {what}",
         where=entry.target,
+        allowed=allowed,
         remedy=f"update {entry.package}, or report it to its author",
-    ) from error
+    )
 
 
 def interrupted_plugin() -> str:

@@ -9,8 +9,7 @@ from importlib.machinery import ModuleSpec
 from importlib.resources import files
 from pathlib import Path
 
-from gaitsim.errors import PluginError
-from gaitsim.registry import EXPERIMENTS, Entry, find, plugin_errors
+from gaitsim.registry import EXPERIMENTS, Entry, contract_error, find, plugin_errors
 
 
 def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
@@ -24,11 +23,7 @@ def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
     with plugin_errors(entry, "being read"):
         text = _read(entry, f"{name}.toml")
     if text is None:
-        raise PluginError(
-            f"{entry} has no file {name}.toml",
-            where=entry.target,
-            remedy=f"update {entry.package}, or report it to its author",
-        )
+        raise contract_error(entry, f"has no file {name}.toml")
     return text
 
 

@@ -9,9 +9,10 @@ from typing import get_args
 import numpy as np
 
 from gaitsim.choices import VideoFormat
-from gaitsim.errors import GaitsimError, PluginError, unknown
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
+from gaitsim.registry import contract_error
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
@@ -252,18 +253,13 @@ def _clip(shown: Individual, speed: float, alone: bool) -> Clip:
     parts = [skeleton.segments, skeleton.path]
     parts += [] if skeleton.contacts is None else [skeleton.contacts]
     if not skeleton.segments.size or not all(np.isfinite(part).all() for part in parts):
-        raise PluginError(
-            f"{entry} has a skeleton that cannot be drawn",
-            where=entry.target,
-            allowed="one frame and one segment or more, of finite numbers",
-            remedy=f"report it to the author of {entry.package}",
+        raise contract_error(
+            entry,
+            "has a skeleton that cannot be drawn",
+            "one frame and one segment or more, of finite numbers",
         )
     if not 0 < skeleton.frame_rate < np.inf:
-        raise PluginError(
-            f"{entry} moves at {skeleton.frame_rate} frames a second",
-            where=entry.target,
-            allowed="above 0",
-        )
+        raise contract_error(entry, f"moves at {skeleton.frame_rate} frames a second", "above 0")
     name, generation = shown.name, f"generation {shown.generation}"
     score = f"score {shown.score:.4g}".replace("-", "−")
     title, *details = (name, generation, score) if alone else (generation, score, name)

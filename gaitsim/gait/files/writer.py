@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, PluginError, RunError
+from gaitsim.errors import GaitsimError, RunError
 from gaitsim.individual import Individual
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.runs.files.atomic import write_bytes
 
 
@@ -53,15 +53,13 @@ def gait_of(individual: Individual) -> Gait:
         names = tuple(str(name) for name in organism.joint_names())
         frame_rate = float(motion.frame_rate)
     if angles.ndim != 2 or len(names) != angles.shape[1]:
-        raise PluginError(
-            f"{entry} names {len(names)} joints, but its angles have the shape {angles.shape}",
-            where=entry.target,
-            allowed="a name for each joint of (population, frames, joints)",
+        raise contract_error(
+            entry,
+            f"names {len(names)} joints, but its angles have the shape {angles.shape}",
+            "a name for each joint of (population, frames, joints)",
         )
     if not 0 < frame_rate < np.inf:
-        raise PluginError(
-            f"{entry} moves at {frame_rate} frames a second", where=entry.target, allowed="above 0"
-        )
+        raise contract_error(entry, f"moves at {frame_rate} frames a second", "above 0")
     return Gait(angles, names, frame_rate, individual.generation, individual.score)
 
 

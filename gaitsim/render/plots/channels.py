@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Channel
-from gaitsim.errors import GaitsimError, PluginError, nearest
+from gaitsim.errors import GaitsimError, nearest
 from gaitsim.individual import Individual
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import contract_error, plugin_errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +55,10 @@ def read_values(individual: Individual, name: str) -> NDArray[Any]:
     with plugin_errors(entry, f"computing the channel {name!r}"):
         values = np.asarray(individual.motion[name])
     if values.shape[:1] != (1,) or not channels[name].fits(values.shape):
-        raise PluginError(
-            f"{entry} gave the channel {name!r} with the shape {values.shape} for one individual",
-            where=entry.target,
-            allowed=channels[name].shape,
+        raise contract_error(
+            entry,
+            f"gave the channel {name!r} with the shape {values.shape} for one individual",
+            channels[name].shape,
         )
     one: NDArray[Any] = values[0]
     return one
@@ -83,10 +83,8 @@ def read_signal(individual: Individual, name: str) -> Signal:
     values = read_values(individual, name)
     channel = organism.channels[name]
     if values.dtype.kind not in "biuf":
-        raise PluginError(
-            f"{entry} gave the channel {name!r} as {values.dtype}",
-            where=entry.target,
-            allowed="real numbers or truth values",
+        raise contract_error(
+            entry, f"gave the channel {name!r} as {values.dtype}", "real numbers or truth values"
         )
     if not channel.over_time:
         timed = [one for one, other in organism.channels.items() if other.over_time]
