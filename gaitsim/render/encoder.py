@@ -1,4 +1,4 @@
-"""Pictures, one after the other, as a video file: MP4 (H.264) or GIF."""
+"""Encode pictures as a video file: MP4 (H.264) or GIF."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
@@ -32,7 +32,7 @@ def encode(
     fps: Fraction,
     samples: Sequence[Picture] = (),
 ) -> None:
-    """Write a video at one stroke; pictures are taken one at a time and none is kept.
+    """Write a video atomically; hold one picture at a time in memory.
 
     Args:
         pictures: (height, width, 4) each.
@@ -44,7 +44,7 @@ def encode(
         samples: some of the pictures, from which the colours of a GIF are chosen.
 
     Raises:
-        RunError: the file cannot be written; what was there before still is.
+        RunError: the file cannot be written; a file of that name stays as it was.
     """
     import av
 
@@ -85,7 +85,7 @@ def _yuv(pictures: Iterable[Picture]) -> "Iterator[VideoFrame]":
 
 
 def _indexed(pictures: Iterable[Picture], samples: Sequence[Picture]) -> "Iterator[VideoFrame]":
-    """Pictures in the colours that the samples have most of."""
+    """Reduce pictures to the most frequent colours of the samples."""
     from av import VideoFrame
     from PIL import Image
 

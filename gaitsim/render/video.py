@@ -107,7 +107,7 @@ class RenderSettings:
 
 
 class Video:
-    """A video that can be written: its champions are moved, and fit into the picture.
+    """A video of champions of a run.
 
     Args:
         run: whose champions are shown.
@@ -137,12 +137,12 @@ class Video:
         self._intro = round(INTRO * self.settings.rate) if self.settings.intro else 0
 
     def __len__(self) -> int:
-        """Of how many pictures."""
+        """Return the number of pictures."""
         return self._intro + self._moving
 
     @property
     def name(self) -> str:
-        """Of the file that it becomes unless told otherwise."""
+        """The default name of its file."""
         numbers = "-".join(map(str, self.generations))
         if len(self.generations) == 1:
             return f"video-generation-{numbers}.{self.settings.format}"
@@ -150,7 +150,7 @@ class Video:
         return f"video-generations-{many}.{self.settings.format}"
 
     def write(self, path: Path, advance: Callable[[], object] = lambda: None) -> None:
-        """Write it, picture by picture.
+        """Write the video, picture by picture.
 
         Args:
             path: the file.
@@ -177,7 +177,7 @@ class Video:
         )
 
     def pictures(self) -> Iterator[Picture]:
-        """Its pictures, made one at a time."""
+        """Yield the pictures one at a time."""
         if self._intro:
             curve, first = self._curve(), self._draw(0)
             fading = min(round(CROSSFADE * self.settings.rate), self._intro)
@@ -188,7 +188,7 @@ class Video:
             yield self._draw(number)
 
     def _draw(self, number: int) -> Picture:
-        """The picture of a number, counted from the end of the intro."""
+        """Draw a picture, counted from the end of the intro."""
         shown = number / float(self.settings.rate)
         turn = 360 / max(self._moving / float(self.settings.rate), ORBIT)
         return self._scene.draw(
@@ -196,14 +196,14 @@ class Video:
         )
 
     def _samples(self) -> list[Picture]:
-        """Pictures that have all colours of the video."""
+        """Return pictures with all colours of the video."""
         numbers = {0, self._moving // 3, 2 * self._moving // 3, self._moving - 1}
         return [self._draw(number) for number in sorted(numbers)] + (
             [self._curve()] if self._intro else []
         )
 
     def _curve(self) -> Picture:
-        """The fitness curve, as large as the video and in its colours."""
+        """Draw the fitness curve in the size and the colours of the video."""
         from io import BytesIO
 
         from matplotlib.image import imread
@@ -241,7 +241,7 @@ class Video:
 
 
 def _clip(shown: Individual, speed: float, alone: bool) -> Clip:
-    """A champion, as a scene wants it; what cannot be drawn is the body's fault.
+    """Return the clip of a champion.
 
     Args:
         shown: the champion.

@@ -1,7 +1,6 @@
-"""A new plugin's package from templates: whole, or not at all.
+"""Create the package of a new plugin from templates, complete or not at all.
 
-A template is a text in which `$plugin`, `$module` and the like stand for what the package is
-called; see `string.Template`.
+Templates are those of `string.Template`, with names such as `$plugin` and `$module`.
 """
 
 import os
@@ -27,16 +26,16 @@ def new_package(name: str, kind: str, parent: Path) -> Path:
     """Write the package of a new plugin into the folder `name`; it works as it is.
 
     Args:
-        name: what the plugin is to be called; 'gaitsim-' in front is the folder's alone.
+        name: of the plugin; a prefix 'gaitsim-' belongs to the folder alone.
         kind: 'organism', 'fitness', 'selection', 'crossover' or 'mutation'.
-        parent: where the folder is made.
+        parent: of the new folder.
 
     Returns:
         The folder.
 
     Raises:
-        GaitsimError: a name that cannot be used or that another plugin has, an unknown kind,
-            a folder that exists or cannot be made; nothing is written then.
+        GaitsimError: the name is invalid or taken, the kind is unknown, or the folder exists or
+            cannot be created; nothing is written then.
     """
     if kind not in KINDS:
         raise unknown("kind of plugin", kind, KINDS)
@@ -87,7 +86,7 @@ def _whose(entry: Entry) -> str:
 
 
 def _texts(plugin: str, kind: str) -> Iterator[tuple[str, str]]:
-    """The files of the package: path in its folder, and text."""
+    """Yield path and text of each file of the package."""
     module = f"gaitsim_{plugin.replace('-', '_')}"
     values = {
         "plugin": plugin,

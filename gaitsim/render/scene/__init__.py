@@ -1,4 +1,4 @@
-"""Bodies in three dimensions: a still of one, or picture after picture of several."""
+"""Render bodies in three dimensions: a still of one, or pictures of several side by side."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -18,13 +18,13 @@ Picture = NDArray[np.uint8]
 """(height, width, 4): red, green, blue, opacity, the top row first."""
 
 Stamp = tuple[tuple[slice, slice], NDArray[np.uint16], NDArray[np.uint16]]
-"""Where something is put on each picture; colours times opacity, and what shows through."""
+"""The place of an overlay in each picture, its colours times opacity, and its transparency."""
 
 FILLED = 0.56, 0.52  # shares of a panel's width and height that a body may fill
 
 
 class Scene:
-    """Bodies side by side, seen from one side and at one scale.
+    """Bodies side by side, from one viewpoint and at one scale.
 
     Args:
         clips: what to show, a panel each.
@@ -36,7 +36,7 @@ class Scene:
     def __init__(self, clips: Sequence[Clip], size: tuple[int, int], view: str, theme: str) -> None:
         from matplotlib import style
 
-        # Whatever a user's settings of matplotlib are.
+        # Independent of the user's settings of matplotlib.
         with style.context({}, after_reset=True):
             self._build(clips, size, view, THEMES[theme])
         self.seconds = max(clip.seconds for clip in clips)
@@ -68,7 +68,7 @@ class Scene:
         self._still = list(self._stamps())
 
     def _stamps(self) -> Iterator[Stamp]:
-        """Take away the texts that stay as they are, which take 1 to 3 ms each to draw."""
+        """Remove the texts that never change, which take 1 to 3 ms each to draw."""
         figure, height = self._canvas.figure, self._canvas.get_width_height()[1]
         figure.patch.set_alpha(0)
         for panel in self.panels:
@@ -87,11 +87,11 @@ class Scene:
         figure.patch.set_alpha(1)
 
     def draw(self, seconds: float, turned: float = 0.0) -> Picture:
-        """The picture at a moment.
+        """Return the picture at a moment.
 
         Args:
             seconds: since the clips began; one that has ended keeps its last pose.
-            turned: how far the camera has gone around the bodies, degrees.
+            turned: angle of the camera around the bodies, degrees.
         """
         for panel in self.panels:
             panel.show(seconds, turned)
@@ -113,7 +113,7 @@ def draw(
     title: str = "",
     details: str = "",
 ) -> Picture:
-    """A still of one body, such as for a page of documentation.
+    """Return a still of one body, such as for a page of documentation.
 
     Args:
         skeleton: its motion.

@@ -1,4 +1,4 @@
-"""The scale of altitude beside what flies: it moves along as the body climbs."""
+"""The scale of altitude beside a flying body, which moves as the body climbs."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ PARTS = 5  # between two numbers
 
 
 class AltitudeScale:
-    """A ruler at the right edge of a panel, in the scale of the picture at the body.
+    """A ruler at the right edge of a panel, at the scale of the body.
 
     Args:
         figure: to draw in.
@@ -50,7 +50,7 @@ class AltitudeScale:
             figure.add_artist(artist)
 
     def show(self, altitude: float, at: float) -> None:
-        """Move it so that an altitude, m, is at a height in the picture, pixels."""
+        """Move the ruler so that an altitude, m, is at a height in the picture, pixels."""
         from matplotlib.path import Path
 
         at = float(np.clip(at, self._low, self._high))
@@ -83,7 +83,7 @@ class AltitudeScale:
 
 @cache
 def _glyphs(words: str) -> Any:
-    """A text as a path, 100 pixels in size: a tenth of the time that a text takes."""
+    """Return a text as a path of 100 pixels; drawing it takes a tenth of the time of a text."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 

@@ -1,4 +1,4 @@
-"""What a skeleton looks like: how thick its limbs are, and which segments frame something."""
+"""Derive how to draw a skeleton: limbs of some thickness, plates and solids."""
 
 from dataclasses import dataclass
 
@@ -18,16 +18,16 @@ Face = tuple[int, ...]
 
 @dataclass(frozen=True, eq=False)
 class Anatomy:
-    """How to draw a skeleton, told from its segments alone.
+    """How to draw a skeleton, derived from its segments alone.
 
     Attributes:
         limbs: indices of the segments that are limbs, (limbs,).
         radii: of both ends of each limb, (limbs, 2) m.
-        trunks: which of them are what others are hinged on, (limbs,).
+        trunks: which of them carry other limbs, (limbs,).
         plates: corners of closed loops, such as a body's outline or a wing.
         plate_radii: half of each plate's thickness, m.
-        solids: faces, seen from outside counter-clockwise, of what segments frame in
-            three dimensions, such as a cuboid.
+        solids: faces, counter-clockwise from outside, of the bodies that segments frame, such
+            as a cuboid.
         thickness: a limb's usual radius, m.
         span: of the body, m.
     """
@@ -43,7 +43,7 @@ class Anatomy:
 
 
 def anatomy(skeleton: Skeleton) -> Anatomy:
-    """Look at a skeleton.
+    """Derive the anatomy of a skeleton.
 
     Segments that close on themselves frame a plate or a solid. The others are limbs: thick
     where they join others or the body, thin at a free end. A segment that joins nothing at
@@ -82,7 +82,7 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
 
 
 def _joints(segments: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]:
-    """A number for each end of each segment, (segments, 2); ends that stay together share it."""
+    """Number the ends of segments, (segments, 2); ends that stay together share a number."""
     some = segments[[0, len(segments) // 2, -1]].reshape(3, -1, 3)
     numbers = np.arange(some.shape[1])
     for end in range(some.shape[1]):
@@ -93,7 +93,7 @@ def _joints(segments: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]
 
 
 def _frames(joints: NDArray[np.intp]) -> list[list[int]]:
-    """Groups of connected segments without a free end: what is left when limbs are taken off."""
+    """Return groups of connected segments without a free end."""
     left = [i for i, (one, other) in enumerate(joints) if one != other]
     while True:
         counts = np.bincount(joints[left].ravel(), minlength=joints.size)
@@ -110,7 +110,7 @@ def _frames(joints: NDArray[np.intp]) -> list[list[int]]:
 
 
 def _loop(frame: list[int], joints: NDArray[np.intp]) -> Face:
-    """The corners of a simple loop in order, or () where segments branch."""
+    """Return the corners of a simple loop in order, or () where segments branch."""
     if len(frame) < 3 or len(np.unique(joints[frame])) != len(frame):
         return ()
     rest = list(frame)
@@ -127,7 +127,7 @@ def _loop(frame: list[int], joints: NDArray[np.intp]) -> Face:
 
 
 def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
-    """The faces of the convex hull of a group's ends, (); where it has no volume."""
+    """Return the faces of the convex hull of a group's ends; () where it has no volume."""
     from scipy.spatial import ConvexHull, QhullError
 
     own = np.array([2 * segment + end for segment in frame for end in (0, 1)])
@@ -149,7 +149,7 @@ def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
 def _shares(
     skeleton: Skeleton, joints: NDArray[np.intp], ends: NDArray[np.float64], span: float
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """How thick each end of each segment is, (segments, 2), and which segments are trunks."""
+    """Return the thickness of each end of a segment, (segments, 2), and which are trunks."""
     shared = np.bincount(joints.ravel(), minlength=joints.size)[joints] > 1
     shares = np.where(shared, 1.0, FREE)
     if skeleton.contacts is None:

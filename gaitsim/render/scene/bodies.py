@@ -1,4 +1,4 @@
-"""A body in the picture: filled outlines, the farthest first."""
+"""Draw a body as filled outlines, the farthest first."""
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
@@ -30,10 +30,10 @@ class Part(NamedTuple):
 def body(
     camera: Camera, segments: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> list[Part]:
-    """Limbs, plates and solids, in the order in which a painter would take them.
+    """Return limbs, plates and solids, the farthest first.
 
     Args:
-        camera: that looks.
+        camera: of the picture.
         segments: (segments, 2, 3) m.
         anatomy: how they are to be drawn.
         colours: of the theme, by their names there.
@@ -49,10 +49,10 @@ def body(
 
 
 def shadow(camera: Camera, flat: Points, anatomy: Anatomy) -> list[Points]:
-    """The outlines of a body's shadow, as the light from above casts it.
+    """Return the outlines of a body's shadow under light from above.
 
     Args:
-        camera: that sees it.
+        camera: of the picture.
         flat: the body's segments on the ground, (segments, 2, 3) m.
         anatomy: how the body is drawn.
     """
@@ -68,7 +68,7 @@ def shadow(camera: Camera, flat: Points, anatomy: Anatomy) -> list[Points]:
 def _limbs(
     camera: Camera, segments: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> Iterator[tuple[float, list[Part]]]:
-    """Round bars with a light upper side."""
+    """Draw limbs as round bars with a light upper side."""
     sides, depth = _capsules(camera, segments, anatomy.radii)
     lights, _ = _capsules(camera, segments, anatomy.radii, 0.42, 0.36)
     fog, trunk = _fog(camera, depth, anatomy), anatomy.trunks[:, None]
@@ -95,7 +95,7 @@ def _limbs(
 def _plates(
     camera: Camera, ends: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> Iterator[tuple[float, list[Part]]]:
-    """Slabs with rounded corners."""
+    """Draw plates as slabs with rounded corners."""
     for plate, radius in zip(anatomy.plates, anatomy.plate_radii, strict=True):
         corners = ends[list(plate)]
         normal = _normal(corners)
@@ -122,7 +122,7 @@ def _plates(
 def _solids(
     camera: Camera, ends: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
 ) -> Iterator[tuple[float, list[Part]]]:
-    """The faces that are turned to the camera, the lighter the more they are to the light."""
+    """Draw the faces towards the camera, the lighter the more they face the light."""
     for faces in anatomy.solids:
         parts = []
         depths = []
@@ -149,7 +149,7 @@ def _solids(
 def _capsules(
     camera: Camera, segments: Points, radii: Points, share: float = 1.0, lift: float = 0.0
 ) -> tuple[Points, Points]:
-    """Limbs in the picture, thinner and nearer to the light by shares of their radii."""
+    """Project limbs, thinner and moved towards the light by shares of their radii."""
     ends, depth = camera.project(segments)
     pixels = radii * camera.scale_at(depth)
     along = ends[:, 1] - ends[:, 0]
@@ -161,18 +161,18 @@ def _capsules(
 
 
 def _fog(camera: Camera, depth: float | Points, anatomy: Anatomy) -> NDArray[np.float64]:
-    """How far into the background something at a depth is."""
+    """Return the share of background colour at a depth."""
     return np.asarray(FOG * np.clip((depth - camera.distance) / anatomy.span + 0.5, 0.0, 1.0))
 
 
 def _normal(corners: Points) -> Points:
-    """Of a polygon (corners, 3), to where it turns left; corners may be in a line."""
+    """Return the unit normal of a polygon (corners, 3); corners may be collinear."""
     after = np.roll(corners, -1, axis=0)
     normal = np.cross(corners - corners[0], after - corners[0]).sum(axis=0)
     return np.asarray(normal / max(float(np.linalg.norm(normal)), 1e-12))
 
 
 def _turns_left(outline: Points) -> float:
-    """Twice the area of a polygon (corners, 2), negative where it turns right."""
+    """Return twice the signed area of a polygon (corners, 2), positive counter-clockwise."""
     x, y = outline.T
     return float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

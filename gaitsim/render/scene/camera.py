@@ -1,4 +1,4 @@
-"""A pinhole camera, and from where it looks at a body."""
+"""A pinhole camera and its viewpoints."""
 
 from dataclasses import dataclass
 
@@ -35,23 +35,23 @@ class Camera:
     centre: Points
 
     def project(self, points: Points) -> tuple[Points, Points]:
-        """Pixels (…, 2) of points (…, 3), and their depths (…), m; what is near is clamped."""
+        """Project points (…, 3) to pixels (…, 2) and depths (…), m; clamp those that are near."""
         seen = points - self.target
         depth = np.maximum(seen @ self.ahead + self.distance, NEAR * self.distance)
         flat = np.stack([seen @ self.right, seen @ self.up], axis=-1)
         return self.centre + flat * (self.scale * self.distance / depth)[..., None], depth
 
     def scale_at(self, depth: Points) -> Points:
-        """Pixels a metre at a depth."""
+        """Return the pixels per metre at a depth."""
         return self.scale * self.distance / depth
 
     def in_front(self, depth: Points) -> NDArray[np.bool_]:
-        """Which depths are not clamped."""
+        """Return which depths are not clamped."""
         return depth > NEAR * self.distance * 1.001
 
 
 def axes(azimuth: float, elevation: float) -> tuple[Points, Points, Points]:
-    """Right, up and ahead of a camera at these angles, degrees, from its target."""
+    """Return right, up and ahead of a camera at these angles from its target, degrees."""
     a, e = np.radians([azimuth, elevation])
     ahead = -np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -59,7 +59,7 @@ def axes(azimuth: float, elevation: float) -> tuple[Points, Points, Points]:
 
 
 def fitting(box: Points, view: str, width: float, height: float) -> tuple[float, Points]:
-    """The scale at which a body fills its share of a picture, and the middle of it.
+    """Return the scale at which a body fills its share of a picture, and its middle.
 
     Args:
         box: the body's points about its path, (points, 3) m.
@@ -85,7 +85,7 @@ def fitting(box: Points, view: str, width: float, height: float) -> tuple[float,
 
 
 def steadied(path: Points, frame_rate: float, seconds: float = 0.2) -> Points:
-    """A path (frames, 3) for the camera to follow, its steps smoothed by a Gaussian in time."""
+    """Smooth a path (frames, 3) by a Gaussian in time, for the camera to follow."""
     sigma = seconds * frame_rate
     half = min(int(3 * sigma), len(path) - 1)
     if half < 1:

@@ -1,4 +1,4 @@
-"""What is written in a scene: names, time, distance, the markers' meaning."""
+"""Captions of a scene: grid step, time, distance and altitude."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ SMALL = 0.25  # metres: a body that walks centimetres
 
 
 def step(metres: float) -> str:
-    """A grid's step, such as '5 cm'."""
+    """Format the step of a grid, such as '5 cm'."""
     for unit, size in (("m", 1.0), ("cm", 0.01)):
         if metres >= size * 0.999:
             return f"{metres / size:g} {unit}"
@@ -16,13 +16,13 @@ def step(metres: float) -> str:
 
 
 def moment(clip: Clip, pose: Pose, seconds: float) -> str:
-    """Time, distance and, of what flies, altitude, in words of constant width."""
+    """Format time, distance and, of a flying body, altitude, at constant width."""
     away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
     return _moment(clip, min(seconds, clip.seconds), away, float(pose.middle[2]) + clip.floor)
 
 
 def longest_moment(clip: Clip) -> str:
-    """A text about as wide as the widest of `moment`."""
+    """Return a text about as wide as the widest of `moment`."""
     away = float(np.hypot(*(clip.path - clip.path[0])[:, :2].T).max())
     altitude = clip.path[:, 2] + clip.floor
     return _moment(clip, clip.seconds, away, float(altitude[np.abs(altitude).argmax()]))

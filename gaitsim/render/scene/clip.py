@@ -1,4 +1,4 @@
-"""One body over time as a scene shows it: poses between frames, where the camera looks."""
+"""One body over time as a scene shows it: poses between frames, and the aim of the camera."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -37,7 +37,7 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """A skeleton to be shown, and what is written beside it.
+    """A skeleton to show, with its captions.
 
     Attributes:
         skeleton: whose numbers are finite.
@@ -55,33 +55,33 @@ class Clip:
 
     @cached_property
     def anatomy(self) -> Anatomy:
-        """How it is drawn."""
+        """How to draw it."""
         return anatomy(self.skeleton)
 
     @cached_property
     def path(self) -> Points:
-        """Where it is above the floor, (frames, 3) m."""
+        """Its path above the floor, (frames, 3) m."""
         return np.asarray(self.skeleton.path, dtype=np.float64) - (0.0, 0.0, self.floor)
 
     @cached_property
     def seconds(self) -> float:
-        """From the first frame to the last."""
+        """The time from the first frame to the last."""
         return (len(self.path) - 1) / self.skeleton.frame_rate
 
     @cached_property
     def floor(self) -> float:
-        """Height of the ground that is drawn, m: below what flies, as its zero is its start."""
+        """Height of the drawn ground, m: below a flying body, whose zero is its start."""
         return min(0.0, float(self.skeleton.segments[..., 2].min())) if self.flies else 0.0
 
     def grounded(self, points: Points) -> Points:
-        """Points (…, 3) moved up or down to the ground that is drawn."""
+        """Move points (…, 3) up or down to the drawn ground."""
         profile = self.skeleton.ground
         height = 0.0 if profile is None else np.interp(points[..., 0], *profile.T)
         return np.stack(np.broadcast_arrays(points[..., 0], points[..., 1], height), axis=-1)
 
     @cached_property
     def corners(self) -> Points:
-        """Where along x the ground has corners, (corners,) m."""
+        """The x of the corners of the ground, (corners,) m."""
         profile = self.skeleton.ground
         return np.empty(0) if profile is None else profile[:, 0].astype(np.float64)
 
@@ -98,9 +98,9 @@ class Clip:
         return steadied(self.path, self.skeleton.frame_rate)
 
     def at(self, seconds: float) -> Pose:
-        """The pose at a time, between two frames by linear interpolation; the last one after it."""
+        """Return the pose at a time, interpolated between frames; after the end, the last one."""
         place = min(max(seconds, 0.0) * self.skeleton.frame_rate, len(self.path) - 1.0)
-        # What is a frame but for rounding is that frame.
+        # Snap to a frame that differs only by rounding.
         place = round(place) if abs(place - round(place)) < 1e-6 else place
         before = int(place)
         share = place - before

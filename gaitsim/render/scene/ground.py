@@ -1,4 +1,4 @@
-"""The ground: a grid that fades with distance and whose lines thin out from far above."""
+"""The ground: a grid that fades with distance and gets coarser with altitude."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,24 +15,24 @@ _LADDER = (1.0, 5.0)  # times powers of ten, metres: each step is a multiple of 
 
 
 def steps(spacing: float) -> list[float]:
-    """Distances between lines, from the finest one not below `spacing`, four of them."""
+    """Return four distances between lines, from the finest that is not below `spacing`."""
     power = int(np.floor(np.log10(spacing))) - 1
     every = [factor * 10.0**p for p in range(power, power + 6) for factor in _LADDER]
     return [step for step in every if step >= spacing * 0.999][:4]
 
 
 def fine_step(scale: float, unit: float) -> float:
-    """Distance between the finest lines that are well seen at a scale, metres."""
+    """Return the distance between the finest lines that are visible at a scale, metres."""
     return steps(1.5 * DENSE * unit / scale)[0]
 
 
 def grid(
     camera: Camera, span: float, reach: float, unit: float, corners: Points
 ) -> tuple[Points, NDArray[np.float64]]:
-    """The pieces of the grid's lines about what the camera looks at.
+    """Return the pieces of the grid's lines around the aim of the camera.
 
     Args:
-        camera: that looks.
+        camera: of the picture.
         span: of the body, m.
         reach: how far the ground is drawn, pixels at its distance.
         unit: pixels of the picture that a pixel at 720 lines would be.
@@ -70,7 +70,7 @@ def grid(
 
 
 def _aim(camera: Camera, span: float) -> Points:
-    """The middle of the ground: below a body, or for one that flies, where the camera looks."""
+    """Return the middle of the ground: below a body; below a flying one, the camera's aim."""
     foot = np.array([camera.target[0], camera.target[1], 0.0])
     above, down = max(float(camera.target[2]) - span, 0.0), -float(camera.ahead[2])
     if down > 0:
@@ -79,5 +79,5 @@ def _aim(camera: Camera, span: float) -> Points:
 
 
 def shaded(strength: NDArray[np.float64]) -> NDArray[np.intp]:
-    """The shade, 0 to SHADES, that a strength of 0 to 1 is drawn in; 0 is not drawn."""
+    """Return the shade, 0 to SHADES, of a strength of 0 to 1; shade 0 is not drawn."""
     return np.round(np.clip(strength, 0, 1) * SHADES).astype(np.intp)

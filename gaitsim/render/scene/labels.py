@@ -1,4 +1,4 @@
-"""The texts of a panel: each in its place, and no wider than the panel."""
+"""The texts of a panel, none wider than the panel."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ FONT = "DejaVu Sans"  # comes with matplotlib; its digits are all of one width
 
 
 class Labels:
-    """A panel's title and details, its clock, and what its markers mean.
+    """A panel's title, details, clock and legend.
 
     Args:
         figure: to write in, at `DPI`.
@@ -53,14 +53,14 @@ class Labels:
         used = self._box(self.clock).width + 2 * pad
         self._legend(left + width - pad, bottom + pad, room - used, small, grid)
 
-    def tell(self, pose: Pose, seconds: float) -> None:
-        """Set the clock."""
+    def set_clock(self, pose: Pose, seconds: float) -> None:
+        """Set the clock to a moment."""
         self.clock.set_text(captions.moment(self._clip, pose, seconds))
 
     def _legend(self, right: float, bottom: float, room: float, size: float, grid: float) -> None:
-        """What the markers mean and how wide the grid is, as far as there is room.
+        """Write the meaning of the markers and the step of the grid, as far as there is room.
 
-        Below a body that flies the grid is as wide as suits its altitude, which has a scale.
+        A flying body has a scale of altitude instead: its grid varies with the altitude.
         """
         if self._clip.flies:
             return
@@ -76,7 +76,7 @@ class Labels:
                 self.still.pop().remove()
 
     def _entry(self, right: float, bottom: float, words: str, marker: str, size: float) -> float:
-        """One entry of the legend, from the right; where the next one can end."""
+        """Write an entry of the legend from the right; return where the next one can end."""
         from matplotlib.lines import Line2D
         from matplotlib.transforms import IdentityTransform
 
@@ -112,7 +112,7 @@ class Labels:
         va: str = "baseline",
         ha: str = "left",
     ) -> Any:
-        """A text at a place, its size in pixels."""
+        """Write a text of a size in pixels."""
         from matplotlib.transforms import IdentityTransform
 
         text = self._figure.text(
@@ -134,7 +134,7 @@ class Labels:
         return text
 
     def _fit(self, text: Any, room: float) -> None:
-        """Make a text fit: with smaller letters first, then cut off with an ellipsis."""
+        """Make a text fit: with smaller letters first, then with an ellipsis."""
         while self._box(text).width > room and _size(text) > 1.2 * SMALLEST:
             text.set_fontsize(max(_size(text) / 1.1, SMALLEST) * POINT)
         whole = text.get_text()
@@ -148,23 +148,23 @@ class Labels:
 
 
 def unit_of(width: float, height: float) -> float:
-    """How many pixels of a panel one pixel of a panel of 960 × 720 would be."""
+    """Return the size of a panel relative to one of 960 × 720 pixels."""
     return max(min(width / 960, height / 720), 0.36)
 
 
 def _size(text: Any) -> float:
-    """Of its letters, pixels."""
+    """Return the font size in pixels."""
     return float(text.get_fontsize()) / POINT
 
 
 def _printable(words: str) -> str:
-    """The text with a box for each sign that the font does not have."""
+    """Replace characters that the font lacks with boxes."""
     return "".join(char if ord(char) in _signs() else "□" for char in words)
 
 
 @cache
 def _signs() -> frozenset[int]:
-    """What the font can write."""
+    """Return the code points of the font."""
     from matplotlib.font_manager import findfont, get_font
 
     return frozenset(get_font(findfont(FONT)).get_charmap())

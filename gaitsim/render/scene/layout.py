@@ -1,4 +1,4 @@
-"""How panels share a picture."""
+"""Divide a picture into panels."""
 
 import math
 
@@ -6,9 +6,9 @@ Place = tuple[float, float, float, float]
 
 
 def tiles(count: int, width: int, height: int) -> list[Place]:
-    """Left, bottom, width and height of each of `count` equal panels, row by row from the top.
+    """Return left, bottom, width and height of `count` equal panels, row by row from the top.
 
-    As many columns as make the smaller sides of the panels largest.
+    Chooses the number of columns for which the smaller side of a panel is largest.
     """
     columns = max(range(1, count + 1), key=lambda c: min(width / c, height / math.ceil(count / c)))
     rows = math.ceil(count / columns)
@@ -20,7 +20,7 @@ def tiles(count: int, width: int, height: int) -> list[Place]:
 
 
 def inner_edges(places: list[Place], height: int) -> list[list[tuple[float, float]]]:
-    """The lines between panels: both ends of each, pixels."""
+    """Return both ends of the lines between panels, pixels."""
     edges = []
     for left, bottom, wide, tall in places:
         if left > 0:

@@ -1,4 +1,4 @@
-"""One body's part of a picture: artists made once, then moved from moment to moment."""
+"""One body's part of a picture: artists are created once, then moved."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -101,7 +101,7 @@ class Panel:
 
         Args:
             seconds: of the clip.
-            turned: how far the camera has gone around the body, degrees.
+            turned: angle of the camera around the body, degrees.
         """
         pose = self.clip.at(seconds)
         azimuth, elevation = VIEWS[self.view]
@@ -115,7 +115,7 @@ class Panel:
         self._show_ground(camera, pose)
         self._show_feet(camera, pose)
         self._show_body(camera, pose)
-        self.labels.tell(pose, seconds)
+        self.labels.set_clock(pose, seconds)
 
     def _show_ground(self, camera: Camera, pose: Pose) -> None:
         clip = self.clip
@@ -156,7 +156,7 @@ class Panel:
 
 
 def _layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
-    """Pieces of lines (pieces, 2, 3) as one path a shade."""
+    """Return pieces of lines (pieces, 2, 3) as one path for each shade."""
     from matplotlib.path import Path
 
     ends, depth = camera.project(pieces)

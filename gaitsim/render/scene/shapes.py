@@ -12,7 +12,7 @@ _CIRCLE = np.linspace(0, 2 * np.pi, 25)[:-1]
 
 
 def capsules(ends: Points, radii: Points) -> Points:
-    """Round-ended limbs that taper: ends (limbs, 2, 2) and radii (limbs, 2), in pixels.
+    """Outline tapered limbs with round ends (limbs, 2, 2) and radii (limbs, 2), in pixels.
 
     Returns:
         Their outlines, (limbs, corners, 2).
@@ -25,7 +25,7 @@ def capsules(ends: Points, radii: Points) -> Points:
 
 
 def discs(centres: Points, radius: float) -> Points:
-    """Circles on the ground: centres (discs, 3) -> (discs, corners, 3), metres."""
+    """Outline circles on the ground: centres (discs, 3) -> (discs, corners, 3), metres."""
     circle = np.zeros((len(_CIRCLE), 3))
     circle[:, 0], circle[:, 1] = np.cos(_CIRCLE), np.sin(_CIRCLE)
     return np.asarray(centres[:, None] + radius * circle)

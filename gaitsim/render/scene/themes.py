@@ -1,4 +1,4 @@
-"""Colours of a scene; the markers' are Okabe & Ito's (2008), told apart by colour-blind readers."""
+"""Colours of a scene; those of markers suit colour-blind readers (Okabe & Ito 2008)."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,15 +15,15 @@ class Theme:
     """The colours of a scene, as '#rrggbb'.
 
     Attributes:
-        ground: what everything stands on, and the background.
+        ground: the ground and the background.
         grid: lines on the ground.
         ink: text.
         faint: text of less weight, and lines between panels.
         shadow: of the body on the ground.
         limb, limb_light, limb_edge: a limb's side, its light upper side, its outline.
-        body, body_light: the same of what is between limbs.
+        body, body_light: the same of trunks, plates and solids.
         stance, swing: feet on the ground and in the air.
-        path: where the body has been.
+        path: of the body.
     """
 
     ground: str
@@ -76,11 +76,11 @@ THEMES = {
 
 
 def rgb(colour: str) -> Colour:
-    """'#rrggbb' as numbers."""
+    """Return '#rrggbb' as numbers."""
     return np.array([int(colour[place : place + 2], 16) for place in (1, 3, 5)]) / 255
 
 
 def mixed(one: Colour, other: Colour, share: Any) -> NDArray[np.float64]:
-    """`one` with a share of `other`, (…, 3); the share is a number or (…)."""
+    """Mix `one` with a share, a number or (…), of `other`; return (…, 3)."""
     share = np.asarray(share)[..., None]
     return np.asarray(one * (1 - share) + other * share)
