@@ -5,7 +5,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from datetime import timedelta
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
@@ -31,19 +31,24 @@ HEIGHT_ABOVE_TERMS = 8  # lines, the table's header and the cursor's line counte
 STOPPING = "Stopping after this generation; again to stop at once."
 
 
-class Display(Protocol):
-    """A context manager that is told of every generation."""
+class Display:
+    """A context manager that follows a run; by default there is nothing to begin or end."""
 
-    def __enter__(self) -> Self: ...
-    def __exit__(self, *_: object) -> None: ...
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
     def begin_stage(self, writer: RunWriter) -> None:
-        """Say that a stage begins with the next generation, its population judged already."""
+        """Report that a stage begins with the next generation, its population evaluated already."""
 
     def update(self, generation: Generation) -> None:
         """Show a finished generation."""
 
     def stopping(self) -> None:
-        """Say that the run stops after this generation; called by a signal's handler."""
+        """Report that the run stops after this generation; called by a signal's handler."""
+        notice(STOPPING)
 
 
 def _stage_line(writer: RunWriter) -> str:
@@ -61,21 +66,7 @@ def display(writer: RunWriter, json: bool) -> Display:
     return PlainLines(writer)
 
 
-class Silent:
-    """A display with nothing to begin or end."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def stopping(self) -> None:
-        """Say so beside the output."""
-        notice(STOPPING)
-
-
-class JsonLines(Silent):
+class JsonLines(Display):
     """One object a generation: the columns of the history; and one where a stage begins.
 
     With islands, the best score of each as well.
@@ -96,7 +87,7 @@ class JsonLines(Silent):
         print_json({**row(generation), **({"islands": bests} if len(bests) > 1 else {})})
 
 
-class PlainLines(Silent):
+class PlainLines(Display):
     """A line now and then, for pipes and logs: first, last, and every two seconds."""
 
     def __init__(self, writer: RunWriter, clock: Callable[[], float] = time.monotonic) -> None:
@@ -124,7 +115,7 @@ class PlainLines(Silent):
             )
 
 
-class LiveView:
+class LiveView(Display):
     """Progress, the courses of best, mean and diversity, and the best individuals' terms.
 
     Terms stand below one another, as in a sum: any number of them with any names fits a

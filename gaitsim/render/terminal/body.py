@@ -1,6 +1,5 @@
 """A body on the ground at one moment, in braille dots."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,6 +19,7 @@ from gaitsim.render.terminal.view import Viewpoint, camera
 GROUND, TRACK = 1, 2
 BODY = 3  # + SIDES × shade + side: the near over the far
 MIDDLE, LEFT, RIGHT = range(3)
+_SIDES = {"L": LEFT, "left": LEFT, "R": RIGHT, "right": RIGHT}
 SIDES, SHADES = 3, 3  # the last shade is the nearest
 FOOT = BODY + SIDES * SHADES  # + side
 
@@ -78,13 +78,12 @@ class Figure:
 
 
 def sides(names: Sequence[str]) -> NDArray[np.intp]:
-    """On which side things are, by names such as 'L1 femur' or 'right wing'."""
-    found = []
-    for name in names:
-        match = re.match(r"(left|right)\b|([LR])(?=[\d_ ]|$)", name)
-        word = (match.group(1) or match.group(2))[0].upper() if match else ""
-        found.append({"L": LEFT, "R": RIGHT}.get(word, MIDDLE))
-    return np.array(found, dtype=np.intp)
+    """Return the side of each thing by the first word of its name, such as 'L1 femur'.
+
+    A skeleton says nothing else of sides; names without one are in the middle.
+    """
+    words = [name.replace("_", " ").replace("-", " ").partition(" ")[0] for name in names]
+    return np.array([_SIDES.get(word.rstrip("0123456789"), MIDDLE) for word in words], np.intp)
 
 
 def picture(
