@@ -20,7 +20,7 @@ from gaitsim.tui.commands import Commands
 from gaitsim.tui.config import Config, remember_theme
 from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
 from gaitsim.tui.screens.home import Home
-from gaitsim.tui.tasks import Task, Tasks
+from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.themes import DEFAULT, THEMES
 
 
@@ -252,12 +252,10 @@ class GaitsimApp(App[None]):
         self._end()
 
     def _task_changed(self, task: Task) -> None:
-        """Say how a task ended; bring what shows tasks up to date."""
+        """Notify the screens, and the user of a task's end."""
         self.screen.refresh_bindings()
         for screen in self.screen_stack:
-            show = getattr(screen, "task_changed", None)
-            if show is not None:
-                show(task)
+            screen.post_message(TaskChanged(task))
         if task.state == "done":
             said = "\n".join(map(str, task.files)) or task.command
             self.notify(said, title="Done", markup=False)

@@ -18,6 +18,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Literal
 
+from textual.message import Message
+
 from gaitsim.errors import GaitsimError, error_from_dict
 from gaitsim.render.terminal.text import visible, visible_lines
 
@@ -107,6 +109,18 @@ class Task:
         except (ValueError, KeyError, TypeError):
             self.notices.append(visible(line))
         del self.notices[:-KEPT]
+
+
+class TaskChanged(Message, bubble=False):
+    """A task began, made progress, or ended; a later message of the same task replaces it."""
+
+    def __init__(self, task: Task) -> None:
+        super().__init__()
+        self.task = task
+
+    def can_replace(self, message: Message) -> bool:
+        """Whether a message that still waits says nothing more than this one."""
+        return isinstance(message, TaskChanged) and message.task is self.task
 
 
 class Tasks:

@@ -10,7 +10,7 @@ from textual.widgets import DataTable, Footer, Header, Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.tasks import Task
+from gaitsim.tui.tasks import Task, TaskChanged
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
 BAR = 10  # cells of a progress bar
@@ -54,12 +54,12 @@ and what it printed: the files that it wrote, or why it could not.
         task = self._chosen()
         return task.command if task else ""
 
-    def task_changed(self, task: Task) -> None:
-        """Bring a task's row up to date; called by the app."""
-        if not self.is_mounted:  # once it is, it shows all as they are
+    def on_task_changed(self, event: TaskChanged) -> None:
+        """Update the task's row."""
+        task = event.task
+        if task not in self.gaitsim.tasks.all:  # forgotten meanwhile
             return
-        table = self.query_one(DataTable)
-        if str(id(task)) not in table.rows:
+        if str(id(task)) not in self.query_one(DataTable).rows:
             self._fill()
         self._draw(task)
         if task is self._chosen():
