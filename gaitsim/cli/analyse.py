@@ -30,14 +30,14 @@ def analyse(
         typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
     ] = None,
     perturb: Annotated[
-        bool, typer.Option("--perturb", help="Play it again with late and inexact servos.")
+        bool, typer.Option("--perturb", help="Repeat the motion with late and inexact servos.")
     ] = False,
     figure: Annotated[
         Path | None, typer.Option(help="PNG, SVG or PDF of footfalls, phases and stability.")
     ] = None,
     json: Json = False,
 ) -> None:
-    """Say which gait emerged, and why it scored.
+    """Report which gait emerged, and why it scored.
 
     [bold]Examples[/bold]
 
@@ -86,7 +86,5 @@ def _individual(run: RunSnapshot, generation: int | None, gait: Path | None) -> 
     if gait is None:
         return run.individual(generation)
     if generation is not None:
-        raise GaitsimError(
-            "--generation and --gait each say what to analyse", remedy="give one of them"
-        )
+        raise GaitsimError("--generation and --gait exclude each other", remedy="give one of them")
     return individual_of(read_gait(gait), run.experiment)

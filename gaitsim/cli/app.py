@@ -12,37 +12,24 @@ class _Commands(LazyGroup):
     package = "gaitsim.cli"
     lines: ClassVar[Mapping[str, str]] = {
         "run": "Evolve a gait and keep the run on disk.",
-        "resume": (
-            "Go on with a run, exactly as if it had never stopped; or train it on under other "
-            "options."
-        ),
-        "fork": "Copy a run, to let the copy go its own way under other options.",
+        "resume": "Continue a run exactly as if it had never stopped, or with other options.",
+        "fork": "Copy a run, to continue the copy with other options.",
         "runs": "List the runs in a folder, oldest first; or delete runs.",
-        "show": (
-            "Show a run in full: what it is made of, how far it is, its stages, and its champion."
-        ),
-        "export": (
-            "Write the champion's joint angles to a file: radians, a row a frame; or for servos."
-        ),
-        "plot": "Plot a run, or how its champion moves, at the width of a journal's column.",
-        "video": "Make a video of the champion as it moves: MP4 or GIF.",
+        "show": "Show a run in full: its plugins, its progress, its stages and its champion.",
+        "export": "Write the champion's joint angles to a file, in radians or for servos.",
+        "plot": "Plot a run, or the motion of its champion, at the width of a journal column.",
+        "video": "Make a video of the champion: MP4 or GIF.",
         "play": "Play a champion in the terminal, until Ctrl-C.",
-        "analyse": "Say which gait emerged, and why it scored.",
-        "imitate": "Train a network that imitates the champion, and let it walk on its own.",
-        "study": (
-            "Sweep options over all cores; results in one table, with surfaces and a summary."
-        ),
-        "compare": "Compare experiments over repeats, with statistics that a reviewer accepts.",
-        "differences": (
-            "Show runs over each other: their curves, what became of them, which options differ."
-        ),
-        "verify": (
-            "Make generations of a run again, and see that they are the same to the last bit."
-        ),
-        "tui": "Open the terminal UI: runs, new ones, live, replayed, compared.",
-        "serve": "Open the terminal UI in a browser, on this machine alone unless told otherwise.",
+        "analyse": "Report which gait emerged, and why it scored.",
+        "imitate": "Train a network that imitates the champion, and let it walk by itself.",
+        "study": "Sweep options over all cores: one table, surfaces and a summary.",
+        "compare": "Compare experiments over repeats, with statistics for a publication.",
+        "differences": "Compare runs: their curves, their results, the options that differ.",
+        "verify": "Reproduce generations of a run, and check that every bit is the same.",
+        "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
+        "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets.",
-        "plugins": "Installed bodies and operators, and new ones.",
+        "plugins": "List, show and check plugins, and create new ones.",
     }
 
 

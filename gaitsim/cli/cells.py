@@ -1,4 +1,4 @@
-"""Pictures of characters as lines for the terminal, in its own sixteen colours."""
+"""Draw pictures of characters in the sixteen colours of the terminal."""
 
 from collections.abc import Sequence
 
@@ -21,12 +21,12 @@ LINES = ("cyan", "yellow", "green", "red", "white", "blue")  # of curves, in the
 
 
 def lines(codes: NDArray[np.uint32], inks: Inks, styles: Sequence[str]) -> list[Text]:
-    """A line a row.
+    """Return a line for each row.
 
     Args:
         codes: characters as code points, (rows, columns).
-        inks: of each, the same.
-        styles: of each ink.
+        inks: the ink of each character, (rows, columns).
+        styles: the style of each ink.
     """
     return [
         Text.assemble(*((text, styles[ink]) for text, ink in runs(row, own)), no_wrap=True, end="")

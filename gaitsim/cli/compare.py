@@ -54,7 +54,7 @@ def compare(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Compare experiments over repeats, with statistics that a reviewer accepts.
+    """Compare experiments over repeats, with statistics for a publication.
 
     Writes a report in Markdown, a figure, and every repeat as a table.
 

@@ -26,17 +26,17 @@ def differences(
     runs: Annotated[
         list[str], typer.Argument(help="Runs under runs/, or their folders.", metavar="RUN")
     ],
-    quantity: Annotated[Quantity, typer.Option(help="What is shown of each generation.")] = "best",
-    by: Annotated[Axis, typer.Option(help="What it is shown over.")] = "generation",
+    quantity: Annotated[Quantity, typer.Option(help="Quantity to show.")] = "best",
+    by: Annotated[Axis, typer.Option(help="Horizontal axis.")] = "generation",
     plot: Annotated[
-        Path | None, typer.Option(help="PNG, SVG or PDF of the curves over each other.")
+        Path | None, typer.Option(help="Write the curves to a PNG, SVG or PDF.")
     ] = None,
     theme: Annotated[Theme, typer.Option(help="Colours of the plot.")] = "light",
     json: Json = False,
 ) -> None:
-    """Show runs over each other: their curves, what became of them, which options differ.
+    """Compare runs: their curves, their results, the options that differ.
 
-    One run of each says little about an operator; gaitsim compare repeats them.
+    A single run says little about an operator; gaitsim compare repeats experiments.
 
     [bold]Examples[/bold]
 

@@ -59,7 +59,7 @@ def evolve_run(
         except KeyboardInterrupt:
             _leave_at_once(path)
     if interrupts.requested and not reason:
-        notice(f"Stopped and saved. Go on with: {command('resume', path)}")
+        notice(f"Stopped and saved. Continue with: {command('resume', path)}")
         sys.exit(INTERRUPTED)
     summarise(path, reason, json)
 
@@ -69,7 +69,7 @@ def _leave_at_once(path: Path) -> NoReturn:
     working = interrupted_plugin()
     if working:
         notice(f"When it was stopped, {working}.")
-    notice(f"Stopped, as of the last saved generation. Go on with: {command('resume', path)}")
+    notice(f"Stopped, as of the last saved generation. Continue with: {command('resume', path)}")
     if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
         sys.exit(INTERRUPTED)
     # Python would wait for threads, which compiled code may keep busy.

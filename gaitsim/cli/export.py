@@ -43,30 +43,32 @@ def export(
     ] = None,
     centre: Annotated[
         float | None,
-        typer.Option(help="Degrees for the pose at rest. Default: 0.", rich_help_panel=_SERVO),
+        typer.Option(help="Degrees of the pose at rest. Default: 0.", rich_help_panel=_SERVO),
     ] = None,
     low: Annotated[
         float | None,
         typer.Option(
             "--min",
-            help="Least degrees that the servos take. Default: centre − 90.",
+            help="Minimum degrees of the servos. Default: centre − 90.",
             rich_help_panel=_SERVO,
         ),
     ] = None,
     high: Annotated[
         float | None,
-        typer.Option("--max", help="Most degrees. Default: centre + 90.", rich_help_panel=_SERVO),
+        typer.Option(
+            "--max", help="Maximum degrees. Default: centre + 90.", rich_help_panel=_SERVO
+        ),
     ] = None,
     clip: Annotated[
         bool,
         typer.Option(
             "--clip",
-            help="Hold what leaves that range to it; otherwise it is refused.",
+            help="Clip angles beyond that range; otherwise they are an error.",
             rich_help_panel=_SERVO,
         ),
     ] = False,
 ) -> None:
-    """Write the champion's joint angles to a file: radians, a row a frame; or for servos.
+    """Write the champion's joint angles to a file, in radians or for servos.
 
     [bold]Examples[/bold]
 

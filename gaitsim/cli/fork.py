@@ -17,26 +17,25 @@ def fork(
     run: RunName,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the copy. Default: beside the run, with a number."),
+        typer.Option(help="Folder of the copy. Default: next to the run, with a number."),
     ] = None,
     set_: Set = None,
     generations: Annotated[
-        int | None, typer.Option(help="How far the copy is to go. Default: as far as planned.")
+        int | None, typer.Option(help="Last generation of the copy. Default: as planned.")
     ] = None,
     any_version: Annotated[
         bool,
         typer.Option(
-            "--any-version", help="Copy it although a plugin's package has another version now."
+            "--any-version", help="Copy it although the version of a plugin's package has changed."
         ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """Copy a run, to let the copy go its own way under other options.
+    """Copy a run, to continue the copy with other options.
 
-    The copy stands where the run stands: at its last generation, with its history and its
-    champions. Only that generation's population is on the disk, so no earlier one can be
-    copied; 'gaitsim run --from RUN@N' begins a new run with the best of an earlier one. The run
-    itself stays as it is, and may be running meanwhile.
+    The copy has the run's last generation, history and champions. Earlier populations are not
+    on disk; 'gaitsim run --from RUN@N' starts a new run with the best of an earlier generation.
+    The run itself does not change, and may be running.
 
     [bold]Examples[/bold]
 
@@ -52,4 +51,4 @@ def fork(
         print_json({"run": str(path), "of": str(source), "generation": generation})
         return
     echo(f"{path}: a copy of {source} at generation {generation}")
-    notice(f"Go on with: {command('resume', path)}")
+    notice(f"Continue with: {command('resume', path)}")

@@ -1,4 +1,4 @@
-"""Groups that import a command when it is used; the style of `--help` and of wrong values."""
+"""Groups that import a command when it is used; the style of `--help` and of usage errors."""
 
 import inspect
 from collections.abc import Mapping
@@ -19,14 +19,14 @@ _EXAMPLES = "[bold]Example"
 
 
 class Command(TyperCommand):
-    """A command whose help, and what it says of wrong values, is in the house style."""
+    """A command whose help and errors are in the house style."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self.help = arranged(self.help or "")
 
     def get_params(self, ctx: Any) -> Any:
-        """The parameters, flags without '<bool>'."""
+        """Return the parameters, flags without '<bool>'."""
         return without_flag_types(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -71,7 +71,7 @@ class LazyGroup(TyperGroup):
         self.commands = {name: TyperCommand(name, help=line) for name, line in self.lines.items()}
 
     def get_params(self, ctx: Any) -> Any:
-        """The parameters, flags without '<bool>'."""
+        """Return the parameters, flags without '<bool>'."""
         return without_flag_types(super().get_params(ctx))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -90,14 +90,14 @@ class LazyGroup(TyperGroup):
 
 
 def arranged(text: str) -> str:
-    """A docstring's examples, which stand apart there, one a line."""
+    """Put the examples of a docstring on consecutive lines."""
     before, mark, after = text.partition(_EXAMPLES)
     lines = [line.strip() for line in after.splitlines() if line.strip()]
     return before + mark + "\n".join(lines)
 
 
 def without_flag_types(parameters: list[Any]) -> list[Any]:
-    """The parameters; an empty name for the value of those that take none."""
+    """Clear the value's name of parameters that take none, and return all of them."""
     for parameter in parameters:
         if getattr(parameter, "is_flag", False) and parameter.metavar is None:
             parameter.metavar = ""
@@ -105,7 +105,7 @@ def without_flag_types(parameters: list[Any]) -> list[Any]:
 
 
 def explained(error: typer.BadParameter, command: Any) -> GaitsimError | None:
-    """What is wrong with a value, where Typer passes on the words of pydantic; else None."""
+    """Return an error in place of pydantic's about a value; None for other errors."""
     from pydantic import Field, ValidationError
 
     from gaitsim.registry.options import allowed, words
@@ -119,7 +119,7 @@ def explained(error: typer.BadParameter, command: Any) -> GaitsimError | None:
     field.annotation = annotation
     (wrong, *_) = cause.errors()
     value, known = wrong["input"], words(field)
-    kind = {"int_parsing": "no whole number", "float_parsing": "no number"}.get(wrong["type"])
+    kind = {"int_parsing": "not a whole number", "float_parsing": "not a number"}.get(wrong["type"])
     return GaitsimError(
         f"{value!r} is {kind or 'not allowed'}",
         where=" or ".join(parameter.opts),

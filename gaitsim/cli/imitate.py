@@ -64,7 +64,7 @@ def imitate(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Train a network that imitates the champion, and let it walk on its own.
+    """Train a network that imitates the champion, and let it walk by itself.
 
     From each frame of joint angles it learns the next; then it plays as many frames from the
     first one, and is evaluated like its expert. Ctrl-C stops, and nothing is written.

@@ -29,13 +29,14 @@ SIZE = 80, 24  # columns and rows of a still where the output is no terminal
 def play(
     run: RunName,
     generation: BestOf = None,
-    view: Annotated[TerminalView, typer.Option(help="From where the camera looks.")] = "iso",
-    speed: Annotated[float, typer.Option(help="Times real time.")] = 1.0,
+    view: Annotated[TerminalView, typer.Option(help="Direction of the camera.")] = "iso",
+    speed: Annotated[float, typer.Option(help="Speed relative to real time.")] = 1.0,
     whole: Annotated[
-        bool, typer.Option("--whole", help="Show the whole way, and do not go with the body.")
+        bool,
+        typer.Option("--whole", help="Show the whole path; the camera does not follow the body."),
     ] = False,
     once: Annotated[
-        bool, typer.Option("--once", help="End after the motion; else it is repeated.")
+        bool, typer.Option("--once", help="Play the motion once; otherwise it repeats.")
     ] = False,
     at: Annotated[
         float | None, typer.Option(min=0, help="Print a still of this moment, in seconds.")
@@ -69,7 +70,7 @@ def play(
 def _still(found: Individual, figure: Figure, camera: Viewpoint, at: float) -> None:
     if not at <= figure.clip.seconds:
         raise GaitsimError(
-            f"the motion has no second {at:g}",
+            f"{at:g} s is beyond the motion",
             where="--at",
             allowed=f"0 to {figure.clip.seconds:g}",
         )
@@ -82,9 +83,9 @@ def _loop(found: Individual, figure: Figure, camera: Viewpoint, speed: float, on
     console = output()
     if not console.is_terminal:
         raise GaitsimError(
-            "there is no terminal to play in",
+            "the output is not a terminal",
             allowed="a terminal, or --at SECONDS, which prints a still",
-            remedy=f"a film for anywhere: gaitsim video {found.source}",
+            remedy=f"make a video instead: gaitsim video {found.source}",
         )
     duration = figure.clip.seconds
     begun = time.monotonic()
@@ -106,7 +107,7 @@ def _loop(found: Individual, figure: Figure, camera: Viewpoint, speed: float, on
 def _picture(
     found: Individual, figure: Figure, camera: Viewpoint, seconds: float, columns: int, rows: int
 ) -> Group:
-    """A line that says what it is, and the body."""
+    """Return a title line and the body."""
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.name), "bold")
     title.append(f"  generation {found.generation}  score {number(found.score)}")

@@ -66,7 +66,7 @@ def plot(
         ),
     ] = None,
 ) -> None:
-    """Plot a run, or how its champion moves, at the width of a journal's column.
+    """Plot a run, or the motion of its champion, at the width of a journal column.
 
     [bold]Examples[/bold]
 

@@ -14,7 +14,7 @@ from gaitsim.runs.files.folder import find_run
 def resume(
     run: RunName,
     generations: Annotated[
-        int | None, typer.Option(help="Go on to this generation. Default: as far as planned.")
+        int | None, typer.Option(help="Last generation. Default: as planned.")
     ] = None,
     set_: Set = None,
     workers: Workers = None,
@@ -22,14 +22,14 @@ def resume(
     any_version: Annotated[
         bool,
         typer.Option(
-            "--any-version", help="Go on although a plugin's package has another version now."
+            "--any-version", help="Continue although the version of a plugin's package has changed."
         ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """Go on with a run, exactly as if it had never stopped; or train it on under other options.
+    """Continue a run exactly as if it had never stopped, or with other options.
 
-    What --set changes holds from the next generation on: a new stage of the run.
+    Changes by --set hold from the next generation on, as a new stage of the run.
 
     [bold]Examples[/bold]
 

@@ -29,8 +29,8 @@ def run(
         typer.Option(
             "--from",
             metavar="FILE|RUN[@N]",
-            help="Begin with a kept individual: a champion's file, a run's champion, or the best "
-            "of a run's generation N. The others are its mutations.",
+            help="Start from an individual: a champion's file, a run's champion, or the best of a "
+            "run's generation N. The others are its mutations.",
         ),
     ] = None,
     out: Annotated[
@@ -40,7 +40,7 @@ def run(
 ) -> None:
     """Evolve a gait and keep the run on disk.
 
-    Ctrl-C stops between two generations, saves, and says how to go on.
+    Ctrl-C stops after the current generation, saves, and prints how to continue.
 
     [bold]Examples[/bold]
 

@@ -44,7 +44,7 @@ def runs(
         for row in found:
             print_json(row)
     elif not found:
-        output().print(f"No runs in {root}. Begin one: gaitsim run spider", markup=False)
+        output().print(f"No runs in {root}. Start one: gaitsim run spider", markup=False)
     else:
         made = table(
             "run", "body", "fitness", "generation", "best", "state", numbers=("generation", "best")
@@ -55,7 +55,7 @@ def runs(
 
 
 def _check(root: Path) -> None:
-    """Refuse what is no folder of runs; `runs` alone may be missing, as before the first run."""
+    """Refuse a folder that does not hold runs; only `runs` may be missing, before the first run."""
     # os.path, unlike pathlib, answers for names that no file can have, too.
     if os.path.isfile(root / EXPERIMENT):  # noqa: PTH113
         raise GaitsimError(
@@ -65,14 +65,14 @@ def _check(root: Path) -> None:
         )
     if root != RUNS and not os.path.exists(root):  # noqa: PTH110
         raise GaitsimError(
-            f"there is no folder {root}",
+            f"folder not found: {root}",
             allowed="a folder that holds runs",
             remedy="'gaitsim runs' lists those in runs/",
         )
 
 
 def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None:
-    """Delete runs, all of which must be there; asks first."""
+    """Delete runs after asking; all of them must exist."""
     paths = [
         root / name if (root / name / EXPERIMENT).is_file() else find_run(name)
         for name in references
@@ -81,10 +81,10 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
     if not yes:
         if not sys.stdin.isatty():
             raise GaitsimError(
-                f"{named} would be deleted, and no one can be asked",
+                f"{named} cannot be deleted without confirmation: there is no terminal",
                 remedy="add --yes to delete without asking",
             )
-        if not typer.confirm(f"Delete {named}, with all that was made of it?"):
+        if not typer.confirm(f"Delete {named}, with all its exports?"):
             notice("Nothing was deleted.")
             return
     for path in dict.fromkeys(paths):
@@ -102,7 +102,7 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 
 def _row(run: Overview) -> dict[str, Any]:
-    """A run's line; read without loading its plugins, so that a missing one does no harm."""
+    """Return a run's row. No plugin is loaded, so a missing one does no harm."""
     return {
         "run": run.name,
         "organism": run.plugins.get("organism", ""),

@@ -21,7 +21,7 @@ def serve(
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen on.")] = 8000,
     theme: ThemeName = None,
 ) -> None:
-    """Open the terminal UI in a browser, on this machine alone unless told otherwise.
+    """Open the terminal UI in a browser, by default on this machine only.
 
     Every window of the browser has an app of its own. There is no login.
 

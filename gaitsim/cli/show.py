@@ -20,12 +20,13 @@ def show(
     fingerprint: Annotated[
         bool,
         typer.Option(
-            "--fingerprint", help="Only the SHA-256 of population, scores and history, times apart."
+            "--fingerprint",
+            help="Print only the SHA-256 of population, scores and history without times.",
         ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """Show a run in full: what it is made of, how far it is, its stages, and its champion.
+    """Show a run in full: its plugins, its progress, its stages and its champion.
 
     [bold]Examples[/bold]
 
@@ -90,17 +91,17 @@ def _print(run: RunSnapshot) -> None:
         where = "on a ring" if islands.topology == "ring" else "all neighbours"
         console.print(
             f"{islands.number:,} islands {where}; every {islands.every:,} generations the best "
-            f"{islands.migrants:,} of each go on"
+            f"{islands.migrants:,} of each migrate"
         )
     start = run.start
     if start is not None:
         console.print(
-            f"begun with a kept individual of generation {start.generation}, "
-            f"its score {number(start.score, 4)} there"
+            f"started from an individual of generation {start.generation} "
+            f"with the score {number(start.score, 4)}"
         )
     if not history:
         again = command("resume", run.path)
-        console.print(f"No generation is finished yet. Go on: {again}", markup=False)
+        console.print(f"No generation is finished. Continue: {again}", markup=False)
         return
     console.print(
         f"generation {len(history['best'])} of {experiment.evolution.generations}, "

@@ -38,9 +38,9 @@ def study(
         Path | None, typer.Option(help="Folder of the study. Default: studies/<name>.")
     ] = None,
 ) -> None:
-    """Sweep options over all cores; results in one table, with surfaces and a summary.
+    """Sweep options over all cores: one table, surfaces and a summary.
 
-    Ctrl-C stops; the finished cells are kept, and the folder's name goes on with the rest.
+    Ctrl-C stops and keeps the finished cells; give the folder to run the rest.
 
     [bold]Examples[/bold]
 
@@ -63,11 +63,13 @@ def study(
         lock = RunLock(folder)
         try:
             if not _run(folder, study, every, workers, executor):
-                notice(f"Stopped; finished cells are kept. Go on with: {command('study', folder)}")
+                notice(
+                    f"Stopped; finished cells are kept. Continue with: {command('study', folder)}"
+                )
                 sys.exit(130)
             found, missing = results(folder, study, every)
             if missing:
-                raise RunError(f"cell {missing[0].index} of {folder} is gone or damaged")
+                raise RunError(f"cell {missing[0].index} of {folder} is missing or damaged")
             write_results(folder, study, found)
             plot_surfaces(folder, study, found)
         finally:
@@ -92,7 +94,7 @@ def _run(
     workers: int | None,
     executor: Executor | None,
 ) -> bool:
-    """Run what is not finished, with a progress bar; False when the user stopped it."""
+    """Run the missing cells with a progress bar; return False when the user stopped it."""
     _, missing = results(folder, study, every)
     done = len(every) - len(missing)
     log = f"study {folder}: {len(missing)} of {len(every)} cells to run"
@@ -106,6 +108,6 @@ def _run(
     except KeyboardInterrupt:
         return False
     except GaitsimError as error:
-        error.then(f"go on with the cells that are left: {command('study', folder)}")
+        error.then(f"run the remaining cells: {command('study', folder)}")
         raise
     return True

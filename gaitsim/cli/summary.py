@@ -1,4 +1,4 @@
-"""What came of a run: the champion's measures and terms, and what to do next."""
+"""Print the result of a run: the champion's measures and terms, and next commands."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -55,23 +55,23 @@ def summarise(path: Path, reason: str, json: bool) -> None:
 
 
 def _next(run: RunSnapshot) -> Iterator[tuple[str, str]]:
-    """What can be done with a finished run: commands, and what they are for."""
+    """Yield commands for a finished run, and their purposes."""
     yield command("analyse", run.path), "which gait it is, and why it scored"
     yield command("video", run.path), "watch it"
     yield command("plot", run.path, "--kind", "fitness"), "its fitness curve"
     if "joint_angles" in run.experiment.organism.channels:
         yield command("export", run.path, "--format", "mat"), "the gait for a robot or MATLAB"
-    yield command("resume", run.path, "--generations", next_goal(run)), "go on evolving"
+    yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
 
 
 def next_goal(run: RunSnapshot) -> int:
-    """Half as many generations again, and at least one."""
+    """Return 1.5 times the planned generations, and at least one more."""
     planned = run.experiment.evolution.generations
     return planned + max(1, planned // 2)
 
 
 def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
-    """The champion's score and measures with their units, or why there is none."""
+    """Print the champion's score and measures, or why there is none."""
     console = output()
     if champion is None:
         console.print("Every individual failed; no score is finite.")

@@ -20,7 +20,7 @@ ThemeName = Annotated[
 
 
 def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
-    """Open the terminal UI: runs, new ones, live, replayed, compared.
+    """Open the terminal UI: list, start, watch, replay and compare runs.
 
     [bold]Examples[/bold]
 

@@ -29,23 +29,22 @@ def verify(
         str | None,
         typer.Option(
             metavar="N,N,…",
-            help="Which to make again. Default: ten, from the first to the last.",
+            help="Generations to reproduce. Default: ten, from the first to the last.",
         ),
     ] = None,
     all_: Annotated[
-        bool, typer.Option("--all", help="Evolve the whole run again, up to a difference.")
+        bool, typer.Option("--all", help="Reproduce the whole run, up to the first difference.")
     ] = False,
     workers: Workers = None,
     json: Json = False,
 ) -> None:
-    """Make generations of a run again, and see that they are the same to the last bit.
+    """Reproduce generations of a run, and check that every bit is the same.
 
-    All files of the run are compared with one another, and experiment.toml with the options that
-    the last generation was made with. The first generation is drawn and the last one bred again; of
-    others, the best individual is moved and judged again. Every generation is bred and judged again
-    with --all, from those options alone.
+    Compares the run's files with one another, and experiment.toml with the options of the last
+    generation. Reproduces the first and the last generation in full, and the best individual of
+    others. With --all, evolves every generation again from those options alone.
 
-    Ends with 0 where all is identical, with 1 where something differs.
+    The exit code is 0 where everything is identical and 1 where something differs.
 
     [bold]Examples[/bold]
 
@@ -57,7 +56,7 @@ def verify(
     """
     if all_ and generations is not None:
         raise GaitsimError(
-            "all generations and some are asked for",
+            "all generations and some are requested",
             where="--all, --generations",
             allowed="one of the two",
         )

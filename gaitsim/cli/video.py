@@ -32,7 +32,7 @@ def video(
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several generations, side by side."),
     ] = None,
-    view: Annotated[VideoView, typer.Option(help="From where the camera looks.")] = "iso",
+    view: Annotated[VideoView, typer.Option(help="Direction of the camera.")] = "iso",
     theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
     size: Annotated[
         str | None,
@@ -44,7 +44,7 @@ def video(
     speed: Annotated[float, typer.Option(help="0.25 is slow motion, 4 is time lapse.")] = 1.0,
     intro: Annotated[bool, typer.Option(help="Begin with the fitness curve.")] = True,
 ) -> None:
-    """Make a video of the champion as it moves: MP4 or GIF.
+    """Make a video of the champion: MP4 or GIF.
 
     [bold]Examples[/bold]
 

@@ -116,5 +116,5 @@ def _resumable(path: Path) -> Iterator[None]:
         yield
     except GaitsimError as error:
         if path.exists():
-            error.then(f"go on with: {command('resume', path)}")
+            error.then(f"continue with: {command('resume', path)}")
         raise

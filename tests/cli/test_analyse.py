@@ -113,7 +113,7 @@ def test_another_generation_is_analysed(gaitsim, spider):
     assert found["robustness"] is None
     for arguments, says in [
         (("--generation", 4), "has no generation 4"),
-        (("--generation", 1, "--gait", "a.csv"), "each say what to analyse"),
+        (("--generation", 1, "--gait", "a.csv"), "--generation and --gait"),
     ]:
         assert says in gaitsim("analyse", "spider", *arguments, code=2).stderr
 

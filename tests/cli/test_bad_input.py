@@ -169,12 +169,12 @@ def test_a_wrong_command_line_is_refused(refused, arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "what", "allowed"),
     [
-        ("run spider --generations abc", "'abc' is no whole number", "a whole number"),
-        ("run spider --generations 1e3", "'1e3' is no whole number", "a whole number"),
-        ("run spider --seed 1.5", "'1.5' is no whole number", "a whole number"),
+        ("run spider --generations abc", "'abc' is not a whole number", "a whole number"),
+        ("run spider --generations 1e3", "'1e3' is not a whole number", "a whole number"),
+        ("run spider --seed 1.5", "'1.5' is not a whole number", "a whole number"),
         ("run spider --workers 0", "'0' is not allowed", "a whole number ≥ 1 and ≤ 1,024"),
         ("compare a b --repeats 1", "'1' is not allowed", "a whole number ≥ 2 and ≤ 100,000"),
-        ("export R --centre x", "'x' is no number", "a number"),
+        ("export R --centre x", "'x' is not a number", "a number"),
         ("play R --at nan", "'nan' is not allowed", "a number ≥ 0"),
         ("export R --format xml", "'xml' is not allowed", "mat, csv, npz, servo"),
         ("plot R --theme solar", "'solar' is not allowed", "light, dark"),

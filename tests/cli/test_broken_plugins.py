@@ -122,7 +122,7 @@ def test_what_breaks_its_contract_ends_the_run_and_can_be_gone_on_with(
     done = gaitsim(*odd_run(puppet_file, kind), code=2)
     assert f"{kind} 'odd' of package odd_package 1.0" in done.stderr
     assert says in done.stderr
-    assert "go on with: gaitsim resume run" in done.stderr
+    assert "continue with: gaitsim resume run" in done.stderr
     assert "Traceback" not in done.stderr
     mend(folder)
     assert gaitsim("resume", "run", "--json").stdout.count('"generation"') >= 4
@@ -174,7 +174,7 @@ def test_an_exception_in_the_middle_costs_that_generation_alone(gaitsim, puppet_
     done = gaitsim(*odd_run(puppet_file, kind), "--json", code=2)
     assert f"{kind} 'odd' of package odd_package 1.0 failed while" in done.stderr
     assert "ValueError: no strength left" in done.stderr
-    assert "go on with: gaitsim resume run" in done.stderr
+    assert "continue with: gaitsim resume run" in done.stderr
     made = [json.loads(line) for line in done.stdout.splitlines()]
     assert made[-1]["generation"] >= 2
     mend(folder)
@@ -269,7 +269,7 @@ def test_an_endless_loop_is_stopped_and_named(gaitsim, start, puppet_file, odd, 
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "organism 'odd' of package odd_package 1.0 was moving a population" in stderr
-    assert "Go on with: gaitsim resume run" in stderr
+    assert "Continue with: gaitsim resume run" in stderr
     mend(folder)
     gaitsim("resume", "run", "--json")
     reference = sound(gaitsim, puppet_file, "organism")

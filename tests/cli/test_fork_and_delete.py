@@ -27,7 +27,7 @@ def test_a_copy_stands_where_the_run_stands(gaitsim, run):
     (run / "exports/gait.csv").write_text("mine")
     done = gaitsim("fork", "puppet")
     assert done.stdout == "runs/puppet-2: a copy of runs/puppet at generation 5\n"
-    assert done.stderr == "Go on with: gaitsim resume runs/puppet-2\n"
+    assert done.stderr == "Continue with: gaitsim resume runs/puppet-2\n"
     copy = run.with_name("puppet-2")
     assert RunSnapshot(copy).fingerprint() == RunSnapshot(run).fingerprint()
     assert (copy / "bests.bin").read_bytes() == (run / "bests.bin").read_bytes()

@@ -50,16 +50,17 @@ def evolve(program, gaitsim, puppet_file):
 @pytest.fixture
 def epochs(monkeypatch):
     """The epochs of islands that are handed to workers, each by its first and last one."""
-    from gaitsim.evaluation import Evaluator
+    from gaitsim.evaluation.processes import ProcessExecutor
 
-    handed, real = [], Evaluator._over
+    handed, original = [], ProcessExecutor.map
 
-    def over(self, far, function, tasks):
+    def record(self, function, tasks):
+        tasks = list(tasks)
         if hasattr(tasks[0], "island"):
             handed.append((len(tasks), tasks[0].first, tasks[0].last))
-        return real(self, far, function, tasks)
+        return original(self, function, tasks)
 
-    monkeypatch.setattr(Evaluator, "_over", over)
+    monkeypatch.setattr(ProcessExecutor, "map", record)
     return handed
 
 
@@ -74,7 +75,7 @@ def test_the_same_bits_here_and_in_processes(evolve, gaitsim, puppet_file, epoch
     (line,) = [
         line for line in gaitsim("show", "two").stdout.splitlines() if line.startswith("4 islands")
     ]
-    assert line == "4 islands on a ring; every 5 generations the best 1 of each go on"
+    assert line == "4 islands on a ring; every 5 generations the best 1 of each migrate"
 
 
 def test_the_same_bits_over_dask(evolve):

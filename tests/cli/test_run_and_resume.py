@@ -155,7 +155,7 @@ def test_a_run_killed_before_its_first_checkpoint_begins_anew(
     process.kill()
     process.wait()
     assert not (tmp_path / "killed/population.pickle").exists()
-    assert "No generation is finished yet" in gaitsim("show", "killed").stdout
+    assert "No generation is finished" in gaitsim("show", "killed").stdout
     gaitsim("resume", "killed")
     assert fingerprint("killed") == fingerprint("whole")
 
@@ -177,7 +177,7 @@ def test_an_interrupt_saves_and_says_how_to_go_on(
     assert process.returncode == 130
     assert stderr.splitlines() == [
         "Stopping after this generation; again to stop at once.",
-        "Stopped and saved. Go on with: gaitsim resume 'my run'",
+        "Stopped and saved. Continue with: gaitsim resume 'my run'",
     ]
     shown = strict(gaitsim("show", "my run", "--json").stdout)
     rows = (run / "history.csv").read_text().count("\n") - 1
@@ -200,7 +200,7 @@ def test_a_second_interrupt_is_granted_at_once(start, puppet_file, tmp_path, wor
     where, how = stderr.splitlines()
     assert where.startswith("When it was stopped, organism 'puppet' of package gaitsim-puppets 1.0")
     assert " was moving a population" in where
-    assert how == "Stopped, as of the last saved generation. Go on with: gaitsim resume run"
+    assert how == "Stopped, as of the last saved generation. Continue with: gaitsim resume run"
 
 
 SLEEPY = """
@@ -225,7 +225,7 @@ def test_an_interrupt_while_preparing_is_granted_at_once(
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert "Go on with: gaitsim resume runs/puppet" in stderr
+    assert "Continue with: gaitsim resume runs/puppet" in stderr
     assert "Traceback" not in stderr
     assert "0/5" in gaitsim("runs").stdout
 
@@ -277,7 +277,7 @@ def test_a_plugin_that_goes_wrong_in_the_middle_leaves_a_run_to_go_on_with(
     spoilt = ("--set", "organism.plugin=spoilt", "--set", f"organism.how={how}")
     done = gaitsim("run", puppet_file, *spoilt, code=2)
     assert "organism 'spoilt' of package spoilt 1.0" in done.stderr
-    assert "go on with: gaitsim resume runs/puppet" in done.stderr
+    assert "continue with: gaitsim resume runs/puppet" in done.stderr
     assert "2/5" in gaitsim("runs").stdout
     gaitsim("resume", "puppet")
     gaitsim("run", puppet_file, "--set", "organism.plugin=spoilt", "--out", "whole")
@@ -395,7 +395,7 @@ def test_a_terminal_is_left_as_it_was(start, puppet_file, tmp_path):
     os.close(ours)
     assert process.wait() == 130
     assert "Traceback" not in seen.decode()
-    assert "Go on with: gaitsim resume run" in " ".join(seen.decode().split())
+    assert "Continue with: gaitsim resume run" in " ".join(seen.decode().split())
     assert seen.count(b"\x1b[?25l") == seen.count(b"\x1b[?25h")  # the cursor is there again
 
 

@@ -68,7 +68,7 @@ def test_a_run_as_json_is_what_its_files_say(gaitsim, finished, puppets):
 
 def test_a_run_without_a_generation_is_shown(gaitsim, unbegun):
     shown = gaitsim("show", "unbegun")
-    assert "No generation is finished yet. Go on: gaitsim resume runs/unbegun" in shown.stdout
+    assert "No generation is finished. Continue: gaitsim resume runs/unbegun" in shown.stdout
     shown = strict(gaitsim("show", "unbegun", "--json").stdout)
     assert (shown["generation"], shown["champion"], shown["fingerprint"]) == (0, None, None)
     for arguments in (
@@ -124,7 +124,7 @@ def test_runs_are_listed_whatever_they_hold(gaitsim, finished, unbegun, tmp_path
 def test_an_empty_folder_has_no_runs(gaitsim, tmp_path):
     (tmp_path / "empty").mkdir()
     for arguments, root in [(("empty",), "empty"), ((), "runs"), (("runs/",), "runs")]:
-        assert f"No runs in {root}. Begin one" in gaitsim("runs", *arguments).stdout
+        assert f"No runs in {root}." in gaitsim("runs", *arguments).stdout
         assert gaitsim("runs", *arguments, "--json").stdout == ""
     (tmp_path / "file").touch()
     assert "cannot list file: Not a directory" in gaitsim("runs", "file", code=2).stderr
@@ -133,9 +133,9 @@ def test_an_empty_folder_has_no_runs(gaitsim, tmp_path):
 @pytest.mark.parametrize("more", [(), ("--json",), ("--delete", "puppet", "--yes")])
 def test_what_is_no_folder_of_runs_is_refused(gaitsim, finished, more):
     for root, says in [
-        ("nope", "there is no folder nope"),
-        ("runs/nope", "there is no folder runs/nope"),
-        ("x" * 300, "there is no folder xxx"),
+        ("nope", "folder not found: nope"),
+        ("runs/nope", "folder not found: runs/nope"),
+        ("x" * 300, "folder not found: xxx"),
         ("runs/puppet", "try:     gaitsim show runs/puppet"),
     ]:
         done = gaitsim("runs", root, *more, code=2)

@@ -12,9 +12,9 @@ class _Commands(LazyGroup):
     package = __name__
     lines: ClassVar[Mapping[str, str]] = {
         "list": "List all plugins by kind, with the package of each. Imports none of them.",
-        "show": "Show a plugin's options: default, what is allowed, unit, meaning.",
-        "check": "Check whether plugins keep their contract, and say what to mend.",
-        "new": "Write the package of a new plugin, which works as it is, into the folder NAME.",
+        "show": "Show a plugin's options: default, allowed values, unit, meaning.",
+        "check": "Check whether plugins keep their contract, and report what to fix.",
+        "new": "Create the package of a new plugin, ready to run, in the folder NAME.",
     }
 
 
@@ -23,4 +23,4 @@ app = typer.Typer(cls=_Commands, no_args_is_help=True, add_completion=False)
 
 @app.callback()
 def plugins() -> None:
-    """Installed bodies and operators, and new ones."""
+    """List, show and check plugins, and create new ones."""

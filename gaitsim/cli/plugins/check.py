@@ -14,7 +14,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.testing import Report, check_chosen
 from gaitsim.testing.rules.packages import chosen
 
-BROKEN = 1  # exit code where something is found
+BROKEN = 1  # exit code where a plugin has errors
 
 
 def check(
@@ -22,20 +22,20 @@ def check(
         str | None,
         typer.Argument(
             metavar="NAME|FOLDER",
-            help="A plugin, a package, or a package's folder, which need not be installed. "
-            "Default: all that is installed.",
+            help="A plugin, a package, or the folder of a package, installed or not. "
+            "Default: everything installed.",
             show_default=False,
         ),
     ] = None,
     seconds: Annotated[float, typer.Option(help="Time limit for each plugin.")] = 120.0,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Let advice, too, end with exit code 1.")
+        bool, typer.Option("--strict", help="Exit with code 1 on advice, too.")
     ] = False,
     json: Json = False,
 ) -> None:
-    """Check whether plugins keep their contract, and say what to mend.
+    """Check whether plugins keep their contract, and report what to fix.
 
-    Ends with exit code 1 where one does not.
+    The exit code is 1 where one does not.
 
     [bold]Examples[/bold]
 

@@ -14,14 +14,14 @@ from gaitsim.scaffold import PREFIX, new_package
 def new(
     name: Annotated[
         str,
-        typer.Argument(metavar="NAME", help="What the plugin is to be called, such as hopper."),
+        typer.Argument(metavar="NAME", help="Name of the plugin, such as hopper."),
     ],
     kind: Annotated[
         str,
         typer.Option(metavar="KIND", help="organism, fitness, selection, crossover or mutation."),
     ] = "organism",
 ) -> None:
-    """Write the package of a new plugin, which works as it is, into the folder NAME.
+    """Create the package of a new plugin, ready to run, in the folder NAME.
 
     [bold]Examples[/bold]
 
@@ -39,8 +39,11 @@ def new(
         kind, f"gaitsim run spider --set {kind}.plugin={plugin}"
     )
     for command, what in (
-        (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "does it keep its contract?"),
-        (f"pip install -e ./{shlex.quote(str(folder))}", "once: what you edit counts at once"),
-        (trial, f"what it does; it is in {source}"),
+        (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "check its contract"),
+        (
+            f"pip install -e ./{shlex.quote(str(folder))}",
+            "install it once; edits take effect at once",
+        ),
+        (trial, f"try it; its code is in {source}"),
     ):
         console.print(f"  {command}  # {what}", markup=False)

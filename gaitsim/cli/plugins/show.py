@@ -22,7 +22,7 @@ from gaitsim.render.terminal.text import visible_lines
 def show(
     name: Annotated[str, typer.Argument(help="Name of a plugin, such as spider-walk.")],
 ) -> None:
-    """Show a plugin's options: default, what is allowed, unit, meaning.
+    """Show a plugin's options: default, allowed values, unit, meaning.
 
     [bold]Example[/bold]
 
