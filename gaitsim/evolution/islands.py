@@ -11,7 +11,7 @@ scores. Migration is part of breeding, so the history records a generation befor
 With islands or without, each generation is a function of the one before.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -185,7 +185,7 @@ def island_map(evaluator: Evaluator) -> ParallelMap | None:
 
 def parallel_epoch(
     experiment: Experiment, parallel_map: ParallelMap, genomes: Genomes, scores: Scores, first: int
-) -> Iterator[Made]:
+) -> list[Made]:
     """Evolve all islands from generation `first` to the next migration, one task an island.
 
     Args:
@@ -195,14 +195,17 @@ def parallel_epoch(
         scores: of these, (individuals,).
         first: first generation to breed, from 2.
 
-    Yields:
+    Returns:
         Each generation of all islands and its evaluation.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
-    last = epoch_end(experiment, first)
-    tasks = _epochs(experiment, genomes, scores, first, last)
-    for islands in zip(*parallel_map(evolve_epoch, tasks), strict=True):
-        populations = np.concatenate([population for population, _ in islands])
-        yield populations, joined(experiment, [evaluation for _, evaluation in islands])
+    tasks = _epochs(experiment, genomes, scores, first, epoch_end(experiment, first))
+    return [
+        (
+            np.concatenate([population for population, _ in islands]),
+            joined(experiment, [evaluation for _, evaluation in islands]),
+        )
+        for islands in zip(*parallel_map(evolve_epoch, tasks), strict=True)
+    ]

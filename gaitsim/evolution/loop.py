@@ -50,64 +50,56 @@ def evolve(
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
-    space = experiment.space()
-    before = Progress(0, -math.inf, -1, experiment.evolution.fitness_threshold)
-    number = 1
-    made = _populations(experiment, evaluate, after, warm_start, parallel_map)
+    space, evolution = experiment.space(), experiment.evolution
+    number, before = 1, Progress(0, -math.inf, -1, evolution.fitness_threshold)
     while after is None or not stop_reason(
-        experiment.evolution, after.number, after.progress, len(after.genomes)
+        evolution, after.number, after.progress, len(after.genomes)
     ):
-        genomes, evaluation, seconds = next(made)
-        begun = time.perf_counter()
-        if after is not None:
-            number, before = after.number + 1, after.progress
-            check_terms(experiment, after.evaluation, evaluation)
-        with plugin_errors(experiment.entries["organism"], "measuring diversity"):
-            diversity = float(space.diversity(genomes))
-        progress, is_champion = advance(
-            before, float(evaluation.scores.max()), len(genomes), experiment.evolution
-        )
-        after = Generation(
-            number=number,
-            genomes=genomes,
-            evaluation=evaluation,
-            progress=progress,
-            diversity=diversity,
-            seconds=seconds + time.perf_counter() - begun,
-            is_champion=is_champion,
-            stop=stop_reason(experiment.evolution, number, progress, len(genomes)),
-        )
-        yield after
+        start = time.perf_counter()
+        made = _next(experiment, evaluate, after, warm_start, parallel_map)
+        seconds = (time.perf_counter() - start) / len(made)
+        for genomes, evaluation in made:
+            start = time.perf_counter()
+            if after is not None:
+                number, before = after.number + 1, after.progress
+                check_terms(experiment, after.evaluation, evaluation)
+            with plugin_errors(experiment.entries["organism"], "measuring diversity"):
+                diversity = float(space.diversity(genomes))
+            progress, is_champion = advance(
+                before, float(evaluation.scores.max()), len(genomes), evolution
+            )
+            after = Generation(
+                number=number,
+                genomes=genomes,
+                evaluation=evaluation,
+                progress=progress,
+                diversity=diversity,
+                seconds=seconds + time.perf_counter() - start,
+                is_champion=is_champion,
+                stop=stop_reason(evolution, number, progress, len(genomes)),
+            )
+            yield after
+            if after.stop:
+                return
 
 
-def _populations(
+def _next(
     experiment: Experiment,
     evaluate: Callable[[Genomes], Evaluation],
     after: Generation | None,
     warm_start: Array | None,
     parallel_map: ParallelMap | None,
-) -> Iterator[tuple[Genomes, Evaluation, float]]:
-    """Yield the populations after a generation, their evaluations and the seconds they took."""
+) -> list[Made]:
+    """Return the next generation of all islands, or those up to the next migration."""
     space = experiment.space()
-    number, genomes, scores = (
-        (after.number, after.genomes, after.scores) if after else (0, None, None)
-    )
-    while True:
-        begun = time.perf_counter()
-        several: list[Made]
-        if genomes is None or scores is None:
-            genomes = initial_islands(experiment, space, warm_start)
-            several = [(genomes, evaluate(genomes))]
-        elif parallel_map is None:
-            genomes = breed_islands(experiment, space, genomes, scores, number + 1)
-            several = [(genomes, evaluate(genomes))]
-        else:
-            several = [*parallel_epoch(experiment, parallel_map, genomes, scores, number + 1)]
-        seconds = (time.perf_counter() - begun) / len(several)
-        for population, evaluation in several:
-            number += 1
-            genomes, scores = population, evaluation.scores
-            yield population, evaluation, seconds
+    if after is None:
+        genomes = initial_islands(experiment, space, warm_start)
+    elif parallel_map is None:
+        genomes = breed_islands(experiment, space, after.genomes, after.scores, after.number + 1)
+    else:
+        number = after.number + 1
+        return parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
+    return [(genomes, evaluate(genomes))]
 
 
 def advance(
