@@ -28,11 +28,11 @@ API = {
     "api.md": (
         "# Python: the whole API",
         [
-            "gaitsim.notebook.evolve",
-            "gaitsim.notebook.load",
-            "gaitsim.notebook.Search",
-            "gaitsim.notebook.Run",
-            "gaitsim.notebook.Individual",
+            "gaitsim.api.evolve",
+            "gaitsim.api.load",
+            "gaitsim.api.Search",
+            "gaitsim.api.Run",
+            "gaitsim.api.Individual",
             "gaitsim.experiment.load_experiment",
             "gaitsim.experiment.Experiment",
             "gaitsim.evolution.Generation",

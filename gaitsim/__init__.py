@@ -3,16 +3,16 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gaitsim.api import Run as Run
+    from gaitsim.api import Search as Search
+    from gaitsim.api import evolve as evolve
+    from gaitsim.api import load as load
+    from gaitsim.api import picture as picture
     from gaitsim.errors import GaitsimError as GaitsimError
     from gaitsim.evolution import Generation as Generation
     from gaitsim.experiment import Experiment as Experiment
     from gaitsim.experiment import load_experiment as load_experiment
     from gaitsim.individual import Individual as Individual
-    from gaitsim.notebook import Run as Run
-    from gaitsim.notebook import Search as Search
-    from gaitsim.notebook import evolve as evolve
-    from gaitsim.notebook import load as load
-    from gaitsim.notebook import picture as picture
 
 # Looked up when first asked for: `gaitsim --help` needs none of it, nor NumPy.
 _PLACES = {
@@ -20,12 +20,12 @@ _PLACES = {
     "GaitsimError": "gaitsim.errors",
     "Generation": "gaitsim.evolution",
     "Individual": "gaitsim.individual",
-    "Run": "gaitsim.notebook",
-    "Search": "gaitsim.notebook",
-    "evolve": "gaitsim.notebook",
-    "load": "gaitsim.notebook",
+    "Run": "gaitsim.api",
+    "Search": "gaitsim.api",
+    "evolve": "gaitsim.api",
+    "load": "gaitsim.api",
     "load_experiment": "gaitsim.experiment",
-    "picture": "gaitsim.notebook",
+    "picture": "gaitsim.api",
 }
 __all__ = [
     "Experiment",

@@ -228,8 +228,8 @@ def test_the_champion_is_the_best_of_all(walked: gs.Search) -> None:
     assert champion.score == kept.score == run.history["best"].max()
     assert champion.generation == kept.generation
     assert np.array_equal(champion.genome, kept.genome)
-    assert run.motion["joint_angles"].shape == (1, 300, 24)
-    assert np.isclose(run.motion["pose"][0, -1, 0], champion.measures["forward"])
+    assert champion.motion["joint_angles"].shape == (1, 300, 24)
+    assert np.isclose(champion.motion["pose"][0, -1, 0], champion.measures["forward"])
     assert champion.skeleton.segments.shape[0] == 300
     first = run.replay(1)
     assert (first.generation, first.score) == (1, run.history["best"][0])

@@ -1,0 +1,299 @@
+"""gaitsim in Python: evolve in a loop, open runs, look at champions.
+
+`import gaitsim as gs` has all of it. It calls the same functions as the command line.
+"""
+
+import warnings
+from collections.abc import Generator, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim import evolution
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evaluation import Evaluator
+from gaitsim.evolution import Generation, island_map
+from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
+from gaitsim.individual import Individual
+from gaitsim.render.notebook import RunViews, picture
+from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.runs.files.folder import create_run, find_run
+from gaitsim.runs.session import Session
+
+__all__ = ["Individual", "Run", "Search", "evolve", "load", "picture"]
+
+ARGUMENTS = "arguments"  # where options come from, for messages
+Generations = Generator[Generation, None, None]
+
+
+def evolve(
+    experiment: str | Path | Experiment,
+    *,
+    generations: int | None = None,
+    population: int | None = None,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    workers: int | None = None,
+    out: str | Path | None = None,
+) -> "Search":
+    """Return a search to loop over, an iterator of finished generations.
+
+    The same experiment, options and seed give the same generations to the last bit,
+    in Python as on the command line, with any number of workers. Evolution starts with the loop.
+
+    Args:
+        experiment: a preset's name, the path of a TOML file, or an experiment.
+        generations: how many; None as the experiment says.
+        population: individuals in each; None as the experiment says.
+        seed: of all randomness; None as the experiment says.
+        set: options by key, such as `{"mutation.rate": 0.1}`.
+        workers: number of parallel workers; None for what suits the body.
+        out: folder of a run to record, as `gaitsim run` does; a number is added to one that
+            exists. None records nothing.
+
+    Raises:
+        ExperimentError: the experiment has problems, all of them in one message.
+        GaitsimError: there is no such preset or file, the folder cannot be created, or `set` or
+            `workers` is invalid.
+    """
+    _check_workers(workers)
+    given = _overrides(
+        set,
+        {"evolution.generations": generations, "evolution.population": population, "seed": seed},
+    )
+    if not isinstance(experiment, Experiment):
+        experiment = load_experiment(str(experiment), given, ARGUMENTS)
+    elif given:
+        experiment = with_overrides(experiment, given, ARGUMENTS)
+    if out is None:
+        return Search(experiment, None, _unrecorded(experiment, workers))
+    path = create_run(experiment, Path(out))
+    return Search(experiment, path, _recorded(path, workers))
+
+
+def load(run: str | Path) -> "Run":
+    """Open a run for reading, by its folder or its name under `runs/`.
+
+    Opening a run never executes anything in it.
+
+    Raises:
+        RunError: there is none.
+    """
+    return Run(find_run(str(run)))
+
+
+class Search(ReprMixin, Iterator[Generation]):
+    """A search to loop over once, as `evolve` returns it.
+
+    A loop that is left early can be continued: by `next(search)`, or another loop. `close()`,
+    the end of a `with` block or the last reference to the search ends the workers and unlocks the
+    run. What a recorded search has yielded is on the disk.
+
+    Attributes:
+        experiment: what is evolved, and how.
+        path: folder of the run; None where nothing is recorded.
+        last: the last generation that was yielded; None before the first.
+        champion: the best individual that was yielded; None where all have failed.
+    """
+
+    def __init__(self, experiment: Experiment, path: Path | None, generations: Generations) -> None:
+        self.experiment = experiment
+        self.path = path
+        self.last: Generation | None = None
+        self.champion: Individual | None = None
+        self._generations = generations
+
+    def __next__(self) -> Generation:
+        self.last = generation = next(self._generations)
+        score = float(generation.scores[generation.best])
+        if np.isfinite(score) and (self.champion is None or score > self.champion.score):
+            best, terms = generation.best, generation.evaluation.terms
+            self.champion = Individual(
+                self.experiment,
+                score,
+                {name: float(values[best]) for name, values in terms.items()},
+                generation.number,
+                generation.genomes[best],
+                self.path,
+            )
+        return generation
+
+    @property
+    def run(self) -> "Run":
+        """The run on disk.
+
+        Raises:
+            RunError: nothing is recorded.
+        """
+        if self.path is None:
+            raise RunError(
+                "this search is not recorded", remedy="give evolve() a folder, as out='runs/mine'"
+            )
+        return Run(self.path)
+
+    def close(self) -> None:
+        """End the workers and unlock the run; the search yields nothing more."""
+        self._generations.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "experiment": self.experiment.name,
+            "generation": self.last.number if self.last else 0,
+            "of": self.experiment.evolution.generations,
+            "best": self.champion.score if self.champion else "",
+            "path": str(self.path or ""),
+        }
+
+
+class Run(RunViews, ReprMixin):
+    """A run on disk. Its attributes are read again each time, as it may be growing.
+
+    Attributes:
+        path: its folder.
+    """
+
+    @property
+    def experiment(self) -> Experiment:
+        """The experiment in the run's `experiment.toml`.
+
+        Raises:
+            ExperimentError: it has problems, such as a plugin that is no longer installed.
+        """
+        return self.snapshot.experiment
+
+    @property
+    def history(self) -> dict[str, NDArray[np.float64]]:
+        """The columns of `history.csv` by name, (generations,) each; {} before the first one.
+
+        Raises:
+            RunError: it is damaged.
+        """
+        return self.snapshot.history
+
+    @property
+    def generation(self) -> int:
+        """The last finished generation; 0 before the first."""
+        return self.snapshot.generation
+
+    @property
+    def champion(self) -> Individual:
+        """The best individual of all generations whose scores can be compared.
+
+        Raises:
+            RunError: no generation is finished yet, or all individuals failed.
+        """
+        return self.replay()
+
+    def replay(self, generation: int | None = None) -> Individual:
+        """Return the best individual of one generation; of all where none is given.
+
+        Raises:
+            RunError: there is no such generation, or all its individuals failed.
+        """
+        return self.snapshot.individual(generation)
+
+    def fingerprint(self) -> str:
+        """Return the SHA-256 of population, scores and history, times left out.
+
+        Raises:
+            RunError: no generation is finished yet.
+        """
+        return self.snapshot.fingerprint()
+
+    def resume(
+        self,
+        generations: int | None = None,
+        *,
+        set: Mapping[str, Any] | None = None,
+        workers: int | None = None,
+    ) -> Search:
+        """Return a search that continues the run, exactly as if it had never stopped.
+
+        Args:
+            generations: the last generation to evolve, counted from the first one; None as planned.
+            set: options from here on, by key; those that matter begin a stage.
+            workers: number of parallel workers; None for what suits the body.
+
+        Raises:
+            ExperimentError: the options have problems. What else prevents the run from continuing
+                is raised when the loop begins.
+        """
+        _check_workers(workers)
+        given = _overrides(set, {})
+        further = {} if generations is None else {"evolution.generations": generations}
+        experiment = self.snapshot.experiment_with(further | given, ARGUMENTS)
+        return Search(experiment, self.path, _recorded(self.path, workers, given, generations))
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        found = self.snapshot.checkpoint
+        best = found.best_score if found else -np.inf
+        return {
+            "path": str(self.path),
+            "generation": found.generation if found else 0,
+            "best": best if np.isfinite(best) else "",
+        }
+
+    def _repr_details(self) -> Mapping[str, ReprField]:
+        return {**self._repr_fields(), **self.experiment._repr_fields()}
+
+
+def _check_workers(workers: Any) -> None:
+    """Refuse an invalid number of workers."""
+    whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
+    if workers is not None and not (whole and workers >= 1):
+        raise GaitsimError(
+            f"{workers!r} is not a number of workers",
+            where="workers",
+            allowed="a whole number, 1 or more; None for what suits the body",
+        )
+
+
+# Functions rather than methods: a search that is left in the middle of its loop is then freed at
+# once, and with it the workers and the run's lock.
+def _unrecorded(experiment: Experiment, workers: int | None) -> Generations:
+    with Evaluator(experiment, workers, _warn) as evaluator:
+        evaluator.prepare()
+        yield from evolution.evolve(
+            experiment, evaluator.evaluate, parallel_map=island_map(evaluator)
+        )
+
+
+def _recorded(
+    path: Path,
+    workers: int | None,
+    overrides: Overrides | None = None,
+    generations: int | None = None,
+) -> Generations:
+    with Session(
+        path, overrides=overrides, generations=generations, workers=workers, on_warning=_warn
+    ) as session:
+        if session.writer.warning:
+            _warn(session.writer.warning)
+        yield from session.evolve()
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, stacklevel=2)
+
+
+def _overrides(set: Any, short: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options by key, without those of `short` that are None.
+
+    Raises:
+        GaitsimError: `set` is not a mapping.
+    """
+    if not isinstance(set, Mapping | None):
+        raise GaitsimError(
+            f"{set!r} is not a mapping of options",
+            where="set",
+            allowed='a mapping, such as {"mutation.rate": 0.1}',
+        )
+    return {key: value for key, value in short.items() if value is not None} | dict(set or {})

@@ -1,0 +1,138 @@
+"""Pictures, plots and videos of individuals and runs, for Python and notebooks."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gaitsim.errors import unknown
+from gaitsim.individual import Individual
+from gaitsim.runs.snapshot import RunSnapshot
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from PIL.Image import Image
+
+DOTS_PER_INCH = 150  # of a figure in a notebook
+
+
+def picture(
+    individual: Individual,
+    seconds: float = 0.0,
+    *,
+    view: str = "iso",
+    size: tuple[int, int] = (640, 360),
+    dark: bool = False,
+) -> "Image":
+    """Draw the body of an individual at a moment, as an image; a notebook shows it.
+
+    Args:
+        individual: such as a run's champion.
+        seconds: since the motion began.
+        view: 'iso' obliquely from the front, 'side', 'top'.
+        size: width and height, pixels.
+        dark: whether the ground is dark.
+
+    Raises:
+        GaitsimError: there is no such view.
+        PluginError: the body cannot be drawn.
+    """
+    from PIL import Image
+
+    from gaitsim.render.scene import VIEWS, draw
+
+    if view not in VIEWS:
+        raise unknown("view", view, VIEWS)
+    theme = "dark" if dark else "light"
+    return Image.fromarray(draw(individual.skeleton, seconds, size=size, view=view, theme=theme))
+
+
+class RunViews:
+    """A run on disk, with the methods that draw it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @property
+    def snapshot(self) -> RunSnapshot:
+        """The run as it is now; each of its files is read at most once."""
+        return RunSnapshot(self.path)
+
+    def plot(
+        self,
+        kind: str = "fitness",
+        *,
+        generations: Sequence[int] = (),
+        channel: str | None = None,
+        components: Sequence[str] = (),
+        window: tuple[float, float] | None = None,
+        dark: bool = False,
+    ) -> "Figure":
+        """Return a plot, as `gaitsim plot` draws it.
+
+        Args:
+            kind: 'fitness', 'terms', 'path', 'channel', 'footfall', 'joints', 'stability'.
+            generations: whose best to draw; () for the champion.
+            channel: of the motion, for the kind 'channel'.
+            components: names of what to draw of the channel; () draws all.
+            window: first and last second of the motion.
+            dark: light lines on a dark ground.
+
+        Returns:
+            The figure; a notebook shows it, `savefig` writes it.
+
+        Raises:
+            GaitsimError: there is no such kind, or the body has nothing of it.
+        """
+        from gaitsim.render.plots import DARK, LIGHT, picture
+        from gaitsim.render.plots.kinds import KINDS, draw
+        from gaitsim.render.plots.request import Request
+
+        if kind not in KINDS:
+            raise unknown("kind of plot", kind, KINDS)
+        theme = DARK if dark else LIGHT
+        individuals: tuple[Individual, ...] = ()
+        if KINDS[kind].moves:
+            individuals = tuple(self.snapshot.individual(one) for one in generations or (None,))
+        shown = tuple(components)
+        figure = draw(kind, Request(self.snapshot, individuals, channel, shown, window, theme))
+        # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
+        figure._repr_png_ = lambda: picture(figure, "png", theme, DOTS_PER_INCH)  # type: ignore[attr-defined]
+        return figure
+
+    def video(
+        self,
+        path: str | Path,
+        *,
+        generations: Sequence[int] = (),
+        view: str = "iso",
+        size: tuple[int, int] | None = None,
+        fps: float | None = None,
+        speed: float = 1.0,
+        dark: bool = False,
+        intro: bool = True,
+    ) -> Path:
+        """Write a video, as `gaitsim video` does; MP4 or GIF, as the file's name ends.
+
+        Args:
+            path: the file.
+            generations: whose best to show side by side; () for the champion.
+            view: 'iso', 'side', 'top' or 'orbit'.
+            size: width and height, pixels.
+            fps: pictures a second.
+            speed: of the motion; 0.1 is slow motion.
+            dark: on a dark ground.
+            intro: whether it begins with the fitness curve.
+
+        Returns:
+            The file.
+
+        Raises:
+            GaitsimError: it cannot be made so, or not be written.
+        """
+        from gaitsim.render.video import RenderSettings, Video
+
+        path = Path(path)
+        theme = "dark" if dark else "light"
+        settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
+        Video(self.snapshot, generations, settings).write(path)
+        return path
