@@ -6,7 +6,7 @@ import numpy as np
 from rich.text import Text
 
 from gaitsim.cli.console import number, output, table
-from gaitsim.gait import Footfalls, Gait
+from gaitsim.gait import Footfalls, GaitAnalysis
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import visible
 
@@ -20,7 +20,7 @@ COLOURS = ("cyan", "yellow")  # left and right feet; others have no colour
 UNNAMED = ("none", "standing")
 
 
-def print_gait(individual: Individual, gait: Gait) -> None:
+def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
     """All of it but the score."""
     console = output()
     console.print(individual.title, style="bold", markup=False)
@@ -120,7 +120,7 @@ def _start(found: Footfalls) -> int:
     return first.touch_downs[1] if first and len(first.touch_downs) > STRIDES + 1 else 0
 
 
-def _print_travel(gait: Gait) -> None:
+def _print_travel(gait: GaitAnalysis) -> None:
     travel, found = gait.travel, gait.footfalls
     made = table("measure", "value", "", "what it is", numbers=("value",))
 

@@ -1,4 +1,4 @@
-"""All that is said of a gait, from a skeleton alone."""
+"""Analyse a gait from a skeleton alone."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ from gaitsim.gait.trunk import heading, size, trunk
 
 @dataclass(frozen=True, eq=False)
 class Footfalls:
-    """What the feet do, from left to right and front to back.
+    """The footfalls of the feet, from left to right and front to back.
 
     Attributes:
         feet: the steps of each.
         touching: which are on the ground until the next frame, (frames, feet).
-        stride: that they share; None where nothing repeats.
+        stride: of all feet; None where nothing repeats.
         phases: when each comes down after the first that steps, (feet,), cycles from 0 to 1;
             NaN for those that do not step, and where there is no stride.
         consistency: of the phases, (feet,), from 0 at random to 1 in every stride the same.
@@ -45,8 +45,8 @@ class Footfalls:
 
 
 @dataclass(frozen=True, eq=False)
-class Gait:
-    """A gait, analysed.
+class GaitAnalysis:
+    """The analysis of a gait.
 
     Attributes:
         frame_rate: frames a second, Hz.
@@ -55,7 +55,7 @@ class Gait:
         name: of the gait.
         distances: to each reference gait, cycles rms; {} where none can be compared.
         flags: signs of exploits.
-        missing: what cannot be said and why.
+        missing: results that are not available, and why.
     """
 
     frame_rate: float
@@ -69,13 +69,13 @@ class Gait:
 
 def analyse_gait(
     skeleton: Skeleton, joint_angles: Array | None = None, *, dynamic: bool = False
-) -> Gait:
+) -> GaitAnalysis:
     """Analyse one individual's gait.
 
     Args:
         skeleton: the body over time.
         joint_angles: (frames, joints), radians, for the joint travel; None leaves it out.
-        dynamic: whether forces moved the body, so that what did not fall was held.
+        dynamic: whether the body is simulated with forces, so that it could have fallen.
     """
     path, turned = skeleton.path.astype(np.float64), heading(trunk(skeleton))
     travel = travel_of(skeleton, joint_angles)
@@ -86,7 +86,7 @@ def analyse_gait(
         if joint_angles is not None:
             ends = in_body_frame(skeleton.segments[:, :, 1].astype(np.float64), path, turned)
             found = exploits.flip_flop(ends, skeleton.names, length, skeleton.frame_rate)
-        return Gait(
+        return GaitAnalysis(
             skeleton.frame_rate,
             travel,
             None,
@@ -125,7 +125,7 @@ def analyse_gait(
         None if dynamic else exploits.unsupported(footfalls.margin, path, lain),
     )
     missing = () if joint_angles is not None else ("joint travel: the body has no joint angles",)
-    return Gait(
+    return GaitAnalysis(
         skeleton.frame_rate,
         travel,
         footfalls,

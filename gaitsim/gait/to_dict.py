@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.report import Footfalls, Gait
+from gaitsim.gait.report import Footfalls, GaitAnalysis
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
@@ -16,7 +16,7 @@ from gaitsim.individual import Individual
 
 def analysis_to_dict(
     individual: Individual,
-    gait: Gait,
+    gait: GaitAnalysis,
     history: Mapping[str, NDArray[np.float64]],
     robustness: Robustness | None,
 ) -> dict[str, Any]:
@@ -52,7 +52,7 @@ def _terms_over_time(individual: Individual) -> dict[str, Any]:
     }
 
 
-def gait_to_dict(found: Gait) -> dict[str, Any]:
+def gait_to_dict(found: GaitAnalysis) -> dict[str, Any]:
     """Return a gait; `feet`, `stride`, `stability` and `slip` are null for a body without feet."""
     named = asdict(found.name)
     pattern = named.pop("pattern")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.reader import read_bounded, read_npz
+from gaitsim.gait.files.writer import Gait
 from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import Network
 from gaitsim.runs.files.atomic import write_bytes
@@ -23,21 +24,16 @@ class Imitation:
     """A network and the gait that it plays.
 
     Attributes:
-        joint_angles: the gait that the body played, (frames, joints), radians.
-        commanded: the angles from the network, the same shape; beyond the body's limits the
-            two differ.
-        frame_rate: frames a second, Hz.
-        joint_names: name of each joint.
-        generation: of the expert.
+        gait: as the body played it, with the expert's generation; its score is NaN where the
+            body cannot play.
+        commanded: the angles from the network, (frames, joints), radians; beyond the body's
+            limits they differ from the gait's.
         imitator: the network.
         seed: of its training.
     """
 
-    joint_angles: Angles
+    gait: Gait
     commanded: Angles
-    frame_rate: float
-    joint_names: tuple[str, ...]
-    generation: int
     imitator: Imitator
     seed: int
 
@@ -57,12 +53,13 @@ def save_imitator(imitation: Imitation, path: Path) -> None:
     }
     file = io.BytesIO()
     fields: Mapping[str, Any] = {
-        "joint_angles": imitation.joint_angles,
+        "joint_angles": imitation.gait.angles,
         "commanded": imitation.commanded,
-        "frame_rate": imitation.frame_rate,
-        "joint_names": np.array(imitation.joint_names),
+        "frame_rate": imitation.gait.frame_rate,
+        "joint_names": np.array(imitation.gait.joint_names),
         "units": "rad",
-        "generation": imitation.generation,
+        "generation": imitation.gait.generation,
+        "score": imitation.gait.score,
         "seed": imitation.seed,
         "activation": network.activation,
         "output": network.output,
@@ -112,15 +109,8 @@ def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
         raise ValueError(f"a network of {network.sizes} for {joints} joints")
     if rate <= 0 or scale <= 0:
         raise ValueError(f"frame rate {rate}, scale {scale}")
-    return Imitation(
-        angles,
-        commanded,
-        rate,
-        names,
-        int(fields["generation"]),
-        Imitator(network, centre, scale),
-        int(fields["seed"]),
-    )
+    gait = Gait(angles, names, rate, int(fields["generation"]), float(fields["score"]))
+    return Imitation(gait, commanded, Imitator(network, centre, scale), int(fields["seed"]))
 
 
 def _numbers(fields: Mapping[str, NDArray[Any]], name: str, dimensions: int) -> Angles:

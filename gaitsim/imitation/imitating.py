@@ -1,7 +1,8 @@
 """Imitate an individual: train a network, let it play on its own, and evaluate what it plays."""
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,24 +83,15 @@ def imitate(
     gait, experiment = learnable_gait(expert), expert.experiment
     imitator, errors = learn(gait.angles, settings, progress)
     commanded = imitator.free_run(gait.angles[0], len(gait.angles))
-    angles, played, beyond = commanded, None, None
+    performed, played, beyond = replace(gait, angles=commanded, score=math.nan), None, None
     if experiment.organism.can_play:
-        motion = play(experiment, commanded[None])
-        angles = np.asarray(motion["joint_angles"][0], dtype=np.float64)
-        played = Individual.of_motion(experiment, motion)
-        beyond = int(np.count_nonzero(np.abs(angles - commanded) > TOLERANCE))
+        played = Individual.of_motion(experiment, play(experiment, commanded[None]))
+        performed = replace(gait, angles=gait_of(played).angles, score=played.score)
+        beyond = int(np.count_nonzero(np.abs(performed.angles - commanded) > TOLERANCE))
     return Result(
         settings=settings,
         expert=expert,
-        imitation=Imitation(
-            joint_angles=angles,
-            commanded=commanded,
-            frame_rate=gait.frame_rate,
-            joint_names=gait.joint_names,
-            generation=gait.generation,
-            imitator=imitator,
-            seed=settings.seed,
-        ),
+        imitation=Imitation(performed, commanded, imitator, settings.seed),
         errors=errors,
         one_step=imitator.one_step_error(gait.angles),
         free_running=mean_square(commanded - gait.angles),

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gaitsim.gait.files.writer import Gait, write_gait
+from gaitsim.gait.files.writer import write_gait
 from gaitsim.imitation.file import save_imitator
 from gaitsim.imitation.imitating import Result
 from gaitsim.individual import Individual
@@ -36,13 +36,8 @@ def write_results(results: Sequence[Result], files: Files) -> None:
     from gaitsim.render.plots.labels import heading_of_experiment
 
     first = results[0]
-    learnt = first.imitation
-    save_imitator(learnt, files["imitator"])
-    score = first.played.score if first.played else float("nan")
-    gait = Gait(
-        learnt.joint_angles, learnt.joint_names, learnt.frame_rate, learnt.generation, score
-    )
-    write_gait(gait, files["gait"], files["gait"].suffix[1:])
+    save_imitator(first.imitation, files["imitator"])
+    write_gait(first.imitation.gait, files["gait"], files["gait"].suffix[1:])
     heading = f"imitator of {heading_of_experiment(first.expert.experiment)}"
     errors = {result.settings.activation: result.errors for result in results}
     one = {first.settings.activation: first.errors}

@@ -130,10 +130,10 @@ class Video:
         self.generations = tuple(one.generation for one in shown)
         self._check_room(len(shown))
         clips = [_clip(one, self.settings.speed, alone=len(shown) == 1) for one in shown]
-        self._scene = Scene(clips, self.settings.pixels, self.settings.view, self.settings.theme)
+        self.scene = Scene(clips, self.settings.pixels, self.settings.view, self.settings.theme)
         ratio = float(self.settings.rate) / self.settings.speed
         # What is a frame but for rounding is one.
-        self._moving = int(self._scene.seconds * ratio + 1e-6) + 1
+        self._moving = int(self.scene.seconds * ratio + 1e-6) + 1
         self._intro = round(INTRO * self.settings.rate) if self.settings.intro else 0
 
     def __len__(self) -> int:
@@ -191,7 +191,7 @@ class Video:
         """Draw a picture, counted from the end of the intro."""
         shown = number / float(self.settings.rate)
         turn = 360 / max(self._moving / float(self.settings.rate), ORBIT)
-        return self._scene.draw(
+        return self.scene.draw(
             shown * self.settings.speed, turn * shown if self.settings.view == "orbit" else 0.0
         )
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import Gait
 from gaitsim.imitation import Imitation, Settings, learn, load_imitator, save_imitator
 
 
@@ -14,9 +15,8 @@ def imitation():
     expert = 0.3 * np.sin(np.arange(20)[:, None] + np.arange(3))
     imitator, _ = learn(expert, Settings(epochs=2, normalise=True, output="same"))
     commanded = imitator.free_run(expert[0], 20)
-    return Imitation(
-        np.clip(commanded, -0.1, 0.1), commanded, 25.0, ("a", "b", "c"), 7, imitator, 3
-    )
+    gait = Gait(np.clip(commanded, -0.1, 0.1), ("a", "b", "c"), 25.0, 7, 1.5)
+    return Imitation(gait, commanded, imitator, 3)
 
 
 @pytest.fixture
@@ -28,10 +28,10 @@ def kept(imitation, tmp_path):
 
 def test_it_comes_back_as_it_was(imitation, kept):
     again = load_imitator(kept)
-    assert again.joint_angles.tobytes() == imitation.joint_angles.tobytes()
+    assert again.gait.angles.tobytes() == imitation.gait.angles.tobytes()
     assert again.commanded.tobytes() == imitation.commanded.tobytes()
-    assert (again.frame_rate, again.joint_names) == (25.0, ("a", "b", "c"))
-    assert (again.generation, again.seed) == (7, 3)
+    assert (again.gait.frame_rate, again.gait.joint_names) == (25.0, ("a", "b", "c"))
+    assert (again.gait.generation, again.gait.score, again.seed) == (7, 1.5, 3)
     before, after = imitation.imitator, again.imitator
     assert after.network.genes.tobytes() == before.network.genes.tobytes()
     assert (after.network.activation, after.network.output) == ("leaky-relu", "leaky-relu")
@@ -41,7 +41,7 @@ def test_it_comes_back_as_it_was(imitation, kept):
 
 def test_others_find_the_gait_in_it(imitation, kept):
     with np.load(kept, allow_pickle=False) as file:
-        assert np.array_equal(file["joint_angles"], imitation.joint_angles)
+        assert np.array_equal(file["joint_angles"], imitation.gait.angles)
         assert file["frame_rate"] == 25.0
         assert file["W1"].shape == (48, 3)
         assert file["b2"].shape == (3,)
@@ -106,5 +106,7 @@ def test_a_file_that_is_not_there(tmp_path):
 
 def test_names_that_are_long_stay_whole(imitation, tmp_path):
     names = ("a" * 200, "ü b", "c")
-    save_imitator(replace(imitation, joint_names=names), tmp_path / "x.npz")
-    assert load_imitator(tmp_path / "x.npz").joint_names == names
+    save_imitator(
+        replace(imitation, gait=replace(imitation.gait, joint_names=names)), tmp_path / "x.npz"
+    )
+    assert load_imitator(tmp_path / "x.npz").gait.joint_names == names

@@ -56,7 +56,7 @@ def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
 
 def test_what_the_body_cannot_follow_is_counted(spider):
     result = imitate(spider.individual(), SETTINGS["source"])
-    played, commanded = result.imitation.joint_angles, result.imitation.commanded
+    played, commanded = result.imitation.gait.angles, result.imitation.commanded
     assert result.beyond_limits == np.count_nonzero(np.abs(played - commanded) > 1e-6)
     assert np.abs(np.diff(played, axis=0)).max() <= np.radians(5) + 1e-6
     assert np.abs(played).max() <= np.radians(30) + 1e-6
@@ -66,9 +66,9 @@ def test_the_command_writes_and_prints_everything(spider, gaitsim, tmp_path):
     said = json.loads(gaitsim("imitate", spider.path, "--json", "--epochs", 40).stdout)
     files = said["files"]
     imitation = load_imitator(spider.path / "exports" / "imitator.npz")
-    assert imitation.joint_names[0] == "L1 coxa"
+    assert imitation.gait.joint_names[0] == "L1 coxa"
     mat = loadmat(files["gait"])
-    assert np.array_equal(mat["bestGait"], imitation.joint_angles)
+    assert np.array_equal(mat["bestGait"], imitation.gait.angles)
     assert mat["score"].item() == said["imitator"]["score"]
     assert said["angles"] == 7200
     assert said["settings"]["epochs"] == 40

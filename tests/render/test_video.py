@@ -211,25 +211,25 @@ def test_champions_of_several_generations_are_side_by_side(spider_run):
     picture = next(iter(video.pictures()))
     first, second = picture[:, :160], picture[:, 160:320]
     assert not np.array_equal(first, second)
-    titles = [panel.clip.title for panel in video._scene.panels]
+    titles = [panel.clip.title for panel in video.scene.panels]
     assert titles == ["generation 1", "generation 3", "generation 2"]
-    assert len({panel.scale for panel in video._scene.panels}) == 1
+    assert len({panel.scale for panel in video.scene.panels}) == 1
 
 
 def test_one_generation_is_named(spider_run):
     video = Video(spider_run, (2,), RenderSettings("gif", **SMALL))
     assert video.name == "video-generation-2.gif"
-    (panel,) = video._scene.panels
+    (panel,) = video.scene.panels
     assert panel.clip.title == "spider"
     assert panel.clip.details.startswith("generation 2   score ")
 
 
 def test_a_video_says_which_flight_it_shows(bundled):
-    (panel,) = Video(bundled("fly"), (), RenderSettings(intro=False, speed=0.5))._scene.panels
+    (panel,) = Video(bundled("fly"), (), RenderSettings(intro=False, speed=0.5)).scene.panels
     assert panel.clip.details.endswith("   first of 3 trials   0.5 × speed")
-    several = Video(bundled("fly"), (1, 1), RenderSettings(intro=False))._scene.panels
+    several = Video(bundled("fly"), (1, 1), RenderSettings(intro=False)).scene.panels
     assert all(panel.clip.details.endswith("   first of 3 trials") for panel in several)
-    (panel,) = Video(bundled("walker"), (), RenderSettings(intro=False))._scene.panels
+    (panel,) = Video(bundled("walker"), (), RenderSettings(intro=False)).scene.panels
     assert "trial" not in panel.clip.details
 
 

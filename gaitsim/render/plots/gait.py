@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait import Footfalls, Gait
+from gaitsim.gait import Footfalls, GaitAnalysis
 from gaitsim.render.plots import LIGHT, Theme, save, styled
 from gaitsim.render.plots.labels import head, shortened
 from gaitsim.render.plots.panels import bars
@@ -20,7 +20,7 @@ STRIDES = 4  # shown, where the gait has them
 SECONDS = 3.0  # shown of a gait without strides
 
 
-def plot_gait(gait: Gait, title: str, path: Path, theme: Theme = LIGHT) -> None:
+def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) -> None:
     """Draw footfalls, phases and stability margin of a gait.
 
     Shows footfalls and margin of the last strides, after the gait has settled. Phases are dots,
@@ -95,7 +95,7 @@ def _margin(
 
 def _phases(
     axes: "Axes",
-    gait: Gait,
+    gait: GaitAnalysis,
     found: Footfalls,
     names: list[str],
     colours: list[str],
