@@ -16,7 +16,7 @@ from gaitsim.evaluation.executors import (
     WorkerLostError,
     cores,
 )
-from gaitsim.evaluation.packages import asking, compare, needed
+from gaitsim.evaluation.packages import compare, finder, needed
 from gaitsim.evaluation.processes import OnWarning, block_signals, hide_main_module
 from gaitsim.experiment import Experiment
 
@@ -178,12 +178,12 @@ class DaskExecutor(Executor):
     def check(self, experiments: Iterable[Experiment]) -> None:
         """Check that all workers have the packages of experiments in the local versions."""
         here = needed(experiments)
-        ask = asking(here)
+        find = finder(here)
         with self._reaching():
             there = {
-                **{f"worker {name}": found for name, found in self._client.run(ask).items()},
+                **{f"worker {name}": found for name, found in self._client.run(find).items()},
                 # It reads the tasks, too.
-                "scheduler": self._client.run_on_scheduler(ask),
+                "scheduler": self._client.run_on_scheduler(find),
             }
         compare(here, there)
 

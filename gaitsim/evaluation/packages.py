@@ -2,7 +2,6 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
-from importlib import metadata
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
@@ -17,29 +16,17 @@ def needed(experiments: Iterable[Experiment]) -> Versions:
     names = {"gaitsim", "numpy", "numba"}
     for experiment in experiments:
         names |= {experiment.entries[kind].package for kind in KINDS}
-    return {name: version for name, version in installed_among(sorted(names)).items() if version}
+    return {name: version for name, version in finder(names)().items() if version}
 
 
-def installed_among(names: Iterable[str]) -> Versions:
-    """Return the versions of packages in this process's environment."""
-    return {name: _version(name) for name in names}
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return ""
-
-
-def asking(names: Iterable[str]) -> Callable[[], Versions]:
+def finder(names: Iterable[str]) -> Callable[[], Versions]:
     """Return a function that finds versions, even in a process without gaitsim.
 
     It is pickled by value, as it belongs to no module.
     """
     wanted = sorted(names)
 
-    def ask() -> Versions:
+    def find() -> Versions:
         from importlib import metadata
 
         found = {}
@@ -50,7 +37,7 @@ def asking(names: Iterable[str]) -> Callable[[], Versions]:
                 found[name] = ""
         return found
 
-    return ask
+    return find
 
 
 def compare(here: Mapping[str, str], there: Mapping[str, Mapping[str, str]]) -> None:

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from gaitsim.evaluation.packages import compare, installed_among, needed
+from gaitsim.evaluation.packages import compare, finder, needed
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import plugin_errors
@@ -45,8 +45,8 @@ State = tuple[str, tuple[tuple[str, str], ...]]
 @lru_cache(maxsize=4)
 def _parsed(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
     # This worker may have joined after all were asked for their packages.
-    here = installed_among(name for name, _ in packages)
-    compare(dict(packages), {f"worker on {socket.gethostname()}": here})
+    wanted = dict(packages)
+    compare(wanted, {f"worker on {socket.gethostname()}": finder(wanted)()})
     experiment = parse_experiment(toml, "the experiment")
     prepare(experiment)
     return experiment

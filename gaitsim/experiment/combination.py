@@ -1,4 +1,4 @@
-"""Whether the parts of an experiment work together."""
+"""Check that the parts of an experiment work together."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -23,7 +23,7 @@ def check_sizes(evolution: Evolution, problems: Problems) -> None:
 
 
 def check_islands(evolution: Evolution, islands: Islands, problems: Problems) -> None:
-    """Refuse migrants who would leave none of an island, a budget below one generation."""
+    """Refuse migrants that fill an island, and a budget below one generation."""
     population, number = evolution.population, islands.number
     sources = islands.immigrants // max(islands.migrants, 1)
     if islands.immigrants >= population:
@@ -52,7 +52,7 @@ def check_pairing(
     plugins: Mapping[str, Any],
     problems: Problems,
 ) -> None:
-    """Refuse sizes of the population that the selection cannot breed as it means to."""
+    """Refuse sizes of the population that the selection cannot breed from."""
     selection: Selection | None = plugins.get("selection")
     crossover: Crossover | None = plugins.get("crossover")
     if selection is None or crossover is None:
@@ -75,7 +75,7 @@ def check_pairing(
 def check_combination(
     entries: Mapping[str, Entry], plugins: Mapping[str, Any], problems: Problems
 ) -> None:
-    """Refuse operators that do not work on the genomes, a fitness that lacks channels."""
+    """Refuse operators for other genomes, and a fitness that reads missing channels."""
     organism: Organism | None = plugins.get("organism")
     if organism is None:
         return

@@ -1,4 +1,4 @@
-"""What a plugin class declares beside its methods, held to its contract."""
+"""Check what a plugin class declares beside its methods."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,11 +6,11 @@ from typing import Any
 from gaitsim.contracts import Channel, GenomeSpace, Plugin
 
 PLUGIN = "plugin"
-"""The key of an experiment's section that names the plugin; no option can have that name."""
+"""The key that names the plugin in a section of an experiment; no option can have that name."""
 
 
 def problems(kind: str, plugin: type[Plugin]) -> list[str]:
-    """What is missing or of a wrong form in the class of a plugin, a sentence each."""
+    """Return what is missing or invalid in the class of a plugin, a sentence each."""
     found = []
     if kind == "organism":
         channels = getattr(plugin, "channels", None)

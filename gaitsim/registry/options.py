@@ -1,7 +1,8 @@
-"""What a plugin's options allow, in words, and values from the command line."""
+"""What the options of a plugin allow, in words, and their values from a command line."""
 
 import types
 from collections.abc import Iterator
+from contextlib import suppress
 from enum import Enum
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -14,7 +15,7 @@ from gaitsim.toml import literal, parse
 from gaitsim.toml import text as toml_text
 
 NOT_SET = "none"
-"""How a user writes that an option is not set, which TOML has no word for."""
+"""The value with which a user unsets an option; TOML has none for that."""
 
 _TYPES = {
     int: "a whole number",
@@ -23,29 +24,40 @@ _TYPES = {
     bool: "true or false",
     Any: "anything",
 }
-_BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "multiple_of": "divisible by"}
-_LENGTHS = {"min_length": "at least", "max_length": "at most"}
+_BOUNDS = {
+    "gt": "> {}",
+    "ge": "≥ {}",
+    "lt": "< {}",
+    "le": "≤ {}",
+    "multiple_of": "divisible by {}",
+    "min_length": "at least {} long",
+    "max_length": "at most {} long",
+}
 
 
 def unit(field: FieldInfo) -> str:
-    """The unit of an option, or ''."""
+    """Return the unit of an option, or ''."""
     extra = field.json_schema_extra
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
+def takes(field: FieldInfo) -> str:
+    """Return the type and bounds of an option, such as 'a number ≥ 0.2 and ≤ 5'."""
+    return f"{_type(field.annotation)} {_bounds(field.metadata)}".strip()
+
+
 def allowed(field: FieldInfo) -> str:
-    """What an option takes, such as 'a number ≥ 0.2 and ≤ 5, in Hz'."""
-    text = f"{_type(field.annotation)} {_bounds(field.metadata)}".strip()
-    return f"{text}, in {unit(field)}" if unit(field) else text
+    """Return type, bounds and unit of an option, such as 'a number ≥ 0.2 and ≤ 5, in Hz'."""
+    return f"{takes(field)}, in {unit(field)}" if unit(field) else takes(field)
 
 
 def meaning(field: FieldInfo) -> str:
-    """What an option does, on one line; '' where its author does not say."""
+    """Return what an option does, on one line; '' if its author does not say."""
     return " ".join((field.description or "").split())
 
 
 def default(field: FieldInfo) -> str:
-    """The value where nothing else is said, as TOML writes it."""
+    """Return the default as TOML writes it; 'required' if there is none."""
     if field.is_required():
         return "required"
     value = field.get_default(call_default_factory=True)
@@ -53,23 +65,16 @@ def default(field: FieldInfo) -> str:
 
 
 def _bounds(metadata: list[Any]) -> str:
-    bounds = [
-        f"{sign} {_number(getattr(item, name))}"
-        for name, sign in _BOUNDS.items()
+    return " and ".join(
+        form.format(_number(getattr(item, name)))
+        for name, form in _BOUNDS.items()
         for item in metadata
         if getattr(item, name, None) is not None
-    ]
-    lengths = [
-        f"{words} {getattr(item, name)} long"
-        for name, words in _LENGTHS.items()
-        for item in metadata
-        if getattr(item, name, None) is not None
-    ]
-    return " and ".join(bounds + lengths)
+    )
 
 
 def _number(value: Any) -> str:
-    """1000000 as '1,000,000', 0.2 as '0.2', 5.0 as '5'."""
+    """Return 1000000 as '1,000,000', 0.2 as '0.2', 5.0 as '5'."""
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
         value = int(value)
     return f"{value:,}" if isinstance(value, int | float) else str(value)
@@ -101,7 +106,7 @@ def _type(annotation: Any) -> str:
 
 
 def _choices(annotation: Any) -> Iterator[Any]:
-    """The values of an annotation that lists them: a Literal or an Enum."""
+    """Yield the values of a Literal or an Enum."""
     if get_origin(annotation) is Literal:
         yield from get_args(annotation)
     elif isinstance(annotation, type) and issubclass(annotation, Enum):
@@ -109,20 +114,20 @@ def _choices(annotation: Any) -> Iterator[Any]:
 
 
 def _members(field: FieldInfo) -> list[Any]:
-    """The types that an option takes, those of a union one by one."""
+    """Return the types of an option; of a union, each member."""
     annotation = field.annotation
     union = get_origin(annotation) in (Union, types.UnionType)
     return list(get_args(annotation)) if union else [annotation]
 
 
 def words(field: FieldInfo) -> list[str]:
-    """The texts that an option chooses among."""
+    """Return the texts that an option chooses among."""
     found = [choice for member in _members(field) for choice in _choices(member)]
     return [choice for choice in found if isinstance(choice, str)]
 
 
 def choices(field: FieldInfo) -> list[str]:
-    """The texts that an option chooses among, as `--set` takes them; [] where it is free."""
+    """Return the choices of an option as `--set` takes them; [] if it has other values."""
     if field.annotation is bool:
         return ["true", "false"]
     members = [member for member in _members(field) if member is not type(None)]
@@ -132,12 +137,12 @@ def choices(field: FieldInfo) -> list[str]:
 
 
 def optional(field: FieldInfo) -> bool:
-    """Whether an option may be unset."""
+    """Return whether an option may be unset."""
     return type(None) in _members(field)
 
 
 def written(field: FieldInfo, value: Any) -> str:
-    """The text that `--set` reads as `value` for an option."""
+    """Return the text that `--set` reads as `value` for an option."""
     if value is None or (value == NOT_SET and optional(field)):
         return NOT_SET
     if isinstance(value, str) and value == value.strip():
@@ -147,12 +152,12 @@ def written(field: FieldInfo, value: Any) -> str:
 
 
 def values(model: BaseModel) -> dict[str, Any]:
-    """The options of a model as TOML can hold them, without those that are not set."""
+    """Return the options of a model as TOML can hold them, without those that are not set."""
     return model.model_dump(mode="json", exclude_none=True)
 
 
 def parse_value(text: str) -> Any:
-    """A value as TOML writes it; what is not TOML is a text, which so needs no quotes."""
+    """Return the value that TOML writes so; if it is not TOML, the text itself, unquoted."""
     try:
         table = parse(f"value = {text}", "")
     except GaitsimError:
@@ -161,30 +166,23 @@ def parse_value(text: str) -> Any:
 
 
 def fitting(field: FieldInfo, value: Any, typed: str | None) -> Any:
-    """The value for an option, out of what a file or a command line holds.
+    """Return the value for an option from a value in a file or on a command line.
 
-    'none' is None where the option may be unset. What was typed on a command line is the
-    text that it looks like where the option takes texts: `--set label=12` needs no quotes.
+    'none' is None if the option may be unset. A value on a command line is a text if the
+    option takes texts: `--set label=12` needs no quotes.
 
     Args:
         field: the option.
-        value: as TOML gives it.
-        typed: as it stood on the command line, None for a value out of a file.
+        value: the value as TOML reads it.
+        typed: the text on the command line; None for a value from a file.
     """
-    takes = _members(field)
+    members = _members(field)
     if isinstance(value, str):
-        if value.lower() == NOT_SET and type(None) in takes:
+        if value.lower() == NOT_SET and type(None) in members:
             return None
-        if typed is not None and float in takes and str not in takes:
-            return _decimal(value)
-    elif typed is not None and (typed in words(field) or takes == [str]):
+        if typed is not None and float in members and str not in members:
+            with suppress(ValueError):
+                return float(value)  # Python reads '.5', TOML does not
+    elif typed is not None and (typed in words(field) or members == [str]):
         return typed
     return value
-
-
-def _decimal(text: str) -> Any:
-    """The number that Python reads in a text where TOML does not, as in '.5'; else the text."""
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -13,11 +13,11 @@ from gaitsim.registry import EXPERIMENTS, Entry, contract_error, find, plugin_er
 
 
 def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
-    """The TOML text of a preset; the package is not imported unless it is in an archive.
+    """Return the TOML text of a preset; import its package only if it is in an archive.
 
     Raises:
-        PluginError: no package, or more than one, has an experiment, or a study, of that
-            name, or its package fails or does not contain the file.
+        PluginError: no package, or more than one, has a preset of that name, or its package
+            fails or does not contain the file.
     """
     entry = find(kind, name)
     with plugin_errors(entry, "being read"):
@@ -36,7 +36,7 @@ def _read(entry: Entry, file: str) -> str | None:
 
 
 def _folders(package: str) -> list[Path]:
-    """Where a package's files are, found as an import would, but without importing it."""
+    """Find the folders of a package as an import would, but without importing it."""
     path: list[str] | None = None
     parts = package.split(".")
     for count in range(1, len(parts) + 1):

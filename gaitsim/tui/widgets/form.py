@@ -81,8 +81,7 @@ class Field(Vertical):
 
     def _about(self) -> Text:
         field: FieldInfo = self.option.field
-        unit = options.unit(field)  # which stands beside the input
-        takes = "" if self._choices else options.allowed(field).removesuffix(f", in {unit}")
+        takes = "" if self._choices else options.takes(field)  # the unit is beside the input
         parts = [part for part in (options.meaning(field), takes) if part]
         return Text(visible(" · ".join(parts)))
 
