@@ -201,9 +201,6 @@ class Climb(Fitness):
     def terms(self, motion):
         height = np.cos(motion["joint_angles"][:, -1] - 1).sum(axis=1)
         return {"height": height, "reach": -self.weight * motion["reach"]}
-class Clash(Climb):
-    def terms(self, motion):
-        return {"mean reach": motion["reach"]}
 class Shaped(Puppet):
     most: float = option(2.0, "greatest angle", unit="rad")
     names: str = option("abc", "a letter a joint")
@@ -220,7 +217,7 @@ def climb(puppets, install, monkeypatch):
         "climb",
         CLIMB,
         {
-            "fitness": {"puppet-climb": "Climb", "clash": "Clash"},
+            "fitness": {"puppet-climb": "Climb"},
             "organism": {"shaped": "Shaped"},
         },
     )

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.files.safe_pickle import SchemaVersionError
 from gaitsim.runs.follow import Rows, RunFollower
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -20,7 +21,7 @@ POINTS = 256
 PATIENCE = 10
 """How many times as long as reading took we wait before we read again."""
 
-State = Literal["running", "stopped", "finished", "damaged"]
+State = Literal["running", "stopped", "finished", "old format", "damaged"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Overview:
     Attributes:
         path: its folder.
         state: whether a process evolves it now, it can be gone on with, a stop condition
-            holds, or it cannot be read.
+            holds, another version of gaitsim wrote it, or it cannot be read.
         plugins: the name of each plugin by kind.
         description: of its experiment.
         seed: of its experiment.
@@ -42,7 +43,7 @@ class Overview:
         seconds: how long it was evolved for.
         changed: when it last changed, in seconds since 1970.
         curve: the best score over the generations, thinned; NaN where all failed.
-        problem: why it is damaged.
+        problem: why it cannot be read.
     """
 
     path: Path
@@ -157,7 +158,7 @@ class _Watched:
             self._overview = self._read(run)
             self._not_before = now + PATIENCE * (time.monotonic() - now)
         found = self._overview
-        if found is None or found.state == "damaged":
+        if found is None or found.problem is not None:
             return found
         running = is_locked(self._path)
         state: State = "running" if running else "finished" if self._finished else "stopped"
@@ -182,6 +183,7 @@ class _Watched:
                 self._finished = bool(stop_reason_of(run))
             self._curve.extend(self._follower.read_rows(run))
         except GaitsimError as error:
-            return Overview(state="damaged", problem=error, **known)
+            old = isinstance(error, SchemaVersionError)
+            return Overview(state="old format" if old else "damaged", problem=error, **known)
         known |= {"curve": self._curve.points, "seconds": self._curve.seconds}
         return Overview(state="stopped", **known)

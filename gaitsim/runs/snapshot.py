@@ -119,10 +119,10 @@ class RunSnapshot(RunFiles):
         Raises:
             RunError: they are damaged, end before the checkpoint, or are of another body.
         """
-        space = self.experiment.space()
-        if self.checkpoint is None:
+        checkpoint, space = self.checkpoint, self.experiment.space()
+        if checkpoint is None:
             return np.empty(0, record_type(space))
-        check_population(self.experiment, self.checkpoint, self.path)
+        check_population(self.experiment, checkpoint, self.path)
         return self._cut(read_bests(self.path / BESTS, space), BESTS)
 
     @property

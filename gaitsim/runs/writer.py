@@ -9,15 +9,15 @@ from typing import Self
 import numpy as np
 
 from gaitsim.contracts import Genomes
-from gaitsim.errors import PluginError, RunError
+from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, ParallelMap, evolve, stop_reason
 from gaitsim.experiment import Overrides
+from gaitsim.registry.plugin_context import contract_error
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
 from gaitsim.runs.files import provenance as origins
 from gaitsim.runs.files.append_only import (
-    ClashError,
     Growing,
     GrowingHistory,
     GrowingIslands,
@@ -195,8 +195,11 @@ class RunWriter:
             raise ValueError("a stage begins with begin()")
         values = history.row(generation)
         terms = generation.evaluation.terms
-        if len(values) < len(history.COLUMNS) + 2 * len(terms):
-            raise self._clash()
+        for name in terms:
+            if name in history.COLUMNS or name.startswith(history.MEAN):
+                what = f"names a term {name!r}, which is a column of the history"
+                allowed = f"other names than {', '.join(history.COLUMNS)}"
+                raise contract_error(self.experiment.entries["fitness"], what, allowed)
         if not self.path.is_dir():
             raise RunError(
                 f"the folder of the run {self.path} is gone",
@@ -208,10 +211,7 @@ class RunWriter:
         islands = history.island_bests(generation, self.experiment.islands.number)
         kept = record.tobytes() + history.islands_record(islands)
         with writing(self.path):
-            try:
-                self._history.append(values)
-            except ClashError:
-                raise self._clash() from None
+            self._history.append(values)
             self._bests.append(record.tobytes())
             self._islands.append(generation.number, islands)
             # Not forced to disk, which takes as long as all else here: one that a power cut
@@ -230,17 +230,6 @@ class RunWriter:
         if not self._noted:
             origins.write_origin(self.path, first, origins.here(self.experiment))
             self._noted = True
-
-    def _clash(self) -> PluginError:
-        """The error of a term that is called as another column of the history is."""
-        entry = self.experiment.entries["fitness"]
-        return PluginError(
-            f"{entry} names a term as a column of the history is named",
-            where=entry.target,
-            allowed=f"other names than {', '.join(history.COLUMNS)}, and none that is another "
-            f"term's after {history.MEAN!r}",
-            remedy=f"update {entry.package}, or report it to its author",
-        )
 
     def _write_champion(self, generation: Generation) -> None:
         best = generation.best

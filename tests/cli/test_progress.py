@@ -137,7 +137,7 @@ def test_json_lines_are_the_history(capsys: pytest.CaptureFixture[str]) -> None:
         lines.update(generation(1))
     row = json.loads(capsys.readouterr().out)
     assert row["best"] == 1.0
-    assert row["mean forward"] == pytest.approx(0.9905)
+    assert row["mean:forward"] == pytest.approx(0.9905)
 
 
 class TestLiveView:

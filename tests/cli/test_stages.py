@@ -55,7 +55,7 @@ def test_a_stage_is_told_as_json(gaitsim, plain):
         ],
     }
     assert [(row["generation"], row["stage"]) for row in rows] == [(6, 2), (7, 2), (8, 2)]
-    assert {"height", "mean height", "lower quartile", "upper quartile"} <= rows[0].keys()
+    assert {"height", "mean:height", "lower quartile", "upper quartile"} <= rows[0].keys()
     assert "price" not in rows[0]
     assert set(summary["terms"]) == {"height", "reach"}
     shown = json.loads(gaitsim("show", "puppet", "--json").stdout)

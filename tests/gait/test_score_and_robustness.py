@@ -30,7 +30,7 @@ def columns(**terms):
     first = next(iter(terms.values()))
     rows = {
         name: np.full(len(first), 1.0)
-        for name in ("evaluations", "mean", "median", "worst", "spread", "diversity", "seconds")
+        for name in ("evaluations", "mean", "median", "worst", "std", "diversity", "seconds")
     }
     return {
         "generation": np.arange(1.0, len(first) + 1),

@@ -137,9 +137,9 @@ def test_a_history_grows_without_rows_that_it_has():
 
 
 def test_a_history_takes_terms_as_they_come():
-    history = HistoryBuffer(rows(1, 2, **{"reach": 1, "mean reach": 1}))
+    history = HistoryBuffer(rows(1, 2, **{"reach": 1, "mean:reach": 1}))
     for number in range(3, 100):
-        assert history.extend(rows(number, number, **{"height": 2, "mean height": 1}))
+        assert history.extend(rows(number, number, **{"height": 2, "mean:height": 1}))
     assert history.terms == ["reach", "height"]
     np.testing.assert_equal(history["reach"][:4], [1, 2, np.nan, np.nan])
     np.testing.assert_equal(history["height"][:4], [np.nan, np.nan, 6, 8])

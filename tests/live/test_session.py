@@ -78,8 +78,8 @@ def test_it_evolves_to_the_end_and_tells_all_rows(begun):
     numbers = [n for snapshot in snapshots for n in snapshot.rows.get("generation", ())]
     assert numbers == list(range(1, 31))
     history = RunSnapshot(path).history
-    told = [n for snapshot in snapshots for n in snapshot.rows.get("mean reach", ())]
-    assert told == history["mean reach"].tolist()
+    told = [n for snapshot in snapshots for n in snapshot.rows.get("mean:reach", ())]
+    assert told == history["mean:reach"].tolist()
     assert last.top[0].score == history["best"][-1]
     assert sum(last.top[0].terms.values()) == pytest.approx(last.top[0].score)
     scores = [individual.score for individual in last.top]

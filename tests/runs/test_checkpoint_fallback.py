@@ -11,7 +11,7 @@ from gaitsim.runs.files.checkpoint import (
     read_with_fallback,
     write_checkpoint,
 )
-from gaitsim.runs.files.safe_pickle import NewerCheckpointError
+from gaitsim.runs.files.safe_pickle import VERSION, SchemaVersionError
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def names_in(folder: Path) -> set[str]:
 def newer(path: Path) -> None:
     """Make the file one of the next schema version, whole."""
     data = bytearray(path.read_bytes())
-    data[8:12] = (2).to_bytes(4, "little")
+    data[8:12] = (VERSION + 1).to_bytes(4, "little")
     data[20:52] = sha256(data[:20] + data[52:]).digest()
     path.write_bytes(data)
 
@@ -81,11 +81,11 @@ def test_a_wrong_schema_falls_back(pair):
 def test_a_newer_checkpoint_does_not_fall_back(pair):
     path, previous = pair
     newer(path)
-    with pytest.raises(NewerCheckpointError, match=r"population\.pickle"):
+    with pytest.raises(SchemaVersionError, match=r"population\.pickle"):
         read_with_fallback(path, previous)
     path.write_bytes(b"")
     newer(previous)
-    with pytest.raises(NewerCheckpointError, match=r"population\.previous\.pickle"):
+    with pytest.raises(SchemaVersionError, match=r"population\.previous\.pickle"):
         read_with_fallback(path, previous)
     assert names_in(path.parent) == {path.name, previous.name}
 

@@ -657,7 +657,7 @@ def test_folders_that_a_user_removed_are_made_again(half, whole):
 
 @pytest.mark.parametrize(
     "terms",
-    [("best", "reach"), ("seconds",), ("reach", "mean reach")],
+    [("best", "reach"), ("seconds",), ("reach", "mean:reach")],
 )
 def test_terms_named_as_columns_are_refused(puppet, puppets, monkeypatch, terms):
     monkeypatch.setattr(

@@ -55,11 +55,11 @@ def test_a_row_holds_what_numpy_says(scores):
         "lower quartile": np.quantile(scores, 0.25),
         "upper quartile": np.quantile(scores, 0.75),
         "worst": np.min(scores),
-        "spread": np.std(scores),
+        "std": np.std(scores),
         "diversity": 0.25,
         "seconds": 0.125,
         "reach": np.max(scores),
-        "mean reach": np.mean(scores),
+        "mean:reach": np.mean(scores),
     }
     assert list(values) == list(expected)
     assert list(values)[:12] == list(COLUMNS)
@@ -68,15 +68,15 @@ def test_a_row_holds_what_numpy_says(scores):
 
 def test_terms_are_those_of_the_best_then_means():
     values = row(generation([1.0, 5.0, 5.0], {"far": [1.0, 2.0, 3.0], "near": [0.0, 3.0, 2.0]}))
-    assert list(values)[12:] == ["far", "near", "mean far", "mean near"]
-    assert [values[name] for name in ("far", "near", "mean far")] == [2.0, 3.0, 2.0]
+    assert list(values)[12:] == ["far", "near", "mean:far", "mean:near"]
+    assert [values[name] for name in ("far", "near", "mean:far")] == [2.0, 3.0, 2.0]
 
 
 def test_failed_individuals_count_for_the_worst_alone():
     values = row(generation([1.0, -INF, 3.0], {"far": [1.0, math.nan, 3.0]}))
     assert values["worst"] == -INF
     assert (values["best"], values["mean"], values["median"]) == (3.0, 2.0, 2.0)
-    assert (values["spread"], values["mean far"]) == (1.0, 2.0)
+    assert (values["std"], values["mean:far"]) == (1.0, 2.0)
     assert (values["lower quartile"], values["upper quartile"]) == (1.5, 2.5)
 
 
@@ -84,9 +84,9 @@ def test_a_generation_that_failed_has_a_row():
     values = row(generation([-INF, -INF], {"far": [math.nan, INF]}))
     names = ("best", "mean", "median", "worst", "lower quartile", "upper quartile")
     assert [values[name] for name in names] == [-INF] * 6
-    assert values["spread"] == 0.0
+    assert values["std"] == 0.0
     assert math.isnan(values["far"])
-    assert math.isnan(values["mean far"])
+    assert math.isnan(values["mean:far"])
 
 
 def table(*generations):
@@ -109,7 +109,7 @@ def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory, bests):
 def test_names_with_commas_and_quotes_are_read(tmp_path):
     path = tmp_path / "history.csv"
     path.write_text(table(generation([1.0], {'a, "b" é': [2.0]}, number=1)))
-    assert read_history(path)['mean a, "b" é'].tolist() == [2.0]
+    assert read_history(path)['mean:a, "b" é'].tolist() == [2.0]
 
 
 def test_a_last_row_that_is_not_whole_is_left_out(tmp_path):

@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.runs.files import safe_pickle
-from gaitsim.runs.files.safe_pickle import NewerCheckpointError, dumps, load, loads
+from gaitsim.runs.files.safe_pickle import VERSION, SchemaVersionError, dumps, load, loads
 
 FILE = Path("population.pickle")
 
 
-def seal(payload: bytes, version: int = 1, more: int = 0) -> bytes:
+def seal(payload: bytes, version: int = VERSION, more: int = 0) -> bytes:
     """A file with a right digest: the format, written down a second time."""
     start = b"GAITSIM\0" + struct.pack("<IQ", version, len(payload) + more)
     return start + hashlib.sha256(start + payload).digest() + payload
@@ -142,7 +142,7 @@ def test_files_with_any_byte_changed_are_damaged_not_newer(change):
         changed[index] ^= change
         with pytest.raises(CheckpointError) as refusal:
             loads(bytes(changed), FILE)
-        assert not isinstance(refusal.value, NewerCheckpointError)
+        assert not isinstance(refusal.value, SchemaVersionError)
 
 
 @pytest.mark.parametrize("tail", [b"\0", b".", HONEST])
@@ -169,12 +169,28 @@ def test_other_files_are_refused(data, tmp_path):
         load(path)
 
 
-@pytest.mark.parametrize("version", [2, 2**32 - 1])
+@pytest.mark.parametrize("version", [VERSION + 1, 2**32 - 1])
 def test_a_newer_schema_asks_for_an_update(version):
-    with pytest.raises(NewerCheckpointError) as refusal:
+    with pytest.raises(SchemaVersionError) as refusal:
         loads(seal(b"anything at all", version), FILE)
-    assert f"version 1 and older; this is version {version}" in str(refusal.value)
+    assert f"this is format {version}" in refusal.value.allowed
     assert "update gaitsim" in refusal.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("content", "writer"),
+    [({"versions": {"gaitsim": "0.7"}}, "gaitsim 0.7"), ({"versions": 3}, "gaitsim ?")],
+)
+def test_an_older_schema_says_which_gaitsim_wrote_it(content, writer):
+    with pytest.raises(SchemaVersionError) as refusal:
+        loads(seal(dumps(content)[52:], VERSION - 1), FILE)
+    assert writer in refusal.value.what
+
+
+def test_an_older_schema_is_not_trusted_either():
+    with pytest.raises(CheckpointError) as refusal:
+        loads(seal(b"cos\nsystem\n(S'true'\ntR.", VERSION - 1), FILE)
+    assert not isinstance(refusal.value, SchemaVersionError)
 
 
 def test_there_is_no_version_0():

@@ -149,7 +149,7 @@ class TestAtRest:
             )
             lines = {line.split()[0]: line for line in text(screen, "#live-table").splitlines()}
             assert f"{history['mean'][-1]:.3f}" in lines["score"]
-            assert f"{history['mean reach'][-1]:.3f}" in lines["reach"]
+            assert f"{history['mean:reach'][-1]:.3f}" in lines["reach"]
             assert f"{history['diversity'][-1]:.3f}" in lines["diversity"]
             best, mean = screen.query_one(Curves).series
             np.testing.assert_array_equal(best.y, history["best"])

@@ -56,9 +56,9 @@ def fitness_figure(
 def _draw(axes: "Axes", history: History, theme: Theme) -> None:
     blue, orange = theme.colours[:2]
     generations = history["generation"]
-    mean, spread = history["mean"], history["spread"]
+    mean, std = history["mean"], history["std"]
     band = "mean ± s.d."
-    low, high = mean - spread, mean + spread
+    low, high = mean - std, mean + std
     if "lower quartile" in history:
         band = "quartiles"
         low, high = history["lower quartile"], history["upper quartile"]

@@ -22,10 +22,6 @@ from gaitsim.runs.files.history import (
 WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 
 
-class ClashError(Exception):
-    """Two columns would have one name, which is the error's text."""
-
-
 class Growing:
     """A file that grows by whole records and can be cut back."""
 
@@ -108,7 +104,6 @@ class GrowingHistory:
         """Add a generation's row, as `history.row` makes it, and force it to disk.
 
         Raises:
-            ClashError: a term is named as another stage's column is; nothing is changed.
             RunError: the rows before cannot be read, or not be written with more columns.
         """
         terms = terms_of(values)
@@ -133,9 +128,6 @@ class GrowingHistory:
             return line(self._columns)
         before = read_history(self._path)
         self._columns = header(used_terms(before, terms))
-        for at, name in enumerate(self._columns):
-            if name in self._columns[:at]:
-                raise ClashError(name)
         if found != self._columns:
             # Closed first: a file that is open cannot be replaced on every system.
             self._file.close()

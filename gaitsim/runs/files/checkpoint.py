@@ -131,7 +131,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
     """Read a checkpoint; nothing in the file is executed. The arrays are writable copies.
 
     Raises:
-        NewerCheckpointError: it is whole, but newer than this gaitsim.
+        SchemaVersionError: it is whole, but of an older or a newer gaitsim.
         CheckpointError: it is missing, damaged, foreign or hostile.
         RunError: it may not be read.
     """
@@ -160,19 +160,19 @@ def read_with_fallback(
         The checkpoint, and a warning where it is the one before.
 
     Raises:
-        NewerCheckpointError: a file is whole, but newer than this gaitsim.
+        SchemaVersionError: a file is whole, but of an older or a newer gaitsim.
         CheckpointError: neither can be read; both stay where they are.
         RunError: a file may not be read.
     """
     try:
         return read_checkpoint(path), None
-    except safe_pickle.NewerCheckpointError:
+    except safe_pickle.SchemaVersionError:
         raise
     except CheckpointError as error:
         damage = error.what
     try:
         checkpoint = read_checkpoint(previous)
-    except safe_pickle.NewerCheckpointError:
+    except safe_pickle.SchemaVersionError:
         raise
     except CheckpointError as error:
         raise CheckpointError(

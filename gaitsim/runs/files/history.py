@@ -28,11 +28,11 @@ COLUMNS = (
     "lower quartile",
     "upper quartile",
     "worst",
-    "spread",
+    "std",
     "diversity",
     "seconds",
 )
-MEAN = "mean "
+MEAN = "mean:"
 Columns = dict[str, NDArray[np.float64]]
 """Columns of a history by name, (generations,) each."""
 
@@ -40,8 +40,8 @@ Columns = dict[str, NDArray[np.float64]]
 def row(generation: Generation) -> dict[str, float]:
     """A generation's row: statistics of the scores, then terms of the best and their means.
 
-    Failed individuals, with a score of −inf, count for `worst` alone. `spread` is the
-    standard deviation. A term's own column is that of the best individual, `mean <term>`
+    Failed individuals, with a score of −inf, count for `worst` alone. `std` is the
+    standard deviation. A term's own column is that of the best individual, `mean:<term>`
     the mean over the individuals that did not fail.
     """
     scores = generation.scores
@@ -64,7 +64,7 @@ def row(generation: Generation) -> dict[str, float]:
         "lower quartile": lower,
         "upper quartile": upper,
         "worst": float(scores.min()),
-        "spread": float(finite.std()) if alive.any() else 0.0,
+        "std": float(finite.std()) if alive.any() else 0.0,
         "diversity": generation.diversity,
         "seconds": generation.seconds,
         **{name: float(values[best]) for name, values in terms.items()},

@@ -31,7 +31,7 @@ from typing import Any, NoReturn, cast
 from gaitsim.errors import CheckpointError, RunError
 
 MAGIC = b"GAITSIM\0"
-VERSION = 1
+VERSION = 2
 HEADER = 52
 """Length of the header, bytes."""
 
@@ -63,8 +63,8 @@ _WIDTHS = {"APPEND": 1, "SETITEM": 2}
 _SCALARS = {str, int, float, bool, type(None), bytes}
 
 
-class NewerCheckpointError(CheckpointError):
-    """A checkpoint is whole, but from a gaitsim that knows a newer schema."""
+class SchemaVersionError(CheckpointError):
+    """A checkpoint is whole, but in the format of an older or a newer gaitsim."""
 
 
 class _RefusedError(Exception):
@@ -113,7 +113,7 @@ def load(path: Path) -> dict[str, Any]:
     """Read the file at `path`.
 
     Raises:
-        NewerCheckpointError: it is whole, but newer than this gaitsim.
+        SchemaVersionError: it is whole, but of an older or a newer gaitsim.
         CheckpointError: it is missing, damaged, foreign or hostile.
         RunError: it may not be read.
     """
@@ -140,7 +140,7 @@ def loads(data: bytes, path: Path) -> dict[str, Any]:
     """Read the bytes of a whole file; `path` names it in errors.
 
     Raises:
-        NewerCheckpointError: it is whole, but newer than this gaitsim.
+        SchemaVersionError: it is whole, but of an older or a newer gaitsim.
         CheckpointError: it is damaged, foreign or hostile.
     """
     if not data:
@@ -155,10 +155,10 @@ def loads(data: bytes, path: Path) -> dict[str, Any]:
     if _digest(memoryview(data)) != data[_DIGEST]:
         raise _refusal(path, "it is damaged: its digest does not fit")
     if version > VERSION:
-        raise NewerCheckpointError(
+        raise SchemaVersionError(
             f"{path.name} was written by a newer gaitsim",
             where=str(path),
-            allowed=f"schema version {VERSION} and older; this is version {version}",
+            allowed=f"format {VERSION}; this is format {version}",
             remedy="update gaitsim: pip install --upgrade gaitsim",
         )
     if version < 1:
@@ -170,7 +170,22 @@ def loads(data: bytes, path: Path) -> dict[str, Any]:
         content: dict[str, Any] = _Reader(stream).load()
     except Exception as error:  # hostile bytes can make the unpickler raise about anything
         raise _refusal(path, _reason(error)) from error
+    if version < VERSION:
+        raise _older(path, version, content)
     return content
+
+
+def _older(path: Path, version: int, content: dict[str, Any]) -> SchemaVersionError:
+    """The error of a file in the format of an older gaitsim, which the file names itself."""
+    versions = content.get("versions")
+    found = versions.get("gaitsim") if isinstance(versions, dict) else None
+    writer = f"gaitsim {found if isinstance(found, str) else '?'}"[:40]
+    return SchemaVersionError(
+        f"{path.name} was written by {writer} in the old format {version}",
+        where=str(path),
+        allowed=f"format {VERSION}",
+        remedy=f"open it with {writer}, or begin a new run with its experiment.toml: gaitsim run",
+    )
 
 
 def _size(value: object, depth: int) -> int:

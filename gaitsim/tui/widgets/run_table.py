@@ -18,6 +18,7 @@ STATES = {
     "running": ("● running", "success"),
     "stopped": ("■ stopped", "warning"),
     "finished": ("✓ finished", "primary"),
+    "old format": ("✗ old", "warning"),
     "damaged": ("✗ damaged", "error"),
 }
 _ORDER = list(STATES)
