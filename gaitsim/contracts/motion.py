@@ -179,37 +179,25 @@ class Skeleton:
     ground: NDArray[np.floating[Any]] | None = None
 
     def __post_init__(self) -> None:
-        frames = len(self.segments)
-        if self.segments.shape != (frames, len(self.names), 2, 3):
-            raise SkeletonError(
-                f"Skeleton.segments has shape {self.segments.shape}, expected "
-                f"(frames, segments, 2, 3) with {len(self.names)} segments named"
-            )
         if (self.contacts is None) != (self.touching is None):
             raise SkeletonError("Skeleton.contacts and Skeleton.touching are given together or not")
-        if self.contacts is not None and self.touching is not None:
-            feet = self.contacts.shape[1]
-            if self.contact_names and len(self.contact_names) != feet:
-                raise SkeletonError(
-                    f"Skeleton.contact_names names {len(self.contact_names)} contacts of {feet}"
-                )
-            if self.contacts.shape != (frames, feet, 3) or self.touching.shape != (frames, feet):
-                raise SkeletonError(
-                    f"Skeleton.contacts {self.contacts.shape} and touching {self.touching.shape} "
-                    f"must be (frames, contacts, 3) and (frames, contacts), frames = {frames}"
-                )
-        if self.centre is not None and self.centre.shape != (frames, 3):
-            raise SkeletonError(
-                f"Skeleton.centre has shape {self.centre.shape}, expected (frames, 3) = "
-                f"({frames}, 3)"
-            )
+        frames = len(self.segments)
+        shapes = {"segments": (frames, len(self.names), 2, 3), "centre": (frames, 3)}
+        if self.contacts is not None:
+            feet = (len(self.contact_names),) if self.contact_names else self.contacts.shape[1:2]
+            shapes |= {"contacts": (frames, *feet, 3), "touching": (frames, *feet)}
         if self.ground is not None:
-            if self.ground.ndim != 2 or self.ground.shape[1] != 2 or not len(self.ground):
-                raise SkeletonError(
-                    f"Skeleton.ground has shape {self.ground.shape}, expected (corners, 2)"
-                )
-            if not (np.isfinite(self.ground).all() and (np.diff(self.ground[:, 0]) > 0).all()):
-                raise SkeletonError("Skeleton.ground must be finite, and its x ascending")
+            shapes["ground"] = (len(self.ground), 2)
+        for name, expected in shapes.items():
+            array = getattr(self, name)
+            if array is not None and array.shape != expected:
+                raise SkeletonError(f"Skeleton.{name} has shape {array.shape}, expected {expected}")
+        if self.ground is not None and not (
+            len(self.ground)
+            and np.isfinite(self.ground).all()
+            and (np.diff(self.ground[:, 0]) > 0).all()
+        ):
+            raise SkeletonError("Skeleton.ground must have corners, finite, and its x ascending")
 
     @property
     def path(self) -> NDArray[np.floating[Any]]:
