@@ -1,4 +1,4 @@
-"""Which gait a body walks: footfalls, phases, support, travel, and the gait's name."""
+"""Gait analysis: footfalls, phases, support, travel, and the name of the gait."""
 
 from gaitsim.gait.report import Footfalls, GaitAnalysis, analyse_gait
 from gaitsim.gait.support import stability_margin

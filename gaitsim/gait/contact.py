@@ -11,24 +11,24 @@ from gaitsim.gait.intervals import Floats
 Contacts = NDArray[np.bool_]
 """(frames, feet): which feet are on the ground until the next frame."""
 
-_STEPS = 2  # touch-downs from which a foot is said to step
-_MOST = 0.5  # of the feet: with fewer that step, the body has no stride
-_CHATTER = 0.1  # of a stride: what is shorter is no stance and no swing
+_STEPS = 2  # touch-downs: with fewer, a foot does not step
+_MOST = 0.5  # of the feet: if fewer step, the body has no stride
+_CHATTER = 0.1  # of a stride: shorter stances and swings are chatter
 _STEADY = 0.4  # autocorrelation from which there is a stride
 _EQUAL = 0.8  # of the highest peak: the first that is as high is the stride, not a multiple of it
 
 
 @dataclass(frozen=True)
 class Foot:
-    """One foot's steps.
+    """The steps of one foot.
 
     Attributes:
         name: of the foot.
-        duty_factor: share of the time on the ground, of whole strides where it steps, chatter
-            counted as it is.
-        touch_downs: frames in which it comes to the ground, chatter left out.
-        stance, swing: mean time on the ground and off it in seconds, of whole ones; None
-            where there is no whole one.
+        duty_factor: share of the time on the ground, over whole strides where it steps,
+            including chatter.
+        touch_downs: frames in which it touches down, without chatter.
+        stance, swing: mean duration of complete stances and swings, s; None where there are
+            none.
     """
 
     name: str
@@ -39,16 +39,16 @@ class Foot:
 
     @property
     def steps(self) -> bool:
-        """Whether it comes down more than once."""
+        """Whether it touches down more than once."""
         return len(self.touch_downs) >= _STEPS
 
 
 @dataclass(frozen=True)
 class Stride:
-    """How the feet repeat themselves.
+    """The stride of all feet.
 
     Attributes:
-        frames: length of a stride.
+        frames: duration of a stride.
         frequency: strides a second, Hz.
         periodicity: autocorrelation of the contacts at a stride's distance, 1 where every
             stride is the same.
@@ -62,7 +62,7 @@ class Stride:
 def feet_of(
     touching: Contacts, names: tuple[str, ...], frame_rate: float
 ) -> tuple[tuple[Foot, ...], Stride | None]:
-    """The steps of each foot, and the stride that they share; None where there is none."""
+    """Return the steps of each foot and their common stride; None where there is none."""
     lag, periodicity = _autocorrelation_peak(touching)
     shortest = max(1, round(_CHATTER * lag)) if lag else 1
     clean = np.stack([without_chatter(foot, shortest) for foot in touching.T], axis=1)
@@ -79,16 +79,16 @@ def feet_of(
 
 
 def runs(foot: Contacts) -> tuple[NDArray[np.intp], Contacts]:
-    """Lengths in frames of stances and swings, in turn, and which are stances."""
+    """Return the lengths of alternating stances and swings, frames, and which are stances."""
     starts = np.flatnonzero(np.diff(foot)) + 1
     edges = np.concatenate([[0], starts, [len(foot)]])
     return np.diff(edges), foot[edges[:-1]]
 
 
 def without_chatter(foot: Contacts, shortest: int) -> Contacts:
-    """The same without stances and swings of fewer frames, the shortest ones first.
+    """Remove stances and swings of fewer frames, the shortest ones first.
 
-    The first and the last one stay: they are cut off, not short.
+    The first and the last one stay, as they may be incomplete.
     """
     tidy = foot.copy()
     while True:
@@ -121,11 +121,10 @@ def _foot(name: str, raw: Contacts, tidy: Contacts, frame_rate: float) -> Foot:
 
 
 def _autocorrelation_peak(touching: Contacts) -> tuple[int | None, float]:
-    """The stride in frames and the autocorrelation of the contacts there.
+    """Return the stride in frames and the autocorrelation of the contacts there.
 
-    Of the feet that come down at least twice, if they are half of them, added up: one
-    stride fits them all. It is
-    the first peak that is nearly as high as the highest one, within half of the frames.
+    Sums over the feet that touch down at least twice, if they are half of them. The stride is
+    the first peak within half of the frames that is nearly as high as the highest one.
     """
     downs = (np.diff(touching.astype(np.int8), axis=0) > 0).sum(axis=0)
     stepping = downs >= _STEPS
@@ -144,7 +143,7 @@ def _autocorrelation_peak(touching: Contacts) -> tuple[int | None, float]:
 
 
 def _correlation(contacts: Floats, lag: int) -> float:
-    """Pearson's correlation of all feet with themselves `lag` frames later."""
+    """Return Pearson's correlation of all feet with themselves `lag` frames later."""
     now, later = contacts[: len(contacts) - lag], contacts[lag:]
     now, later = now - now.mean(axis=0), later - later.mean(axis=0)
     scale = float(np.sqrt((now**2).sum() * (later**2).sum()))

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 def half_way(places: NDArray[np.floating[Any]]) -> Floats:
-    """Places in the middle of each interval, (frames, …) -> (frames, …)."""
+    """Return the places in the middle of each interval, (frames, …) -> (frames, …)."""
     exact = places.astype(np.float64)
     if len(exact) > 1:
         exact[:-1] = (exact[:-1] + exact[1:]) / 2
@@ -24,6 +24,6 @@ def half_way(places: NDArray[np.floating[Any]]) -> Floats:
 
 
 def steps(places: NDArray[np.floating[Any]]) -> Floats:
-    """Horizontal distance covered in each interval, (frames, …, 3) -> (frames − 1, …), metres."""
+    """Return the horizontal distance of each interval, (frames, …, 3) -> (frames − 1, …), m."""
     moved = np.diff(places[..., :2].astype(np.float64), axis=0)
     return np.asarray(np.hypot(moved[..., 0], moved[..., 1]))

@@ -1,4 +1,4 @@
-"""Which foot is where: side and place along the body, found from where the feet stand."""
+"""Side and place of each foot along the body, derived from the positions of the feet."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,7 @@ class Layout:
 
 
 def in_body_frame(points: Floats, path: Floats, turned: Floats | None) -> Floats:
-    """Points over time, (frames, points, 3), relative to the body's place and heading."""
+    """Return points over time, (frames, points, 3), relative to the body's place and heading."""
     away = points - path[:, None]
     if turned is None:
         return away
@@ -42,7 +42,7 @@ def in_body_frame(points: Floats, path: Floats, turned: Floats | None) -> Floats
 
 
 def layout_of(feet: Floats) -> Layout | None:
-    """How feet stand in pairs; None where there are not as many left as right.
+    """Return the pairs of feet; None where left and right feet differ in number.
 
     Args:
         feet: (frames, feet, 3), metres, relative to the body: x forward, y left.
@@ -60,7 +60,7 @@ def layout_of(feet: Floats) -> Layout | None:
 
 
 def body_order(feet: Floats) -> NDArray[np.intp]:
-    """The feet from left to right and front to back, (feet,): L1 L2 … R1 R2 …"""
+    """Return the order of feet from left to right and front to back, (feet,): L1 L2 … R1 R2 …"""
     layout = layout_of(feet)
     if layout is None:
         return np.argsort(-feet.mean(axis=0)[:, 0], kind="stable")

@@ -1,4 +1,4 @@
-"""The gait's name, or why it has none."""
+"""Name a gait, or say why it has no name."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ _FEWEST = 3  # touch-downs of some foot, so that phases are compared over two st
 
 @dataclass(frozen=True)
 class Name:
-    """What a gait is called.
+    """The name of a gait.
 
     Attributes:
         name: of the reference gait, 'standing' or 'none'.
-        reason: how near it is, or why there is none.
+        reason: its distance, or why there is no name.
         distance: to the reference gait in cycles rms, where one was compared.
         lag: of a foot behind the one in front of it in cycles, in a metachronal gait.
         pattern: phases of that gait, shifted so that it is nearest, by foot in cycles; None
@@ -46,7 +46,7 @@ def name_of(
     relative: Floats,
     still: bool,
 ) -> tuple[Name, Mapping[str, float]]:
-    """The gait's name, and its distance to each reference gait where they can be compared.
+    """Name a gait; return its distance to each reference gait, too, where they compare.
 
     Args:
         feet: their steps.
@@ -96,7 +96,7 @@ def _described(name: str, lag: float | None) -> str:
 
 
 def _in_pairs(phases: Floats, relative: Floats) -> tuple[NDArray[np.bool_], Layout] | None:
-    """Which feet are compared with reference gaits, (feet,), and where they are.
+    """Choose the feet to compare with reference gaits, (feet,), and return their layout.
 
     Those that step, if they make pairs: eight legs of which two are held up can go in a
     tripod. Else all of them, of which those count that step.

@@ -1,4 +1,4 @@
-"""Reference gaits as phase patterns, and which of them a gait is nearest to.
+"""Reference gaits as phase patterns, and the distance of a gait to them.
 
 Phases are in cycles after a common moment; a foot with a greater phase comes down later.
 Sides: 0 left, 1 right. Places: 0 the foremost pair.
@@ -26,7 +26,7 @@ _SHALLOW = 0.04  # cycles: with less between neighbours, no wave is seen
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """A reference gait and how near it is.
+    """A reference gait and the distance to it.
 
     Attributes:
         name: of the reference gait.
@@ -43,7 +43,7 @@ class Nearest:
 
 
 def references(layout: Layout) -> dict[str, Floats]:
-    """Phase patterns by the names that gaits with so many legs have, each (feet,), cycles.
+    """Return the phase patterns of gaits with so many legs, by name, each (feet,), cycles.
 
     Neighbours and opposite legs alternate in the tetrapod of spiders (R4 L3 R2 L1 against
     L4 R3 L2 R1: Barth 2002, A Spider's World), in the tripod of insects and in the trot. In
@@ -74,7 +74,7 @@ def references(layout: Layout) -> dict[str, Floats]:
 
 
 def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float]]:
-    """The reference gait that a gait is nearest to, and its distance to each of them.
+    """Return the nearest reference gait, and the distance to each of them.
 
     A gait that is near none of them, but whose feet follow one another by the same lag all
     along the body, with the sides in phase or alternating, is 'metachronal'; the lag is
@@ -95,7 +95,7 @@ def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float
 
 
 def metachronal(phases: Floats, layout: Layout) -> Nearest:
-    """The nearest gait in which feet follow one another by the same lag along each side."""
+    """Return the nearest gait with the same lag from foot to foot along each side."""
     found = [
         Nearest("metachronal", *fit(phases, pattern, starts=8), float(lag))
         for lag in _LAGS[np.abs(_LAGS) >= _SHALLOW]

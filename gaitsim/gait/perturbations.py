@@ -1,4 +1,4 @@
-"""What becomes of joint angles in servos that are late, slow or mounted the other way round."""
+"""Perturb joint angles as servos that are late, slow or mounted on the other side."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ Angles = NDArray[np.float64]
 
 
 def late(angles: Angles, frames: NDArray[np.int64]) -> Angles:
-    """Joint angles, (frames, joints), each joint later by a number of frames, (joints,) or (1,).
+    """Delay joint angles, (frames, joints), by a number of frames, (joints,) or (1,).
 
     A joint holds its first angle until then.
     """
@@ -17,7 +17,7 @@ def late(angles: Angles, frames: NDArray[np.int64]) -> Angles:
 
 
 def lagging(angles: Angles, frames: float) -> Angles:
-    """Joint angles as servos with a first-order lag follow them, with a time constant in frames."""
+    """Filter joint angles by a first-order lag with a time constant in frames."""
     followed = angles.copy()
     share = 1 - np.exp(-1 / frames)
     for frame in range(1, len(angles)):
@@ -26,7 +26,7 @@ def lagging(angles: Angles, frames: float) -> Angles:
 
 
 def without_every_second(angles: Angles) -> Angles:
-    """Joint angles with straight lines in place of every second frame."""
+    """Interpolate every second frame of joint angles."""
     halved = angles.copy()
     between = halved[1:-1:2]
     halved[1:-1:2] = (angles[: len(between) * 2 : 2] + angles[2 : len(between) * 2 + 1 : 2]) / 2
@@ -34,7 +34,7 @@ def without_every_second(angles: Angles) -> Angles:
 
 
 def mirror(joints: tuple[str, ...]) -> list[int] | None:
-    """For each joint, the index of its partner on the other side; None where names tell none.
+    """Return the index of each joint's partner on the other side; None where names have none.
 
     'L1 coxa' and 'R1 coxa' are partners, and so are 'left knee' and 'right knee'; their
     angles are taken to count alike on both sides, as forward and up do. A joint without a

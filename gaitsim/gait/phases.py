@@ -1,4 +1,4 @@
-"""Phases of the feet within a stride: circular means and how consistent they are."""
+"""Phases of the feet within a stride: circular means and their consistency."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,7 +8,7 @@ from gaitsim.gait.intervals import Floats
 
 
 def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
-    """When each foot comes down after the first one that steps, and how consistently.
+    """Return the phase of each foot after the first one that steps, and its consistency.
 
     Every touch-down is placed in the stride of the first foot, from its touch-down to its
     next one, as Hildebrand (1965, Science 150:701) does; before its first and after its
@@ -40,7 +40,7 @@ def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
 
 
 def _strides_passed(times: Floats, starts: Floats, stride: Stride) -> Floats:
-    """How many strides that begin at `starts` have passed at `times`."""
+    """Return the number of strides, which begin at `starts`, that have passed at `times`."""
     passed = np.interp(times, starts, np.arange(len(starts), dtype=np.float64))
     passed += np.minimum(times - starts[0], 0) / stride.frames
     passed += np.maximum(times - starts[-1], 0) / stride.frames
@@ -48,24 +48,24 @@ def _strides_passed(times: Floats, starts: Floats, stride: Stride) -> Floats:
 
 
 def circular_mean(cycles: ArrayLike) -> tuple[float, float]:
-    """Mean direction of angles in cycles, from 0 to 1, and the length of the mean vector."""
+    """Return the mean direction of angles in cycles, 0 to 1, and the length of the mean vector."""
     mean = np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64)).mean()
     return float(_in_a_cycle(np.angle(mean) / (2 * np.pi))), float(abs(mean))
 
 
 def _in_a_cycle(cycles: ArrayLike) -> Floats:
-    """Phases from 0 to 1; what rounding leaves just below 1 is 0."""
+    """Wrap phases to 0 to 1; a phase that rounding leaves just below 1 is 0."""
     phases = np.asarray(cycles, dtype=np.float64) % 1.0
     return np.where(phases < 1 - 1e-9, phases, 0.0)
 
 
 def wrapped(cycles: NDArray[np.float64]) -> Floats:
-    """Differences in cycles the short way round, from −½ to ½."""
+    """Wrap differences in cycles to −½ to ½."""
     return np.asarray((cycles + 0.5) % 1.0 - 0.5)
 
 
 def fit(phases: Floats, pattern: Floats, starts: int = 32) -> tuple[float, Floats]:
-    """Root mean square circular distance of two phase patterns in cycles, and the second shifted.
+    """Return the rms circular distance of two phase patterns in cycles, and the second shifted.
 
     The least distance over all common shifts, exactly: at the least one the mean of the
     differences is zero, which is gone to from evenly spread ones.

@@ -1,4 +1,4 @@
-"""Static stability: how far the centre is from the edge of the feet that stand."""
+"""Static stability: the distance of the centre from the edge of the support polygon."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _LINE = 1e-6  # m; feet nearer to a plane than this are in it
 
 
 def stability_margin(skeleton: Skeleton) -> Floats:
-    """Static stability margin over time, (frames,) float64, metres.
+    """Return the static stability margin over time, (frames,) float64, metres.
 
     The distance of the centre, seen from above, from the nearest edge of the support
     polygon, which is the convex hull of the feet on the ground (McGhee & Frank 1968,
@@ -47,7 +47,7 @@ def stability_margin(skeleton: Skeleton) -> Floats:
 
 
 def inside(corners: Floats, point: Floats) -> float:
-    """How far a point is inside a convex polygon, negative outside.
+    """Return the distance of a point to the edge of a convex polygon, negative outside.
 
     Args:
         corners: (corners, 2), counter-clockwise; two are a line and one a point, in which
@@ -80,5 +80,5 @@ def convex_hull(points: Floats) -> Floats:
 
 
 def _turn(a: list[float], b: list[float], c: list[float]) -> float:
-    """Twice the area of a triangle, positive where a, b, c turn left."""
+    """Return twice the area of a triangle, positive where a, b, c turn left."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

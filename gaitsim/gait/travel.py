@@ -1,4 +1,4 @@
-"""Where the body went, how fast, how straight, and at what price."""
+"""Travel of a body: displacement, speed, straightness, slip and joint travel."""
 
 from dataclasses import dataclass
 
@@ -15,10 +15,10 @@ _LYING = 0.05  # of the body's size: a centre lower than this lies on the ground
 
 @dataclass(frozen=True)
 class Travel:
-    """A gait's travel, SI units; None where it cannot be said.
+    """The travel of a gait, SI units; None where a value is not defined.
 
     Attributes:
-        seconds: how long the gait is, from its first frame to its last.
+        seconds: duration from the first frame to the last.
         forward, lateral, climb: displacement along x, to the left, and up.
         path: length of the centre's path, seen from above.
         speed: displacement, seen from above, over time.
@@ -50,7 +50,7 @@ class Travel:
 
 @dataclass(frozen=True)
 class Slip:
-    """How far feet slide while they stand.
+    """The sliding of feet on the ground.
 
     Attributes:
         distance: in metres, added up over time: of the feet that stand, the mean.
@@ -65,7 +65,7 @@ class Slip:
 
 
 def travel_of(skeleton: Skeleton, joint_angles: Array | None) -> Travel:
-    """The travel of a skeleton, and of its joints' angles, (frames, joints), if it has any."""
+    """Return the travel of a skeleton and of its joints' angles, (frames, joints), if any."""
     path = skeleton.path.astype(np.float64)
     moved = path[-1] - path[0]
     straight = float(np.hypot(moved[0], moved[1]))
@@ -98,7 +98,7 @@ def _joint_travel(angles: Array | None, metres: float) -> float | None:
 
 
 def slip_of(contacts: Floats, touching: Contacts, path: Floats, relative: Floats) -> Slip:
-    """How far the feet slide on the ground.
+    """Measure the sliding of feet on the ground.
 
     Args:
         contacts: (frames, feet, 3), metres, in the world.
@@ -116,12 +116,12 @@ def slip_of(contacts: Floats, touching: Contacts, path: Floats, relative: Floats
 
 
 def mean_of(values: Floats, chosen: Contacts) -> Floats:
-    """Mean over the chosen feet in each interval, (frames, feet) -> (frames,); 0 of none."""
+    """Return the mean over the chosen feet, (frames, feet) -> (frames,); 0 of none."""
     count = np.maximum(chosen.sum(axis=1), 1)
     return np.asarray((values * chosen).sum(axis=1) / count)
 
 
 def lying(skeleton: Skeleton) -> float:
-    """Share of the time that the trunk touches the ground, z = 0, to 1 % of the body's size."""
+    """Return the share of time that the trunk is on the ground, z = 0 ± 1 % of the body's size."""
     lowest = half_way(trunk(skeleton)[..., 2]).min(axis=1)
     return float(np.mean(lowest < 0.01 * size(skeleton)))

@@ -1,4 +1,4 @@
-"""The trunk: the part of the body that keeps its shape, and where it heads."""
+"""The trunk, which is the rigid part of a body, and its heading."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,13 @@ _SEEN = 0.3  # share of its shape from above that a body must always show to hav
 
 
 def size(skeleton: Skeleton) -> float:
-    """The body's size in metres: the longest diagonal of the box around it, over time."""
+    """Return the longest diagonal of the box around the body over time, metres."""
     points = skeleton.segments.reshape(len(skeleton.segments), -1, 3).astype(np.float64)
     return float(np.linalg.norm(np.ptp(points, axis=1), axis=-1).max(initial=0.0))
 
 
 def trunk(skeleton: Skeleton) -> Floats:
-    """The points of the trunk over time, (frames, points, 3), metres.
+    """Return the points of the trunk over time, (frames, points, 3), metres.
 
     For each segment, the ends of all segments that keep their distance from both of its own
     make a rigid group; the trunk is the one with the most different points, and of equal
@@ -45,7 +45,7 @@ def trunk(skeleton: Skeleton) -> Floats:
 
 
 def heading(body: Floats) -> Floats | None:
-    """How far a rigid group of points has turned to the left since the start, seen from above.
+    """Return the turn of a rigid group of points to the left since the start, seen from above.
 
     Args:
         body: (frames, points, 3), metres.

@@ -43,10 +43,10 @@ def npz(**fields):
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
-        ("a.txt", b"", "format of gait files"),
-        ("a", b"", "format of gait files"),
-        ("a.npz", b"", "holds no gait"),
-        ("a.npz", b"PK\3\4 and more", "holds no gait"),
+        ("a.txt", b"", "no suffix of a gait file"),
+        ("a", b"", "no suffix of a gait file"),
+        ("a.npz", b"", "is not a gait file"),
+        ("a.npz", b"PK\3\4 and more", "is not a gait file"),
         ("a.npz", npz(other=ANGLES), "none of joint_angles and bestGait"),
         ("a.npz", npz(joint_angles=np.array([[{}]], dtype=object)), "allow_pickle"),
         ("a.npz", npz(joint_angles=ANGLES[0]), "the shape (3,)"),
@@ -55,12 +55,12 @@ def npz(**fields):
         ("a.npz", npz(joint_angles=ANGLES, frame_rate=0.0), "frame rate is 0"),
         ("a.npz", npz(joint_angles=ANGLES, joint_names=["a"]), "names 1 joints of 3"),
         ("a.npz", npz(joint_angles=ANGLES.astype(str)), "its angles are <U"),
-        ("a.mat", b"MATLAB 5.0 MAT-file" + bytes(200), "holds no gait"),
-        ("a.mat", b"nothing", "holds no gait"),
+        ("a.mat", b"MATLAB 5.0 MAT-file" + bytes(200), "is not a gait file"),
+        ("a.mat", b"nothing", "is not a gait file"),
         ("a.csv", b"", "first column is not time_s"),
-        ("a.csv", b"time_s,a\n0,1\n1", "holds no gait"),
+        ("a.csv", b"time_s,a\n0,1\n1", "is not a gait file"),
         ("a.csv", b"time_s,a\n0,x\n1,2", "could not convert"),
-        ("a.csv", b"\xff\xfe", "holds no gait"),
+        ("a.csv", b"\xff\xfe", "is not a gait file"),
         ("a.csv", b"time_s,a\n0,1\n0,2\n", "frame rate is"),
     ],
 )
@@ -77,7 +77,7 @@ def test_what_is_no_gait_is_told(name, content, says, tmp_path):
 def test_what_cannot_be_read_is_told(tmp_path):
     for path, says in (
         (tmp_path / "none.npz", "No such file"),
-        (tmp_path, "format of gait files"),
+        (tmp_path, "no suffix of a gait file"),
         (Path("a\0.npz"), "null"),
     ):
         with pytest.raises(GaitsimError) as told:

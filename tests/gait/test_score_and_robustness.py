@@ -37,7 +37,7 @@ def columns(**terms):
         **rows,
         "best": np.sum(list(terms.values()), axis=0),
         **{name: np.array(values) for name, values in terms.items()},
-        **{f"mean {name}": np.array(values) / 2 for name, values in terms.items()},
+        **{f"mean:{name}": np.array(values) / 2 for name, values in terms.items()},
     }
 
 

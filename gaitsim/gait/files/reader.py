@@ -1,4 +1,4 @@
-"""Joint angles out of a file, as `gaitsim export` and `gaitsim imitate` write them."""
+"""Read joint angles from files of `gaitsim export` and `gaitsim imitate`, or others."""
 
 import csv
 import io
@@ -29,13 +29,13 @@ _ALLOWED = (
 
 @dataclass(frozen=True, eq=False)
 class GaitFile:
-    """Joint angles over time, as a file has them.
+    """Joint angles over time from a file.
 
     Attributes:
         path: the file.
         angles: (frames, joints) float64, radians.
-        frame_rate: frames a second, Hz; None where the file does not say.
-        joint_names: name of each joint; () where the file does not say.
+        frame_rate: frames a second, Hz; None where it is missing.
+        joint_names: name of each joint; () where they are missing.
     """
 
     path: Path
@@ -44,10 +44,10 @@ class GaitFile:
     joint_names: tuple[str, ...]
 
     def in_order(self, joints: Sequence[str]) -> NDArray[np.float64]:
-        """The angles in the order of a body's joints.
+        """Return the angles in the order of a body's joints.
 
         Raises:
-            GaitsimError: they are of other joints.
+            GaitsimError: the file has other joints.
         """
         if not self.joint_names and self.angles.shape[1] == len(joints):
             return self.angles
@@ -93,13 +93,13 @@ def read_gait(path: Path) -> GaitFile:
     }
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise GaitsimError(f"{path} does not end with a format of gait files", allowed=_ALLOWED)
+        raise GaitsimError(f"{path} has no suffix of a gait file", allowed=_ALLOWED)
     data = read_bounded(path, LARGEST)
     try:
         return _checked(path, reader(data))
     except GaitsimError:
         raise
-    # What foreign bytes do to the readers of three formats is not foreseen.
+    # Foreign bytes can make the readers raise anything.
     except Exception as error:
         raise _refused(path, str(error) or type(error).__name__) from None
 
@@ -158,7 +158,7 @@ def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
 
 
 def _refused(path: Path, reason: str) -> GaitsimError:
-    return GaitsimError(f"{path} holds no gait: {reason}", allowed=_ALLOWED)
+    return GaitsimError(f"{path} is not a gait file: {reason}", allowed=_ALLOWED)
 
 
 def _npz(data: bytes) -> Mapping[str, Any]:

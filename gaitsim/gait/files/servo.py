@@ -1,4 +1,4 @@
-"""A gait as a table that a hobby robot plays: keyframes in milliseconds, angles in degrees."""
+"""Tables of keyframes for hobby servos: times in milliseconds, angles in degrees."""
 
 import csv
 import io
@@ -19,12 +19,12 @@ DECIMALS = 2  # of a degree; the steps of a hobby servo are ten times as wide
 
 @dataclass(frozen=True)
 class ServoRange:
-    """What the servos of a robot understand, degrees.
+    """The range of a robot's servos, degrees.
 
     Attributes:
-        centre: what is sent for the pose at rest.
-        low: the least that may be sent.
-        high: the most.
+        centre: the angle of the pose at rest.
+        low: the smallest angle.
+        high: the largest angle.
 
     Raises:
         GaitsimError: they are not in order.
@@ -59,9 +59,9 @@ class ServoTable:
 
     Attributes:
         milliseconds: of each keyframe, (keyframes,) int64, from 0.
-        degrees: what is sent to each servo, (keyframes, joints) float64.
+        degrees: angle of each servo, (keyframes, joints) float64.
         joint_names: name of each joint.
-        clipped: how many of the angles were held to the range.
+        clipped: number of angles that were clipped to the range.
         off: the largest distance, degrees, between the gait and straight lines from one
             keyframe to the next.
     """
@@ -76,14 +76,14 @@ class ServoTable:
 def servo_table(
     gait: Gait, servos: ServoRange, keyframe_ms: int | None = None, *, clip: bool = False
 ) -> ServoTable:
-    """The keyframes of a gait.
+    """Return the keyframes of a gait.
 
     Args:
         gait: the joint angles; zero is the pose at rest.
         servos: their range.
         keyframe_ms: time from one keyframe to the next, in which the gait is interpolated;
             None takes every frame of the gait, at the nearest millisecond.
-        clip: whether angles beyond the range are held to it rather than refused.
+        clip: whether to clip angles beyond the range rather than refuse them.
 
     Raises:
         GaitsimError: an angle is beyond the range, or there are not two keyframes.
@@ -114,7 +114,7 @@ def servo_table(
 
 
 def write_servo(table: ServoTable, path: Path) -> None:
-    """Write keyframes as CSV at one stroke: a column `time_ms`, then one a joint, degrees.
+    """Write keyframes atomically as CSV: a column `time_ms`, then one a joint, degrees.
 
     Raises:
         RunError: it cannot be written.
@@ -133,14 +133,14 @@ def _between(
     known: NDArray[Any],
     angles: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Angles at `times`, along straight lines between those at `known`, (times, joints)."""
+    """Interpolate the angles at `times` linearly between those at `known`, (times, joints)."""
     return np.stack([np.interp(times, known, column) for column in angles.T], axis=1)
 
 
 def _refused(
     gait: Gait, servos: ServoRange, times: NDArray[np.int64], sent: NDArray[np.float64]
 ) -> GaitsimError:
-    """The error of the angle that is farthest beyond the range."""
+    """Return the error of the angle that is farthest beyond the range."""
     excess = np.maximum(servos.low - sent, sent - servos.high)
     keyframe, joint = np.unravel_index(np.argmax(excess), excess.shape)
     joints = int((excess > 0).any(axis=0).sum())

@@ -1,4 +1,4 @@
-"""A gait as a file that robots and other programs read: MATLAB, CSV, NumPy."""
+"""Write gaits to files for robots and other programs: MATLAB, CSV, NumPy."""
 
 import csv
 import io
@@ -64,10 +64,10 @@ def gait_of(individual: Individual) -> Gait:
 
 
 def write_gait(gait: Gait, path: Path, format: str) -> None:
-    """Write a gait at one stroke.
+    """Write a gait atomically.
 
     Args:
-        gait: what to write.
+        gait: the gait.
         path: the file.
         format: 'mat', with `bestGait`, `frameRate`, `jointNames`, `units`, `generation`
             and `score`; 'npz', with the same; 'csv', with a column of seconds and one a
@@ -82,10 +82,10 @@ def write_gait(gait: Gait, path: Path, format: str) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Check that a file can be called so, before work is done for it.
+    """Check the path of a file before computing its content.
 
     Raises:
-        RunError: its folder is not there, or it is a folder itself.
+        RunError: its folder does not exist, or it is a folder itself.
     """
     if path.is_dir():
         raise RunError(f"cannot write {path}: it is a folder", remedy="give the path of a file")
