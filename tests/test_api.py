@@ -97,7 +97,7 @@ def test_options_are_set_by_values_of_python() -> None:
     assert experiment.mutation.model_dump()["rate"] == 0.25
 
 
-def test_mistakes_are_told_before_the_loop() -> None:
+def test_mistakes_are_reported_before_the_loop() -> None:
     with pytest.raises(gs.GaitsimError, match="did you mean 'spider'"):
         gs.evolve("spidr")
     with pytest.raises(gs.GaitsimError, match="2 problems"):
@@ -109,14 +109,14 @@ def test_mistakes_are_told_before_the_loop() -> None:
 
 
 @pytest.mark.parametrize("given", [["mutation.rate=.1"], "mutation.rate=.1", 3])
-def test_options_that_are_no_mapping_are_refused(given: Any, walked: gs.Search) -> None:
+def test_options_that_are_not_a_mapping_are_refused(given: Any, walked: gs.Search) -> None:
     for begin in (lambda: gs.evolve("spider", set=given), lambda: walked.run.resume(set=given)):
         with pytest.raises(gs.GaitsimError, match=r'such as \{"mutation.rate": 0.1\}'):
             begin()
 
 
 @pytest.mark.parametrize("given", [0, -1, 1.5, "2", True])
-def test_what_is_no_number_of_workers_is_refused(
+def test_an_invalid_number_of_workers_is_refused(
     given: Any, walked: gs.Search, tmp_path: Path
 ) -> None:
     with pytest.raises(gs.GaitsimError, match="a whole number, 1 or more"):
@@ -169,7 +169,7 @@ ISLANDS: dict[str, Any] = {
 """Two small islands, which are evolved each by a worker."""
 
 
-def test_an_error_in_a_loop_leaves_a_run_that_goes_on(tmp_path: Path) -> None:
+def test_an_error_in_a_loop_leaves_a_run_that_resumes(tmp_path: Path) -> None:
     out = tmp_path / "left"
     search = gs.evolve("spider", generations=4, population=24, seed=2, out=out)
 
@@ -184,7 +184,7 @@ def test_an_error_in_a_loop_leaves_a_run_that_goes_on(tmp_path: Path) -> None:
     assert list(search) == []
 
 
-def test_a_search_that_is_kept_goes_on() -> None:
+def test_a_search_that_is_kept_continues() -> None:
     search = gs.evolve("spider", generations=4, population=8)
     for generation in search:
         if generation.number == 2:
@@ -194,7 +194,7 @@ def test_a_search_that_is_kept_goes_on() -> None:
     search.close()
 
 
-def test_a_run_goes_on_from_python_to_the_bit(tmp_path: Path, walked: gs.Search) -> None:
+def test_a_run_resumes_from_python_to_the_same_bits(tmp_path: Path, walked: gs.Search) -> None:
     out = tmp_path / "halves"
     for _ in gs.evolve("spider", generations=2, population=24, seed=2, out=out):
         pass
@@ -210,7 +210,7 @@ def test_a_run_goes_on_from_python_to_the_bit(tmp_path: Path, walked: gs.Search)
     assert fifth.progress.stage == 2
 
 
-def test_a_hand_edit_is_told_of_where_a_run_goes_further(tmp_path: Path) -> None:
+def test_a_hand_edit_is_a_warning_when_the_run_resumes(tmp_path: Path) -> None:
     out = tmp_path / "edited"
     for _ in gs.evolve("spider", generations=2, population=24, out=out):
         pass

@@ -67,6 +67,11 @@ class RunProcess:
         """The newest snapshot."""
         return self._last
 
+    @property
+    def pid(self) -> int | None:
+        """The process's number; None before it starts."""
+        return self._process.pid if self._process else None
+
     async def start(self) -> None:
         """Start the process. A second call does nothing."""
         if self._process is not None or self._last.ended:

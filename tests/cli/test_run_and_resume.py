@@ -86,7 +86,7 @@ class Failing(Reach):
 """
 
 
-def test_a_run_in_which_all_fail_goes_on_and_says_why(gaitsim, puppet_file, install, monkeypatch):
+def test_a_run_in_which_all_fail_continues_and_says_why(gaitsim, puppet_file, install, monkeypatch):
     folder = install("failing", FAILING, {"fitness": {"failing": "Failing"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     done = gaitsim("run", puppet_file, "--set", "fitness.plugin=failing")
@@ -163,7 +163,7 @@ def test_a_run_killed_before_its_first_checkpoint_begins_anew(
 @posix
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_saves_and_says_how_to_go_on(
+def test_an_interrupt_saves_and_says_how_to_resume(
     gaitsim, start, puppet_file, tmp_path, number, workers
 ):
     run = tmp_path / "my run"
@@ -187,7 +187,7 @@ def test_an_interrupt_saves_and_says_how_to_go_on(
 
 @posix
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_second_interrupt_is_granted_at_once(start, puppet_file, tmp_path, workers):
+def test_a_second_interrupt_stops_at_once(start, puppet_file, tmp_path, workers):
     arguments = ("--set", "organism.pause=1000", "--out", "run", "--workers", workers)
     process = start("run", puppet_file, *arguments)
     assert process.stdout.readline() == "run run\n"
@@ -214,7 +214,7 @@ class Sleepy(Puppet):
 
 
 @posix
-def test_an_interrupt_while_preparing_is_granted_at_once(
+def test_an_interrupt_while_preparing_stops_at_once(
     gaitsim, start, puppet_file, install, monkeypatch
 ):
     folder = install("sleepy", SLEEPY, {"organism": {"sleepy": "Sleepy"}})
@@ -269,7 +269,7 @@ class Body(puppets.Puppet):
 
 
 @pytest.mark.parametrize("how", ["raises", "ends", "shape", "none", "changes"])
-def test_a_plugin_that_goes_wrong_in_the_middle_leaves_a_run_to_go_on_with(
+def test_a_plugin_that_fails_midway_leaves_a_run_that_resumes(
     gaitsim, puppet_file, install, monkeypatch, fingerprint, how
 ):
     folder = install("spoilt", SPOILT, {"organism": {"spoilt": "Body"}})
@@ -284,7 +284,7 @@ def test_a_plugin_that_goes_wrong_in_the_middle_leaves_a_run_to_go_on_with(
     assert fingerprint("puppet") == fingerprint("whole")
 
 
-def test_a_missing_plugin_is_told_with_its_package(program, puppet_file, tmp_path):
+def test_a_missing_plugin_is_reported_with_its_package(program, puppet_file, tmp_path):
     program("run", puppet_file)
     paths = os.environ.get("PYTHONPATH", "")
     without = {"env": os.environ | {"PYTHONPATH": paths}}
@@ -294,7 +294,7 @@ def test_a_missing_plugin_is_told_with_its_package(program, puppet_file, tmp_pat
     assert "finished" in program("runs", **without).stdout
 
 
-def test_another_version_of_a_plugin_is_gone_on_with_when_wanted(
+def test_another_version_of_a_plugin_is_used_on_request(
     gaitsim, puppet_file, fingerprint, install, monkeypatch, puppets
 ):
     def installed(version):
@@ -315,7 +315,7 @@ def test_another_version_of_a_plugin_is_gone_on_with_when_wanted(
     gaitsim("resume", "run", "--generations", 9)
 
 
-def test_a_damaged_checkpoint_is_told_and_makes_no_difference(
+def test_a_damaged_checkpoint_is_reported_and_changes_nothing(
     gaitsim, puppet_file, fingerprint, tmp_path
 ):
     gaitsim("run", puppet_file, "--out", "whole", "--generations", 8)
@@ -331,7 +331,7 @@ def test_a_damaged_checkpoint_is_told_and_makes_no_difference(
     assert (tmp_path / "run/population.damaged-1.pickle").exists()
 
 
-def test_one_program_a_run(gaitsim, start, puppet_file, tmp_path):
+def test_one_process_writes_a_run(gaitsim, start, puppet_file, tmp_path):
     process = start("run", puppet_file, *SLOW, "--out", "run")
     wait_for(tmp_path / "run/history.csv", 2)
     done = gaitsim("resume", "run", code=2)
@@ -358,7 +358,7 @@ def test_a_run_whose_folder_is_deleted_ends_with_a_message(start, puppet_file, t
     assert "Traceback" not in stderr
 
 
-def test_generations_that_are_done_are_not_taken_back(gaitsim, puppet_file):
+def test_finished_generations_are_kept(gaitsim, puppet_file):
     gaitsim("run", puppet_file)
     for generations, says in [(0, "0 is not allowed"), (4, "is at generation 5 already")]:
         done = gaitsim("resume", "puppet", "--generations", generations, code=2)
@@ -367,7 +367,7 @@ def test_generations_that_are_done_are_not_taken_back(gaitsim, puppet_file):
     assert "there is no run 'nobody'" in gaitsim("resume", "nobody", code=2).stderr
 
 
-def test_whoever_reads_a_part_is_no_error(start, puppet_file):
+def test_a_reader_that_closes_the_pipe_is_not_an_error(start, puppet_file):
     process = start("run", puppet_file, "--json", "--generations", 3000)
     assert strict(process.stdout.readline())["generation"] == 1
     process.stdout.close()

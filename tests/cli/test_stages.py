@@ -27,7 +27,7 @@ def plain(gaitsim, puppet_file, tmp_path):
     return tmp_path / "runs/puppet"
 
 
-def test_a_stage_is_told_in_plain_lines(gaitsim, plain):
+def test_a_stage_is_shown_in_plain_lines(gaitsim, plain):
     done = gaitsim("resume", "puppet", *CLIMB, "--generations", 8)
     assert done.stderr == ""
     lines = done.stdout.splitlines()
@@ -43,7 +43,7 @@ def test_a_stage_is_told_in_plain_lines(gaitsim, plain):
     assert "stage" not in gaitsim("resume", "puppet", "--generations", 9).stdout
 
 
-def test_a_stage_is_told_as_json(gaitsim, plain):
+def test_a_stage_is_shown_as_json(gaitsim, plain):
     done = gaitsim("resume", "puppet", *CLIMB, "--generations", 8, "--json")
     begun, *rows, summary = map(json.loads, done.stdout.splitlines())
     assert begun == {
@@ -113,7 +113,7 @@ def test_a_run_that_a_target_stopped_is_not_finished_under_another_fitness(
     ],
     ids=str,
 )
-def test_what_cannot_be_changed_is_one_message_and_changes_nothing(gaitsim, plain, arguments, says):
+def test_an_invalid_change_is_one_message_and_changes_nothing(gaitsim, plain, arguments, says):
     before = {path: path.read_bytes() for path in plain.rglob("*") if path.is_file()}
     done = gaitsim("resume", "puppet", *arguments, code=2)
     assert says in done.stderr
@@ -200,9 +200,7 @@ def test_a_run_begins_with_a_kept_individual(gaitsim, plain, puppet_file, tmp_pa
         ("bits", "the genome has 3 bit genes of the organism 'bit-puppet'"),
     ],
 )
-def test_a_start_that_does_not_fit_makes_no_run(
-    gaitsim, plain, puppet_file, tmp_path, reference, says
-):
+def test_an_incompatible_start_makes_no_run(gaitsim, plain, puppet_file, tmp_path, reference, says):
     gaitsim("run", puppet_file, "--set", "organism.plugin=bit-puppet", "--out", "bits")
     done = gaitsim("run", puppet_file, "--from", reference, "--out", "new", code=2)
     assert says in done.stderr

@@ -33,7 +33,7 @@ def test_an_assignment_is_split_at_its_first_equals_sign(text, pair):
     assert [*parse_assignments([text]).items()] == [pair]
 
 
-def test_every_text_that_is_no_assignment_is_reported_at_once():
+def test_invalid_assignments_are_reported_at_once():
     wrong = ["", "=", "=1", " = 1", "a", "a.b", "a..b=1", ".a=1", "a.=1"]
     with pytest.raises(ExperimentError) as raised:
         parse_assignments(["seed=1", *wrong])
@@ -171,7 +171,7 @@ def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_type
         ("evolution.elites=200", "command line, key evolution.elites", "200 elites leave no room"),
     ],
 )
-def test_an_odd_change_is_refused(problem, change, where, what):
+def test_an_invalid_override_is_refused(problem, change, where, what):
     found = problem(change)
     assert found.where.startswith(where)
     assert what in found.what

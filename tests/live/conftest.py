@@ -1,4 +1,4 @@
-"""Runs of puppets, and an engine that has them installed."""
+"""Runs of puppets, which processes can import."""
 
 import asyncio
 import os

@@ -31,33 +31,33 @@ def whole(begun, gaitsim):
     return whole
 
 
-async def last(engine):
-    """The last snapshot of an engine, which has ended then."""
-    async for snapshot in engine:
+async def last(process):
+    """Wait for the end of a process; return its last snapshot."""
+    async for snapshot in process:
         if snapshot.ended:
             break
-    return await engine.ended()
+    return await process.ended()
 
 
 def test_pauses_steps_and_stops_at_random_change_nothing(begun, whole, wait):
     path, drawn = begun("run", *SLOW, generations=15), random.Random(1)
 
     async def part():
-        engine = RunProcess(path)
-        await engine.start()
-        await wait(lambda: engine.last.state == "running" or engine.last.ended)
-        for do in drawn.choices([engine.pause, engine.go, engine.step], k=drawn.randrange(6)):
+        process = RunProcess(path)
+        await process.start()
+        await wait(lambda: process.last.state == "running" or process.last.ended)
+        for do in drawn.choices([process.pause, process.go, process.step], k=drawn.randrange(6)):
             do()
-            goal = engine.last.generation + drawn.randrange(3)
+            goal = process.last.generation + drawn.randrange(3)
             await wait(
                 lambda goal=goal: (
-                    engine.last.generation >= goal
-                    or engine.last.ended
-                    or engine.last.state == "paused"
+                    process.last.generation >= goal
+                    or process.last.ended
+                    or process.last.state == "paused"
                 )
             )
-        engine.stop()
-        return await last(engine)
+        process.stop()
+        return await last(process)
 
     snapshot = asyncio.run(part())
     while snapshot.state == "stopped":
@@ -67,25 +67,25 @@ def test_pauses_steps_and_stops_at_random_change_nothing(begun, whole, wait):
     assert RunSnapshot(path).fingerprint() == whole(*SLOW, generations=15)
 
 
-def test_it_is_paused_goes_on_and_is_changed(begun, wait):
+def test_a_process_pauses_continues_and_changes_options(begun, wait):
     path = begun("run", *SLOW, generations=10_000)
 
     async def steer():
-        engine = RunProcess(path, generations=200, paused=True)
-        await engine.start()
-        await wait(lambda: engine.last.state == "paused")
-        assert engine.last.generation == 0
-        engine.step()
-        await wait(lambda: engine.last.generation == 1 and engine.last.state == "paused")
+        process = RunProcess(path, generations=200, paused=True)
+        await process.start()
+        await wait(lambda: process.last.state == "paused")
+        assert process.last.generation == 0
+        process.step()
+        await wait(lambda: process.last.generation == 1 and process.last.state == "paused")
         assert is_locked(path)
-        engine.change({"fitness.price": 0.7})
-        await wait(lambda: engine.last.stage == 2 and engine.last.state == "paused")
-        engine.go()
-        await wait(lambda: engine.last.generation > 5)
-        engine.pause()
-        await wait(lambda: engine.last.state == "paused")
-        engine.stop()
-        return await last(engine)
+        process.change({"fitness.price": 0.7})
+        await wait(lambda: process.last.stage == 2 and process.last.state == "paused")
+        process.go()
+        await wait(lambda: process.last.generation > 5)
+        process.pause()
+        await wait(lambda: process.last.state == "paused")
+        process.stop()
+        return await last(process)
 
     snapshot = asyncio.run(steer())
     assert snapshot.state == "stopped"
@@ -93,15 +93,15 @@ def test_it_is_paused_goes_on_and_is_changed(begun, wait):
     assert RunSnapshot(path).generation == snapshot.generation > 5
 
 
-def test_who_is_slow_gets_all_rows_merged(begun, wait):
+def test_a_slow_reader_gets_all_rows_merged(begun, wait):
     path = begun()
 
     async def watch():
-        engine = RunProcess(path, workers=1)
-        await engine.start()
-        await wait(lambda: engine.last.ended)
-        snapshots = [snapshot async for snapshot in engine]
-        await engine.ended()
+        process = RunProcess(path, workers=1)
+        await process.start()
+        await wait(lambda: process.last.ended)
+        snapshots = [snapshot async for snapshot in process]
+        await process.ended()
         return snapshots
 
     (snapshot,) = asyncio.run(watch())
@@ -145,42 +145,42 @@ def test_ctrl_c_in_the_terminal_does_not_reach_it(begun, wait):
     path = begun("run", *SLOW)
 
     async def interrupt():
-        engine = RunProcess(path)
-        await engine.start()
-        await wait(lambda: engine.last.generation > 2)
-        os.kill(engine._process.pid, signal.SIGINT)
-        assert os.getsid(engine._process.pid) != os.getsid(0)
-        return await last(engine)
+        process = RunProcess(path)
+        await process.start()
+        await wait(lambda: process.last.generation > 2)
+        os.kill(process.pid, signal.SIGINT)
+        assert os.getsid(process.pid) != os.getsid(0)
+        return await last(process)
 
     assert asyncio.run(interrupt()).state == "finished"
 
 
-def test_it_ends_saved_when_the_system_asks(begun, wait):
+def test_sigterm_stops_and_saves(begun, wait):
     path = begun("run", *SLOW, generations=10_000)
 
     async def terminate():
-        engine = RunProcess(path)
-        await engine.start()
-        await wait(lambda: engine.last.generation > 2)
-        engine._process.terminate()
-        return await last(engine)
+        process = RunProcess(path)
+        await process.start()
+        await wait(lambda: process.last.generation > 2)
+        os.kill(process.pid, signal.SIGTERM)
+        return await last(process)
 
     snapshot = asyncio.run(terminate())
     assert snapshot.state == "stopped"
     assert RunSnapshot(path).generation == snapshot.generation
 
 
-def test_a_process_that_dies_is_told(begun, wait):
+def test_a_killed_process_is_reported(begun, wait):
     path = begun("run", *SLOW, generations=10_000)
 
     async def kill():
-        engine = RunProcess(path)
-        await engine.start()
-        await wait(lambda: engine.last.generation > 2)
-        engine.kill()
-        snapshot = await last(engine)
-        engine.go()
-        engine.stop()
+        process = RunProcess(path)
+        await process.start()
+        await wait(lambda: process.last.generation > 2)
+        process.kill()
+        snapshot = await last(process)
+        process.go()
+        process.stop()
         return snapshot
 
     snapshot = asyncio.run(kill())
@@ -189,7 +189,7 @@ def test_a_process_that_dies_is_told(begun, wait):
     assert "gaitsim resume run" in snapshot.error.remedy
 
 
-def test_a_held_run_is_told(begun):
+def test_a_locked_run_is_reported(begun):
     path = begun()
     lock = RunLock(path)
     snapshot = asyncio.run(last(RunProcess(path)))
@@ -198,9 +198,9 @@ def test_a_held_run_is_told(begun):
     assert "is being written by process" in snapshot.error.what
 
 
-def test_options_that_do_not_fit_are_told_all_at_once(begun):
-    engine = RunProcess(begun(), overrides={"mutation.rat": 2, "evolution.elites": -1})
-    snapshot = asyncio.run(last(engine))
+def test_invalid_options_are_reported_at_once(begun):
+    process = RunProcess(begun(), overrides={"mutation.rat": 2, "evolution.elites": -1})
+    snapshot = asyncio.run(last(process))
     assert snapshot.state == "failed"
     assert "rat" in str(snapshot.error)
     assert "elites" in str(snapshot.error)
@@ -218,7 +218,7 @@ class Noisy(Puppet):
 """
 
 
-def test_what_a_plugin_prints_and_reads_is_no_snapshot_and_no_command(begun, install, monkeypatch):
+def test_a_plugin_that_prints_and_reads_does_not_disturb_the_protocol(begun, install, monkeypatch):
     folder = install("noisy", NOISY, {"organism": {"noisy": "Noisy"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     snapshot = asyncio.run(last(RunProcess(begun("run", "organism.plugin=noisy"), workers=2)))
@@ -237,7 +237,7 @@ class Deadly(Puppet):
 """
 
 
-def test_a_plugin_that_ends_the_process_is_told_with_its_last_words(begun, install, monkeypatch):
+def test_a_plugin_that_ends_the_process_is_reported_with_its_last_line(begun, install, monkeypatch):
     folder = install("deadly", DEADLY, {"organism": {"deadly": "Deadly"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     snapshot = asyncio.run(last(RunProcess(begun("run", "organism.plugin=deadly"))))
@@ -245,7 +245,7 @@ def test_a_plugin_that_ends_the_process_is_told_with_its_last_words(begun, insta
     assert "with code 3: [bold]I end it all" in snapshot.error.what
 
 
-def test_lines_are_plain_json_and_at_most_so_many(begun):
+def test_lines_are_json(begun):
     path = begun("run", generations=3000)
     done = subprocess.run(
         [sys.executable, "-m", "gaitsim.live", str(path)],

@@ -1,4 +1,4 @@
-"""Commands and snapshots as lines, and the course that rows make."""
+"""Commands and snapshots as lines, and the history that rows add up to."""
 
 import json
 import math
@@ -55,7 +55,7 @@ def test_commands_come_back(command):
         b'{"do":"set","typed":"a=1"}',
     ],
 )
-def test_what_is_no_command_is_none(line):
+def test_an_invalid_command_is_none(line):
     assert read_command(line) is None
 
 
@@ -79,7 +79,7 @@ def test_snapshots_come_back():
     assert found.events == (Event(4, "best", "1.5"),)
 
 
-def test_what_is_not_told_anew_stays_and_news_does_not():
+def test_values_left_out_stay_and_news_does_not():
     told = read_snapshot(write_snapshot({"state": "finished", "reason": "done"}), BEFORE)
     then = read_snapshot(write_snapshot({"state": "running"}), told)
     assert (then.champion, then.top, then.generation) == (BEFORE.champion, BEFORE.top, 3)
@@ -87,7 +87,7 @@ def test_what_is_not_told_anew_stays_and_news_does_not():
 
 
 @pytest.mark.parametrize("line", [b"", b"[]", b'{"stat": 1}', b'{"champion": {"score": 1}}'])
-def test_what_is_no_snapshot_is_told(line):
+def test_an_invalid_snapshot_is_an_error(line):
     with pytest.raises(ValueError):  # noqa: PT011 - any text will do
         read_snapshot(line, BEFORE)
 

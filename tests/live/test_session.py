@@ -1,4 +1,4 @@
-"""The search of a run as commands want it, in this process."""
+"""The evolution of a run under commands, in this process."""
 
 import errno
 import json
@@ -69,7 +69,7 @@ def test_a_generation_of_failures_has_no_champion(begun, puppets, monkeypatch):
     assert not any(event.kind == "best" for snapshot in snapshots for event in snapshot.events)
 
 
-def test_it_evolves_to_the_end_and_tells_all_rows(begun):
+def test_it_evolves_to_the_end_and_reports_all_rows(begun):
     path = begun()
     snapshots = steer(path)
     last = snapshots[-1]
@@ -110,7 +110,7 @@ def test_stops_pauses_and_steps_change_nothing(begun, seed):
     assert fingerprint(path) == fingerprint(whole(begun))
 
 
-def test_a_pause_and_a_step_are_told(begun):
+def test_a_pause_and_a_step_are_reported(begun):
     states = [snapshot.state for snapshot in steer(begun(), "pause", "step", "stop")]
     assert states[-1] == "stopped"
     assert "paused" in states or "running" in states
@@ -143,7 +143,7 @@ def test_champions_of_another_fitness_are_forgotten(begun):
     assert snapshots[-1].champion.score == history["best"][7]
 
 
-def test_a_change_that_cannot_be_made_is_told_and_changes_nothing(begun):
+def test_an_invalid_change_is_reported_and_changes_nothing(begun):
     path = begun()
     refused = [change("mutation.rat=1"), change("evolution.population=50"), change("x")]
     snapshots = steer(path, "pause", "step", *refused, "step", change(), "go")
@@ -160,7 +160,7 @@ def test_more_generations_while_it_runs(begun):
     assert fingerprint(path) == fingerprint(whole(begun))
 
 
-def test_a_finished_run_is_told_and_goes_further(begun):
+def test_a_finished_run_is_reported_and_continues_with_more_generations(begun):
     path = begun(generations=5)
     steer(path)
     last = steer(path)[-1]
@@ -171,7 +171,7 @@ def test_a_finished_run_is_told_and_goes_further(begun):
     assert fingerprint(path) == fingerprint(whole(begun))
 
 
-def test_a_run_that_another_holds_is_told(begun):
+def test_a_run_locked_by_another_process_is_reported(begun):
     path = begun()
     lock = RunLock(path)
     snapshot = steer(path)[-1]
@@ -195,7 +195,7 @@ class Body(puppets.Puppet):
 """
 
 
-def test_a_broken_plugin_is_told_and_the_run_goes_on(begun, install):
+def test_a_broken_plugin_is_reported_and_the_run_resumes(begun, install):
     install("spoilt", SPOILT, {"organism": {"spoilt": "Body"}})
     path = begun("run", "organism.plugin=spoilt")
     snapshot = steer(path)[-1]
@@ -209,7 +209,7 @@ def test_a_broken_plugin_is_told_and_the_run_goes_on(begun, install):
     )
 
 
-def test_a_full_disk_is_told_and_the_run_goes_on(begun, monkeypatch):
+def test_a_full_disk_is_reported_and_the_run_resumes(begun, monkeypatch):
     path = begun()
     real = writing.write_checkpoint
 
@@ -229,7 +229,7 @@ def test_a_full_disk_is_told_and_the_run_goes_on(begun, monkeypatch):
     assert fingerprint(path) == fingerprint(whole(begun))
 
 
-def test_a_failed_run_can_be_opened_by_whoever_is_told(begun, monkeypatch):
+def test_a_failed_run_can_be_opened_once_it_is_reported(begun, monkeypatch):
     path = begun()
     opened = []
 
@@ -249,7 +249,7 @@ def test_a_failed_run_can_be_opened_by_whoever_is_told(begun, monkeypatch):
     assert opened == [None]
 
 
-def test_a_reader_who_is_gone_stops_the_run(begun):
+def test_a_lost_reader_stops_the_run(begun):
     path = begun(generations=100_000)
 
     class Gone:
@@ -261,7 +261,7 @@ def test_a_reader_who_is_gone_stops_the_run(begun):
     assert evolve_live(path, queued, reporter) == "stopped"
 
 
-def test_the_best_of_each_island_is_told(begun):
+def test_the_best_of_each_island_is_reported(begun):
     path = begun("run", "islands.number=3", "islands.migrants=1", generations=12)
     last = steer(path)[-1]
     assert last.islands == tuple(RunSnapshot(path).islands[-1])

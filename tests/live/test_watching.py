@@ -1,4 +1,4 @@
-"""Runs that are not steered from here: at rest, or written by another process."""
+"""Runs that are not controlled from here: at rest, or written by another process."""
 
 import asyncio
 import shutil
@@ -51,7 +51,7 @@ def test_a_stopped_and_a_finished_run(begun):
     assert all(event.generation > 12 for event in snapshot.events)
 
 
-def test_a_champion_whose_checkpoint_is_not_there_yet_is_told_of_later(begun):
+def test_a_champion_is_reported_once_its_checkpoint_is_written(begun):
     path, told = begun(), []
     evolve(path, 2)
     watch = RunWatcher(path)
@@ -67,7 +67,7 @@ def test_a_champion_whose_checkpoint_is_not_there_yet_is_told_of_later(begun):
     assert numbers == [n for n in kept_champions(path) if n > 2]
 
 
-def test_a_run_that_is_written_is_followed(begun):
+def test_a_growing_run_is_followed(begun):
     path = begun()
 
     async def follow():
@@ -86,7 +86,7 @@ def test_a_run_that_is_written_is_followed(begun):
     assert last.state == "finished"
 
 
-def test_a_stage_is_told_and_its_scores_are_compared_with_its_own(begun):
+def test_a_stage_is_reported_and_its_scores_compare_with_its_own(begun):
     path = begun()
     evolve(path, 8)
     watch = RunWatcher(path)
@@ -100,7 +100,7 @@ def test_a_stage_is_told_and_its_scores_are_compared_with_its_own(begun):
     assert (best.generation, best.kind) == (9, "best")
 
 
-def test_a_missing_plugin_takes_only_the_champions_genome(begun, monkeypatch):
+def test_without_its_plugin_only_the_champions_genome_is_missing(begun, monkeypatch):
     path = begun()
     evolve(path)
     best = RunSnapshot(path).individual()
@@ -128,7 +128,7 @@ def test_a_missing_plugin_takes_only_the_champions_genome(begun, monkeypatch):
         (lambda path: [p.write_bytes(b"x") for p in path.glob("*.pickle")], "checkpoint"),
     ],
 )
-def test_a_damaged_run_is_told_in_a_snapshot(begun, spoil, what):
+def test_a_damaged_run_is_a_failed_snapshot(begun, spoil, what):
     path = begun()
     evolve(path, 3)
     spoil(path)
@@ -137,7 +137,7 @@ def test_a_damaged_run_is_told_in_a_snapshot(begun, spoil, what):
     assert what in str(snapshot.error)
 
 
-def test_the_best_of_each_island_is_seen(begun):
+def test_the_best_of_each_island_is_in_the_snapshot(begun):
     path = begun("run", "islands.number=3", "islands.migrants=1")
     evolve(path, 5)
     assert RunWatcher(path).look().islands == tuple(RunSnapshot(path).islands[-1])
