@@ -439,7 +439,7 @@ class TestProblems:
         def fail(*_):
             raise GaitsimError("[red] it cannot be drawn")
 
-        monkeypatch.setattr("gaitsim.individual.RankedIndividual.skeleton", property(fail))
+        monkeypatch.setattr("gaitsim.individual.Individual.skeleton", property(fail))
 
         async def test(screen, pilot):
             canvas = screen.query_one(BodyCanvas)
