@@ -303,8 +303,8 @@ class TestPlay:
     @pytest.mark.parametrize(
         ("options", "said"),
         [
-            ((), "no terminal to play in"),
-            (("--at", "99"), "no second 99"),
+            ((), "not a terminal"),
+            (("--at", "99"), "99 s is beyond the motion"),
             (("--speed", "0"), "cannot be shown"),
             (("--generation", "9"), "no generation 9"),
         ],
