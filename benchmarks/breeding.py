@@ -2,7 +2,7 @@
 
 Both keep the best, let the 16 best and 4 lucky others breed, cut each pair of genomes at
 one random point, keep one child of it, mutate every gene with a probability of 0.05, and
-repair children to the bounds.
+clip children to the bounds.
 """
 
 import importlib.util
