@@ -69,6 +69,10 @@ class PluginError(GaitsimError):
     """A plugin is missing, broken or breaks its contract; the message names its package."""
 
 
+class ContractError(PluginError):
+    """A plugin fails or breaks its contract."""
+
+
 class RunError(GaitsimError):
     """The run folder cannot be created, read, written or resumed."""
 

@@ -15,7 +15,6 @@ from gaitsim.registry.plugin_context import (
     contract_error,
     plugin_context,
     plugin_errors,
-    raise_plugin_error,
 )
 
 __all__ = [
@@ -31,7 +30,6 @@ __all__ = [
     "load_entry",
     "plugin_context",
     "plugin_errors",
-    "raise_plugin_error",
     "scan",
     "unreadable",
 ]

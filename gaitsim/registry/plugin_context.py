@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import NoReturn
 
-from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.errors import ContractError, GaitsimError
 from gaitsim.registry.entry_points import Entry
 
 _Call = tuple[Entry, str]
@@ -50,21 +49,16 @@ def plugin_errors(entry: Entry, doing: str) -> Iterator[None]:
         except (KeyboardInterrupt, GeneratorExit):
             raise
         except BaseException as error:  # SystemExit, too: a plugin does not end the program
-            raise_plugin_error(entry, doing, error)
+            try:
+                reason = f"{type(error).__name__}: {error}".rstrip(": ")
+            except Exception:  # `__str__` is the plugin's code, too
+                reason = type(error).__name__
+            raise contract_error(entry, f"failed while {doing}: {reason}") from error
 
 
-def raise_plugin_error(entry: Entry, doing: str, error: BaseException) -> NoReturn:
-    """Raise the `PluginError` that names a plugin, its task and its exception."""
-    try:
-        reason = f"{type(error).__name__}: {error}".rstrip(": ")
-    except Exception:  # `__str__` is the plugin's code, too
-        reason = type(error).__name__
-    raise contract_error(entry, f"failed while {doing}: {reason}") from error
-
-
-def contract_error(entry: Entry, what: str, allowed: str = "") -> PluginError:
-    """Return the error of a plugin that breaks its contract; it names the package."""
-    return PluginError(
+def contract_error(entry: Entry, what: str, allowed: str = "") -> ContractError:
+    """Return the error of a plugin that fails or breaks its contract; it names the package."""
+    return ContractError(
         f"{entry} {what}",
         where=entry.target,
         allowed=allowed,

@@ -1,7 +1,7 @@
 """Presets and studies: TOML files that packages ship.
 
 An entry point of the group `gaitsim.experiments` or `gaitsim.studies` has the file's name,
-and for value the package of which `<name>.toml` is a resource.
+its value is the package that contains `<name>.toml`.
 """
 
 import sys

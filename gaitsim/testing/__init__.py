@@ -1,4 +1,4 @@
-"""The conformance check: whether plugins keep their contract, and what to mend.
+"""The conformance check: whether plugins keep their contract, and how to fix them.
 
 In a package's own tests:
 
@@ -12,8 +12,8 @@ In a package's own tests:
         for report in check_package(Path(__file__).parents[1]):
             assert report.ok, report
 
-Each plugin is examined in a child process, so that one that never ends, ends the process or
-prints does no harm: `gaitsim plugins check` is the same on the command line.
+Each plugin is examined in a child process, so that an endless loop, an exit or output does no
+harm. `gaitsim plugins check` does the same on the command line.
 """
 
 from collections.abc import Iterator, Mapping
@@ -37,8 +37,8 @@ def check(
     Args:
         kind: 'organism', 'fitness', 'selection', 'crossover', 'mutation' or 'experiments'.
         name: its name.
-        options: its options where they are not the defaults.
-        seconds: after which it is given up.
+        options: its options that are not the defaults.
+        seconds: the timeout.
 
     Raises:
         PluginError: there is no such plugin, or two packages claim the name.
@@ -48,12 +48,12 @@ def check(
 
 
 def check_package(reference: str | Path | None, *, seconds: float = SECONDS) -> list[Report]:
-    """Check what a package registers.
+    """Check everything that a package registers.
 
     Args:
-        reference: the name of an installed plugin or package, or a package's folder, which
-            need not be installed; None for all that is installed.
-        seconds: after which each is given up.
+        reference: the name of an installed plugin or package, or the folder of a package that
+            need not be installed; None for everything installed.
+        seconds: the timeout of each.
 
     Raises:
         GaitsimError: nothing has that name, or the folder holds no package with plugins.
@@ -63,7 +63,7 @@ def check_package(reference: str | Path | None, *, seconds: float = SECONDS) -> 
 
 
 def check_chosen(found: Chosen, *, seconds: float = SECONDS) -> Iterator[Report]:
-    """Check one after the other; a report as soon as it is there."""
+    """Check one after the other; yield each report as soon as it is ready."""
     for report in watch(found.entries, seconds=seconds, path=found.path):
         rival = rivals(report.entry)
         yield replace(report, findings=(rival, *report.findings)) if rival else report

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Selection
-from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.errors import ContractError, ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, load_entry, plugin_errors
 from gaitsim.testing.report import Finding, Report, advice, error
@@ -34,11 +34,11 @@ OnStatus = Callable[[str], None]
 def examine(
     entry: Entry, options: Mapping[str, Any], on_status: OnStatus = lambda text: None
 ) -> Report:
-    """Hold a plugin to every rule of its kind.
+    """Check a plugin against every rule of its kind.
 
     Args:
-        entry: which one.
-        options: its options where they are not the defaults.
+        entry: the plugin.
+        options: its options that are not the defaults.
         on_status: called with the name of each step before it begins, so that a timeout can
             name the step.
     """
@@ -49,30 +49,30 @@ def examine(
         for finding in _rules(entry, options, figures, on_status):
             findings.append(finding)
         if all(finding.level == "advice" for finding in findings):
-            on_status("computing it all once more")
-            with plugin_errors(entry, "computing it all once more"):
+            on_status("computing everything once more")
+            with plugin_errors(entry, "computing everything once more"):
                 found = outcome(entry, options)
     except GaitsimError as problem:
-        findings.append(_of(entry, problem))
+        findings.append(_finding(entry, problem))
     return Report(entry, tuple(findings), figures, found)
 
 
-def _of(entry: Entry, problem: GaitsimError) -> Finding:
-    """A finding out of an error."""
+def _finding(entry: Entry, problem: GaitsimError) -> Finding:
     actual, fix, cause = problem.what, problem.remedy, problem.__cause__
     if isinstance(problem, ExperimentError):
         actual = str(problem)
+    elif isinstance(problem, ContractError):  # its remedy is for users, not for the author
+        fix = f"see gaitsim.contracts.{entry.kind.capitalize()}"
     place = _place(entry, cause) if cause is not None else ""
     if place:
-        actual, fix = f"{actual} ({place})", "mend it there"
+        actual, fix = f"{actual} ({place})", "fix it there"
     elif isinstance(cause, ModuleNotFoundError):
         fix = f"put the module in place, or correct the entry point, {entry.target!r}"
-    expected = problem.allowed or "work that is done without an exception"
-    return error("failure", expected, actual, fix)
+    return error("failure", problem.allowed or "no exception", actual, fix)
 
 
 def _place(entry: Entry, cause: BaseException) -> str:
-    """Where in the plugin's own package an exception came from: file and line; or ''."""
+    """Return file and line of the plugin's package that raised an exception; or ''."""
     package = entry.target.partition(":")[0].partition(".")[0]
     place = ""
     for frame, line in walk_tb(cause.__traceback__):
@@ -106,7 +106,7 @@ def _rules(
     if _global_randomness() != before:
         yield error(
             "randomness",
-            "no use of the global random generators, which make runs that cannot be repeated",
+            "no use of the global random generators: such runs cannot be reproduced",
             "it draws from 'random' or 'numpy.random'",
             "draw from the generator that is given, or from np.random.default_rng(seed)",
         )
@@ -131,7 +131,7 @@ def _imported(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
 
 def _made(entry: Entry, model: type[Plugin], options: Mapping[str, Any]) -> Plugin:
     with plugin_errors(entry, "taking its options"):
-        # First as Python does it, which does not look at the defaults; then as a file does.
+        # Without options as Python does it, which does not check the defaults; else as a file.
         return rebuilt(model, dict(options)) if options else model()
 
 
@@ -157,16 +157,16 @@ def _of_kind(
 
 
 def _global_randomness() -> str:
-    """The state of the global generators, as a digest."""
-    state = np.random.get_state(legacy=False)  # noqa: NPY002 - to see whether others use it
+    """Return a digest of the state of the global generators."""
+    state = np.random.get_state(legacy=False)  # noqa: NPY002 - to detect its use
     return digest([repr(random.getstate()), repr(state)])
 
 
 def outcome(entry: Entry, options: Mapping[str, Any]) -> str:
-    """A digest of what a plugin computes, for another process to compare.
+    """Return a digest of the results of a plugin, for another process to compare.
 
     Raises:
-        GaitsimError: it fails, or there is nothing that it could work on.
+        GaitsimError: it fails, or nothing that it could work on is installed.
     """
     if entry.kind == EXPERIMENTS:
         experiment = load_experiment(entry.name)

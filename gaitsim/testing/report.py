@@ -11,12 +11,12 @@ Level = Literal["error", "advice"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong, or that could be better.
+    """One thing that is wrong, or could be better.
 
     Attributes:
-        level: an error breaks the contract; an advice is for the users' sake.
-        rule: which rule it is about, such as 'chunks'.
-        expected: what the contract asks.
+        level: an error breaks the contract; advice helps the users.
+        rule: the name of the rule, such as 'chunks'.
+        expected: what the contract requires.
         actual: what the plugin did instead.
         fix: what to change.
     """
@@ -37,12 +37,12 @@ class Finding:
 
 
 def error(rule: str, expected: str, actual: str, fix: str) -> Finding:
-    """A finding that breaks the contract."""
+    """Return a finding that breaks the contract."""
     return Finding("error", rule, expected, actual, fix)
 
 
 def advice(rule: str, expected: str, actual: str, fix: str) -> Finding:
-    """A finding that breaks nothing."""
+    """Return a finding that breaks nothing."""
     return Finding("advice", rule, expected, actual, fix)
 
 
@@ -51,11 +51,11 @@ class Report:
     """What the check of one plugin, or of one preset, found.
 
     Attributes:
-        entry: which one, and of which package.
-        findings: in the order of the rules; empty where all is well.
-        figures: what was measured, by name: `import_seconds`, `first_call_seconds`,
-            `individuals_per_second`, as far as the check came.
-        digest: SHA-256 of what it computed, to compare between processes; '' if it did not.
+        entry: the plugin, with its package.
+        findings: in the order of the rules; empty if there are none.
+        figures: measurements by name: `import_seconds`, `first_call_seconds`,
+            `individuals_per_second`, as far as the check got.
+        digest: SHA-256 of its results, to compare between processes; '' if there are none.
     """
 
     entry: Entry
@@ -86,7 +86,7 @@ class Report:
         return "\n".join([f"{self.entry} {verdict}", *map(str, self.findings)])
 
     def to_json(self) -> dict[str, Any]:
-        """As JSON has it."""
+        """Return the report for JSON."""
         return {
             "kind": self.entry.kind,
             "name": self.entry.name,

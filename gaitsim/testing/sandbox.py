@@ -68,7 +68,7 @@ class _Child:
         """
         try:
             process = self._process or self._start()
-            self._doing = "computing it all in another process" if again else "being examined"
+            self._doing = "computing everything in another process" if again else "being examined"
             question = {"entry": asdict(entry), "options": dict(options), "again": again}
             return self._exchange(process, question, seconds)
         except _NoAnswer:

@@ -1,7 +1,7 @@
-"""`python -m gaitsim.testing.sandbox_child`: examines plugins, asked by lines of JSON; see `watch`.
+"""`python -m gaitsim.testing.sandbox_child`: examines plugins on request, in lines of JSON.
 
-A process of its own, as what it examines may never end, end the process, or print. What is
-printed is kept from the answers, and told of in the findings.
+It is a process of its own, as a plugin may loop endlessly, exit or print; see `watch`. Output of
+plugins is kept apart from the answers, and reported as a finding.
 """
 
 import io
@@ -18,7 +18,7 @@ Questions = SimpleQueue[dict[str, Any]]
 
 
 def main() -> None:
-    """Answer what is asked until standard input ends, which also ends what is under way."""
+    """Answer requests until standard input ends, which also ends the current examination."""
     answers, asked = os.dup(1), os.fdopen(os.dup(0), "rb")
     questions: Questions = SimpleQueue()
     with tempfile.TemporaryFile() as printed, open(os.devnull, "rb") as nothing:  # noqa: PTH123
@@ -31,7 +31,7 @@ def main() -> None:
 def _listen(asked: BinaryIO, questions: Questions) -> None:
     for line in asked:
         questions.put(json.loads(line))
-    os._exit(0)  # nobody waits for the answer
+    os._exit(0)  # the parent is gone
 
 
 def _answer(questions: Questions, answers: int) -> None:
@@ -44,7 +44,7 @@ def _answer(questions: Questions, answers: int) -> None:
         os.write(answers, json.dumps(answer).encode() + b"\n")
 
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(line_buffering=True)  # in order with what other programs print
+        sys.stdout.reconfigure(line_buffering=True)  # in order with the output of child processes
     send(ready=True)
     while True:
         question = questions.get()
@@ -63,7 +63,7 @@ def _answer(questions: Questions, answers: int) -> None:
 
 
 def _printed() -> str:
-    """The beginning of what was printed since this was last asked."""
+    """Return the beginning of the output since the last call."""
     if sys.stdout is not None:
         sys.stdout.flush()
     os.lseek(1, 0, os.SEEK_SET)
@@ -78,7 +78,7 @@ def _printing(text: str) -> Any:
 
     return advice(
         "standard output",
-        "nothing there: it is for results, such as those of --json",
+        "no output there: it is for results, such as those of --json",
         f"{text!r}",
         "use the module logging, or print(…, file=sys.stderr)",
     )

@@ -109,7 +109,7 @@ def test_a_time_limit(gaitsim, install, working):
 
 FOLDERS = {
     "no pyproject": ({}, "cannot read"),
-    "no TOML": ({"pyproject.toml": "[project"}, "is no TOML"),
+    "no TOML": ({"pyproject.toml": "[project"}, "not valid TOML"),
     "no plugins": ({"pyproject.toml": "[project]\nname = 'x'\n"}, "registers no plugin"),
     "no table": ({"pyproject.toml": "project = 3\n"}, "project is not a table"),
     "an unknown kind": (
@@ -180,7 +180,7 @@ def test_a_name_of_a_rival_is_found(gaitsim, install, working):
     install("fake", working, {"mutation": {"hopper": "Still"}})
     done = gaitsim("plugins", "check", "./hopper", code=1)
     assert "error: name" in done.stdout
-    assert "registered by fake 1.0, too" in done.stdout
+    assert "also registered by fake 1.0" in done.stdout
 
 
 def test_an_unknown_name_is_refused(gaitsim):

@@ -119,7 +119,7 @@ ERRORS = {
         "shapes",
         "2",
     ),
-    "NaN": ("organism", MOVES % "np.log(np.abs(genomes[:, 0]) - 2)", "finite values", "1 that"),
+    "NaN": ("organism", MOVES % "np.log(np.abs(genomes[:, 0]) - 2)", "finite values", "1 values"),
     "all failed": (
         "organism",
         "def move(self, genomes):\n    return Motion(1.0, {'distance': genomes[:, 0]}, None,"
@@ -234,7 +234,7 @@ ERRORS = {
         "fitness",
         "needs: ClassVar = ()\n" + TERMS % "{'d': motion['distance']}",
         "needs",
-        "reads distance, too",
+        "reads distance",
     ),
     "a rank": (
         "fitness",
@@ -291,7 +291,7 @@ ERRORS = {
         "def parents_each(self, scores, pairs, rng):\n"
         "    return np.ones((len(scores), pairs, 2), np.intp)",
         "parents_each",
-        "something else",
+        "another",
     ),
     "no objection": (
         "selection",
@@ -300,7 +300,7 @@ ERRORS = {
         "None",
     ),
     "too few children": ("crossover", CROSS % "return mothers[:1].copy()", "shapes", "(1, 5)"),
-    "the mothers themselves": ("crossover", CROSS % "return mothers", "inputs", "was given"),
+    "the mothers themselves": ("crossover", CROSS % "return mothers", "inputs", "given"),
     "no genes any more": ("crossover", CROSS % "return mothers * np.nan", "finite values", ""),
     "children by chance": (
         "crossover",
@@ -357,7 +357,7 @@ ADVICE = {
         "needs",
         "never reads distance",
     ),
-    "channels of no body": ("fitness", "needs: ClassVar = ('wheels',)", "needs", "not looked at"),
+    "channels of no body": ("fitness", "needs: ClassVar = ('wheels',)", "needs", "none"),
     "never finite": (
         "fitness",
         TERMS % "{'d': motion['distance'] * np.nan}",

@@ -1,4 +1,4 @@
-"""What a plugin computed, boiled down to a digest that is equal only for the same bits."""
+"""Digests of the results of plugins, which are equal only for the same bits."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from gaitsim.contracts import Motion, Skeleton
 
 
 def digest(thing: object) -> str:
-    """SHA-256 of arrays, motions, skeletons, texts and numbers, or of dicts and lists of them."""
+    """Return the SHA-256 of arrays, motions, skeletons, texts, numbers, or nested ones."""
     found = hashlib.sha256()
     _add(found, thing)
     return found.hexdigest()
@@ -37,12 +37,12 @@ def _add(found: Any, thing: object) -> None:
 
 
 def same(one: object, other: object) -> bool:
-    """Whether both are the same to the bit; NaN is NaN."""
+    """Return whether both are the same to the bit; NaN equals NaN."""
     return digest(one) == digest(other)
 
 
 def rows(motion: Motion, chosen: Sequence[int]) -> dict[str, Any]:
-    """The channels of some individuals, and their failures, as a body's chunk would have them."""
+    """Return the channels and failures of some individuals, as in a chunk of their own."""
     chosen = list(chosen)
     return {
         "failures": {i: motion.failures[k] for i, k in enumerate(chosen) if k in motion.failures},
@@ -51,7 +51,7 @@ def rows(motion: Motion, chosen: Sequence[int]) -> dict[str, Any]:
 
 
 def differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
-    """The first name under which two dicts of arrays differ, or ''."""
+    """Return the first name at which two dicts of arrays differ, or ''."""
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other or not same(one[name], other[name]):
             return name

@@ -1,4 +1,4 @@
-"""Rules for a body: its genomes, and how it moves them."""
+"""Rules for a body: its genome space and its motion."""
 
 import math
 import time
@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from gaitsim.contracts import BitSpace, Channel, Genomes, GenomeSpace, Motion, Organism, RealSpace
-from gaitsim.errors import PluginError
 from gaitsim.experiment.model import space_of
-from gaitsim.registry import Entry
+from gaitsim.registry import Entry, contract_error
 from gaitsim.testing.report import Finding, advice, error
 from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.repeats import repeated
@@ -24,7 +23,7 @@ _REAL = "biuf"  # kinds of dtype that are real numbers
 
 
 def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Iterator[Finding]:
-    """All rules for a body, as its options are; stops where the next rules could not hold."""
+    """Check all rules for a body with its current options, up to one that others depend on."""
     space = space_of(entry, body)
     found = list(_space(body, space))
     yield from found
@@ -47,7 +46,7 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
 
 
 def some_genomes(space: GenomeSpace, count: int = COUNT) -> Genomes:
-    """Genomes of a space, (count, genes): random ones, the last two at the bounds."""
+    """Return genomes, (count, genes): random ones, the last two at the bounds."""
     genomes = space.random(count, np.random.default_rng(1))
     if isinstance(space, RealSpace) and count > 2:
         genomes[-2:] = space.repair(np.stack([space.lower, space.upper]))
@@ -65,7 +64,7 @@ def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
     if space.genes < 1 or len(set(space.labels)) < space.genes:
         yield error(
             "genome space",
-            "at least one gene, and a label of its own for each",
+            "at least one gene, and a unique label for each",
             f"{space.genes} genes, {len(set(space.labels))} labels",
             "give GenomeSpace.labels one different name a gene",
         )
@@ -75,14 +74,14 @@ def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
         yield error(
             "genome space",
             "random genomes that belong to the space",
-            f"shape {np.shape(genomes)}, dtype {genomes.dtype}, or genes outside of it",
+            f"shape {np.shape(genomes)}, dtype {genomes.dtype}, or genes outside of the space",
             "let random() end with repair()",
         )
         return
     if not same(space.repair(genomes), genomes):
         yield error(
             "genome space",
-            "repair() leaves genomes of the space as they are",
+            "repair() leaves genomes of the space unchanged",
             "it changes them",
             "let 'repair_bits' return a genome unchanged that it has repaired before",
         )
@@ -91,9 +90,9 @@ def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
     ):
         yield error(
             "genome space",
-            "the same genomes from the same generator, whenever genome_space() is asked",
+            "the same genomes from the same generator, whenever genome_space() is called",
             "others",
-            "draw from the generator that is given, and from nothing else",
+            "draw from the given generator alone",
         )
 
 
@@ -108,7 +107,7 @@ def _timed(body: Organism, genomes: Genomes) -> tuple[object, float]:
 
 
 def _motion(body: Organism, motion: object) -> Iterator[Finding]:
-    """What would leave nothing to look at."""
+    """Check what all further rules need."""
     if not isinstance(motion, Motion):
         yield error(
             "motion",
@@ -130,7 +129,7 @@ def _motion(body: Organism, motion: object) -> Iterator[Finding]:
             "channels",
             "every channel of 'channels' in the motion",
             f"{', '.join(missing)} missing",
-            "put them in the Motion, or take them out of 'channels'",
+            "put them in the Motion, or remove them from 'channels'",
         )
     for name in motion:
         yield from _channel(name, motion[name], body.channels.get(name))
@@ -178,13 +177,13 @@ def _lengths(body: Organism, motion: Motion) -> Iterator[Finding]:
 
 
 def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
-    untold = [name for name in motion if name not in body.channels]
-    if untold:
+    undeclared = [name for name in motion if name not in body.channels]
+    if undeclared:
         yield advice(
             "channels",
             "each channel of the motion declared in 'channels', with axes and unit",
-            f"{', '.join(untold)} not declared; no fitness can read them",
-            "channels = {…, " + f"{untold[0]!r}: Channel(('frames',), 'm', 'what it is')" + "}",
+            f"{', '.join(undeclared)} not declared; no fitness can read them",
+            "channels = {…, " + f"{undeclared[0]!r}: Channel(('frames',), 'm', 'what it is')" + "}",
         )
     whole = [index for index in range(COUNT) if index not in motion.failures]
     for name in motion:
@@ -193,14 +192,14 @@ def _channels(body: Organism, motion: Motion) -> Iterator[Finding]:
             yield error(
                 "finite values",
                 f"{name}: finite numbers for each individual that is not in Motion.failures",
-                f"{np.count_nonzero(~np.isfinite(motion[name][bad[0]]))} that are not, in "
-                f"individual {bad[0]} of genomes drawn from the space or at its bounds",
-                "guard what overflows or divides by 0, or tell why in Motion.failures",
+                f"{np.count_nonzero(~np.isfinite(motion[name][bad[0]]))} values that are not, in "
+                f"individual {bad[0]}, drawn from the space or at its bounds",
+                "guard against overflow and division by 0, or give a reason in Motion.failures",
             )
     if not whole:
         yield error(
             "failures",
-            "bodies that move with genomes of the space",
+            "some individuals of the space that do not fail",
             f"all failed: {motion.failures[0]}",
             "narrow the bounds of the genome space",
         )
@@ -228,12 +227,12 @@ def _speed(body: Organism, space: GenomeSpace, figures: dict[str, float]) -> Ite
 
 
 def moved_by(entry: Entry, body: Organism) -> Motion:
-    """The motion of some individuals, for a fitness to judge.
+    """Return the motion of some individuals, for a fitness to score.
 
     Raises:
-        PluginError: what the body returns is no motion.
+        PluginError: the body does not return a motion.
     """
     motion: object = body.move(some_genomes(space_of(entry, body)))
     if not isinstance(motion, Motion):
-        raise PluginError(f"{entry} moved to a {type(motion).__name__}")
+        raise contract_error(entry, f"moved to a {type(motion).__name__}", "a Motion")
     return motion

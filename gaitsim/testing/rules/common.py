@@ -1,4 +1,4 @@
-"""What the rules of selection, crossover and mutation share."""
+"""Parts that the rules of selection, crossover and mutation share."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -11,18 +11,18 @@ from gaitsim.testing.report import Finding, error
 
 GENERATIONS = (1, 2, 1000, 1_000_000)
 
-ANEW = "draw from the generator 'rng' alone, and remember nothing between calls"
+ANEW = "draw from the generator 'rng' alone, and keep no state between calls"
 
 
 def _at_most_half(genomes: Genomes) -> Genomes:
-    """A repair: clears the last half of genomes of which more than half is set."""
+    """Repair genomes with more than half of the bits set: clear their last half."""
     repaired = genomes.copy()
     repaired[genomes.sum(axis=1) > genomes.shape[1] / 2, genomes.shape[1] // 2 :] = 0
     return repaired
 
 
 def spaces() -> dict[str, GenomeSpace]:
-    """Genome spaces to try an operator on, by what they are."""
+    """Return genome spaces to try an operator on, by a description."""
     lower = np.array([-1.0, 0.0, 1e-3, -np.pi, 10.0])
     width = np.array([2.0, 1e-6, 1.0, 2 * np.pi, 1e6])
     labels = tuple("abcde")
@@ -42,7 +42,7 @@ def spaces() -> dict[str, GenomeSpace]:
 
 
 def schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
-    """What `at` returns for early and late generations."""
+    """Check what `at` returns for early and late generations."""
     for generation in GENERATIONS:
         scheduled: object = plugin.at(generation)
         if not isinstance(scheduled, contract):
@@ -58,7 +58,7 @@ def schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
 def array(
     method: str, what: str, thing: object, shape: tuple[int, ...], dtype: np.dtype[Any]
 ) -> Iterator[Finding]:
-    """That something is an array of that shape and dtype."""
+    """Check that something is an array of that shape and dtype."""
     expected = f"{method} returns an array of shape {shape}, dtype {dtype} ({what})"
     if not isinstance(thing, np.ndarray):
         yield error("shapes", expected, f"a {type(thing).__name__}", "return a NumPy array")
@@ -69,7 +69,7 @@ def array(
 
 
 def rate(work: Callable[..., object], arguments: Sequence[object], count: int) -> float:
-    """How many individuals a second one call makes that makes `count`."""
+    """Return the individuals a second of one call that makes `count`."""
     begun = time.perf_counter()
     work(*arguments)
     return count / max(time.perf_counter() - begun, 1e-9)

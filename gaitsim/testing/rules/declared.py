@@ -1,4 +1,4 @@
-"""Rules on what every plugin declares: its docstring and its options."""
+"""Rules for declarations of every plugin: its docstring and its options."""
 
 import json
 from collections.abc import Iterator
@@ -16,20 +16,20 @@ _BOUNDS = ("gt", "ge", "lt", "le")
 
 
 def declared(model: type[Plugin]) -> Iterator[Finding]:
-    """Docstring and options of a class."""
+    """Check docstring and options of a class."""
     if not (model.__dict__.get("__doc__") or "").strip():
         yield advice(
             "docstring",
-            "a sentence that says what the plugin is; 'gaitsim plugins show' prints it",
+            "a sentence about the plugin, which 'gaitsim plugins show' prints",
             f"{model.__name__} has no docstring",
-            "write one below the line of the class",
+            "write one below the class line",
         )
     if not model.model_config.get("frozen"):
         yield error(
             "options",
             "a frozen model, as its base class is",
-            f"{model.__name__} can be changed after it is made",
-            "take 'frozen' out of its model_config",
+            f"{model.__name__} can be changed",
+            "remove 'frozen' from its model_config",
         )
     for name, field in model.model_fields.items():
         yield from _option(name, field)
@@ -39,14 +39,14 @@ def _option(name: str, field: FieldInfo) -> Iterator[Finding]:
     if field.is_required():
         yield error(
             "options",
-            "a default for every option, so that the plugin works as it is",
+            "a default for every option, so that the plugin works without any",
             f"{name} has none",
             f"{name}: … = option(DEFAULT, …)",
         )
     if not options.meaning(field):
         yield error(
             "options",
-            "a sentence for every option that says what it does",
+            "a sentence about every option",
             f"{name} has none",
             f"{name}: … = option({options.default(field)}, 'what it does')",
         )
@@ -56,17 +56,17 @@ def _option(name: str, field: FieldInfo) -> Iterator[Finding]:
     if field.annotation in (int, float) and not bounded:
         yield advice(
             "options",
-            "bounds for every number, so that a value that cannot work is refused at once",
+            "bounds for every number, so that invalid values are refused at once",
             f"{name} takes any number",
             f"{name}: … = option({options.default(field)}, …, ge=…, le=…)",
         )
 
 
 def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
-    """The options survive the way through an experiment file, and are within their own bounds."""
+    """Check that options survive an experiment file and are within their bounds."""
     import tomlkit
 
-    expected = "options that come back from an experiment file as they were"
+    expected = "the same options after being written and read"
     fix = "give options types that TOML has: numbers, texts, booleans and lists of them"
     try:
         text = tomlkit.dumps({kind: options.values(plugin)})
@@ -80,7 +80,7 @@ def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
         option = ".".join(map(str, first["loc"]))
         yield error(
             "options",
-            "defaults that the option itself allows",
+            "a default within the bounds of the option",
             f"{option} = {first['input']!r}: {first['msg']}",
             f"choose another default for {option}, or other bounds",
         )
@@ -90,7 +90,7 @@ def round_trip(kind: str, plugin: Plugin) -> Iterator[Finding]:
 
 
 def rebuilt(model: type[Plugin], values: dict[str, Any]) -> Plugin:
-    """A plugin from values as an experiment file has them.
+    """Return a plugin from values of an experiment file.
 
     Raises:
         ValidationError: values that the options do not allow.

@@ -1,4 +1,4 @@
-"""Rules for a fitness: its terms, and what it reads."""
+"""Rules for a fitness: its terms, and the channels that it reads."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -13,11 +13,11 @@ from gaitsim.testing.rules.partners import partner
 
 
 class _Watched(Motion):
-    """A motion that notes which channels are read."""
+    """A motion that records which channels are read."""
 
     def __init__(self, motion: Motion) -> None:
-        # The body's own arrays: a copy may lie in memory otherwise, and then sum up to another
-        # last bit.
+        # The body's own arrays: a copy may have another memory layout, and so another last bit
+        # of its sum.
         super().__init__(
             motion.frame_rate, {name: motion[name] for name in motion}, None, motion.failures
         )
@@ -31,14 +31,14 @@ class _Watched(Motion):
 def fitness_rules(
     entry: Entry, fitness: Fitness, on_status: Callable[[str], None]
 ) -> Iterator[Finding]:
-    """All rules for a fitness, as its options are."""
-    on_status("looking for a body that it can judge")
+    """Check all rules for a fitness with its current options."""
+    on_status("looking for a body with its channels")
     found = partner(entry, fitness)
     if found is None:
         yield advice(
             "needs",
             f"an installed body with the channels {', '.join(fitness.needs)}",
-            "there is none, so that the terms were not looked at",
+            "none; the terms were not checked",
             "correct 'needs', or install the package of the body",
         )
         return
@@ -56,7 +56,7 @@ def fitness_rules(
     if changed:
         yield error(
             "inputs",
-            "a motion as it was given",
+            "an unchanged motion",
             f"terms() changes the channel {changed}",
             "work on a copy: motion[…].copy()",
         )
@@ -65,7 +65,7 @@ def fitness_rules(
             "finite values",
             f"a finite score for some of {COUNT} random individuals of {found[0].name}",
             "none has one",
-            "guard what overflows or divides by 0",
+            "guard against overflow and division by 0",
         )
     yield from _repeats(fitness, found, given)
 
@@ -88,26 +88,26 @@ def _terms(terms: object) -> Iterator[Finding]:
                 "shapes",
                 f"{name}: real numbers, (population,) = ({COUNT},)",
                 f"shape {values.shape}, dtype {values.dtype}",
-                "bring each individual's term down to one number, as by .sum(axis=1)",
+                "reduce each individual's term to one number, as by .sum(axis=1)",
             )
 
 
 def _reading(fitness: Fitness, watched: _Watched) -> Iterator[Finding]:
-    untold = sorted(watched.read - {*fitness.needs})
-    if untold:
+    undeclared = sorted(watched.read - {*fitness.needs})
+    if undeclared:
         yield error(
             "needs",
-            "every channel that is read named in 'needs'",
-            f"reads {', '.join(untold)}, too",
-            f"needs = {(*fitness.needs, *untold)!r}",
+            "every channel that is read in 'needs'",
+            f"also reads {', '.join(undeclared)}",
+            f"needs = {(*fitness.needs, *undeclared)!r}",
         )
     unread = [name for name in fitness.needs if name not in watched.read]
     if unread:
         yield advice(
             "needs",
-            "only channels that are read in 'needs', as bodies without them are refused",
+            "only channels that are read in 'needs': bodies without them are refused",
             f"never reads {', '.join(unread)}",
-            "take them out",
+            "remove them",
         )
 
 
@@ -121,7 +121,7 @@ def _repeats(
             "determinism",
             "the same terms for the same motion, to the bit",
             f"{name} differs the second time",
-            "use no random numbers, and remember nothing between calls",
+            "use no random numbers, and keep no state between calls",
         )
         return
     body = found[1]
@@ -135,8 +135,8 @@ def _repeats(
         if name:
             yield error(
                 "chunks",
-                "terms of the same names, in which an individual's depend on itself alone",
-                f"{name} differs when individuals are judged in a chunk of {len(chosen)}",
+                "the same terms, and values that depend on the individual alone",
+                f"{name} differs when individuals are evaluated in a chunk of {len(chosen)}",
                 "use nothing of the whole population, such as its best or its mean",
             )
             return

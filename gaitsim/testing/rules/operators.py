@@ -13,7 +13,7 @@ from gaitsim.testing.rules.common import ANEW, array, rate, schedule, spaces
 
 
 def crossover_rules(crossover: Crossover, figures: dict[str, float]) -> Iterator[Finding]:
-    """All rules for a crossover, as its options are."""
+    """Check all rules for a crossover with its current options."""
     yield from schedule(crossover, Crossover)
     for what, space in _fitting(crossover):
         for pairs in (1, 9):
@@ -28,7 +28,7 @@ def crossover_rules(crossover: Crossover, figures: dict[str, float]) -> Iterator
 
 
 def mutation_rules(mutation: Mutation, figures: dict[str, float]) -> Iterator[Finding]:
-    """All rules for a mutation, as its options are."""
+    """Check all rules for a mutation with its current options."""
     found = list(schedule(mutation, Mutation))
     yield from found
     if found:
@@ -75,9 +75,9 @@ def _bred(
     except PluginError as problem:
         yield error(
             "genome space",
-            f"{method} works on {what}, of which 'spaces' speaks",
+            f"{method} works on {what}, as 'spaces' declares",
             problem.what,
-            "spaces = (RealSpace,) or (BitSpace,), what it works on",
+            "declare in 'spaces' those that it works on: (RealSpace,) or (BitSpace,)",
         )
         return
     problems = list(array(method, what, children, shape, space.dtype))
@@ -87,15 +87,15 @@ def _bred(
     if not all(map(same, lent, parents)):
         yield error(
             "inputs",
-            "parents as they were given",
+            "unchanged parents",
             f"{method} changes them ({what})",
-            "begin with a copy()",
+            "work on a copy()",
         )
     if any(np.shares_memory(children, genomes) for genomes in lent):
         yield error(
             "inputs",
             f"a new array from {method}",
-            f"the one that was given ({what})",
+            f"the given one ({what})",
             "return a copy()",
         )
     if children.dtype.kind == "f" and not np.isfinite(children).all():
@@ -103,7 +103,7 @@ def _bred(
             "finite values",
             "finite genes",
             f"genes that are not ({what})",
-            "guard what overflows or divides by 0",
+            "guard against overflow and division by 0",
         )
     elif not space.contains(space.repair(children)):
         yield error(

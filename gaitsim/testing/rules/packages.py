@@ -1,4 +1,4 @@
-"""What there is to check: installed plugins, an installed package's, or those of a folder."""
+"""Choose what to check: installed plugins, those of a package, or those of a folder."""
 
 import os
 import re
@@ -24,8 +24,8 @@ class Chosen:
     """Plugins and presets to check.
 
     Attributes:
-        entries: which ones.
-        path: folders to import them from, before what is installed.
+        entries: the plugins.
+        path: folders to import them from, before installed packages.
     """
 
     entries: tuple[Entry, ...]
@@ -41,14 +41,14 @@ def installed() -> tuple[Entry, ...]:
 
 @contextmanager
 def chosen(reference: str | Path | None) -> Iterator[Chosen]:
-    """What a name, a package's name or a package's folder stands for; None is all installed.
+    """Find the plugins of a plugin's name, a package's name or a package's folder; None is all.
 
-    A folder need not be installed: its entry points are read from its pyproject.toml, and
-    while the block lasts a folder with metadata stands in for the installation.
+    A folder need not be installed: its entry points are read from its pyproject.toml. In the
+    block, a temporary folder with metadata replaces the installation.
 
     Raises:
         PluginError: nothing has that name.
-        GaitsimError: the folder holds no package with entry points of gaitsim's.
+        GaitsimError: the folder has no package with gaitsim entry points.
     """
     everything = installed()
     if reference is None:
@@ -69,7 +69,7 @@ def chosen(reference: str | Path | None) -> Iterator[Chosen]:
         raise PluginError(
             f"no plugin, package or folder is called {str(reference)!r}",
             allowed=", ".join(known),
-            remedy=nearest(str(reference), known) or "a folder is one that has a pyproject.toml",
+            remedy=nearest(str(reference), known) or "a package folder has a pyproject.toml",
         )
 
 
@@ -89,7 +89,7 @@ def _of_folder(folder: Path, metadata: Path) -> Chosen:
     strange = sorted({*points} - {*CHECKED, STUDIES})
     if strange or not any(points.values()):
         raise GaitsimError(
-            f"there is no kind of plugin {', '.join(strange)}"
+            f"unknown kind of plugin {', '.join(strange)}"
             if strange
             else f"the package {name} registers no plugin",
             where=f"{file}, project.entry-points",
@@ -111,10 +111,10 @@ def _project(file: Path) -> dict[str, Any]:
     except OSError as problem:
         raise GaitsimError(
             f"cannot read {file}: {problem.strerror}",
-            remedy="name the folder of a package, in which its pyproject.toml is",
+            remedy="name the folder of a package, which contains its pyproject.toml",
         ) from None
     except ValueError as problem:
-        raise GaitsimError(f"{file} is no TOML: {problem}", remedy="correct it") from None
+        raise GaitsimError(f"{file} is not valid TOML: {problem}", remedy="correct it") from None
     return _table(data, "project", file)
 
 
@@ -128,7 +128,7 @@ def _table(data: dict[str, Any], key: str, file: Path) -> dict[str, Any]:
 
 
 def _sources(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
-    """The folders in which the modules are: `src`, or the package's own."""
+    """Yield the folders of the modules: `src`, or the package's own."""
     modules = {entry.target.partition(":")[0].partition(".")[0].strip() for entry in entries}
     for source in (folder / "src", folder):
         if any(
@@ -138,7 +138,7 @@ def _sources(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
 
 
 def _install(metadata: Path, name: str, version: str, points: dict[str, Any]) -> None:
-    """Write what an installation would: name, version and entry points."""
+    """Write the metadata of an installation: name, version and entry points."""
     full = re.sub(r"[^A-Za-z0-9.+-]+", "_", f"{name.replace('-', '_')}-{version}")
     info = metadata / f"{full}.dist-info"
     info.mkdir()
@@ -154,7 +154,7 @@ def _install(metadata: Path, name: str, version: str, points: dict[str, Any]) ->
 
 
 def rivals(entry: Entry) -> Finding | None:
-    """What is wrong where another package registers the same name; None where none does."""
+    """Return a finding if another package registers the same name."""
     others = [
         claim.source
         for claim in registry.entries(entry.kind).get(entry.name, [])
@@ -166,7 +166,7 @@ def rivals(entry: Entry) -> Finding | None:
         return None
     return error(
         "name",
-        f"a name of its own: what several packages call {entry.name!r} cannot be used at all",
-        f"registered by {' and '.join(others)}, too",
+        f"a unique name: if several packages register {entry.name!r}, none can be used",
+        f"also registered by {' and '.join(others)}",
         "choose another name in the entry points",
     )

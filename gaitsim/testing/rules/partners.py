@@ -14,10 +14,9 @@ from gaitsim.testing.rules.declared import rebuilt
 
 
 def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
-    """An installed body that has the channels that the fitness reads; None where none has.
+    """Return an installed body with the channels that the fitness reads; None if there is none.
 
-    Those of its own package come first, then the bundled ones: what else is installed, and
-    may be broken, is asked last.
+    Bodies of its own package come first, then bundled ones; others may be broken.
     """
     for body, values in _candidates(entry):
         with suppress(GaitsimError, ValueError):

@@ -11,14 +11,14 @@ from gaitsim.experiment import Experiment, load_experiment, parse_experiment
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, error
 
-FEW = 3  # individuals that are judged; the whole population is drawn and bred
+FEW = 3  # individuals that are evaluated; the whole population is drawn and bred
 
 
 def preset_rules(entry: Entry) -> Iterator[Finding]:
     """All rules for a preset.
 
     Raises:
-        GaitsimError: it has problems, all of which are told.
+        GaitsimError: it has problems; names all of them.
     """
     experiment = load_experiment(entry.name)
     if parse_experiment(experiment.to_toml(), "again") != experiment:
@@ -31,7 +31,7 @@ def preset_rules(entry: Entry) -> Iterator[Finding]:
     if not experiment.description:
         yield advice(
             "description",
-            "one line that says what it is, for 'gaitsim experiments list'",
+            "one line about it, for 'gaitsim experiments list'",
             "none",
             f'description = "…" in {entry.name}.toml',
         )
@@ -53,7 +53,7 @@ def preset_rules(entry: Entry) -> Iterator[Finding]:
 
 
 def two_generations(experiment: Experiment) -> dict[str, Any]:
-    """The first individuals and the second population, each judged in part.
+    """Return the scores of some first individuals, the second population, and some of its scores.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -61,7 +61,7 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
     space = experiment.space()
     first = initial_population(experiment, space)
     evaluation = evaluate(experiment, first[:FEW])
-    # Made up for the breeding: all of them would take long to judge.
+    # Made up for breeding: evaluating all of them would take long.
     scores = np.sin(np.arange(len(first), dtype=np.float64))
     second = breed(experiment, space, first, scores, 2)
     return {

@@ -1,4 +1,4 @@
-"""Rules for a body: the same bits again, in other company, and in threads."""
+"""Rules for a body: the same bits again, in other chunks, and in threads."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,18 +9,18 @@ from gaitsim.testing.rules.bits import differing, rows, same
 
 
 def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    """The same bits again, alone, in another order, and genomes left as they are."""
+    """Check that the bits are the same again, alone and in another order, and genomes unchanged."""
     whole = rows(motion, range(len(genomes)))
     lent = genomes.copy()
     again = body.move(lent)
-    for name in again:  # read, as some channels are worked out only then
+    for name in again:  # some channels are computed only when they are read
         again[name]
     if not same(lent, genomes):
         yield error(
             "inputs",
-            "genomes as they were given",
+            "unchanged genomes",
             "move() changes them",
-            "begin with genomes = genomes.copy()",
+            "work on a copy: genomes.copy()",
         )
     name = differing(whole, rows(again, range(len(genomes))))
     if name:
@@ -28,9 +28,9 @@ def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
             "determinism",
             "the same motion for the same genomes, to the bit",
             f"{name} differs when the same genomes move once more",
-            "use no random numbers but from a seed that is an option, and remember nothing",
+            "use random numbers only from a seed that is an option, and keep no state",
         )
-        return  # the next ones would say it again
+        return  # the next rules would fail for the same reason
     order = list(reversed(range(len(genomes))))
     orders = {"in reverse order": order, "alone": [2], "in a chunk of two": [4, 1]}
     for how, chosen in orders.items():
@@ -42,7 +42,7 @@ def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
                 "an individual's motion depends on its own genome alone, to the bit",
                 f"{name} differs when individuals move {how}",
                 "use nothing of the whole population, such as its mean; a matrix product may round "
-                "otherwise for another number of rows",
+                "differently for another number of rows",
             )
             return
     if body.threads:
@@ -62,7 +62,7 @@ def _threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
     if name:
         yield error(
             "threads",
-            "the same bits when two threads move populations at once, as 'threads' says",
+            "the same bits when two threads move populations at once, as 'threads' declares",
             f"{name} differs",
-            "keep nothing between calls, or take 'threads = True' out",
+            "keep no state between calls, or remove 'threads = True'",
         )

@@ -12,7 +12,7 @@ from gaitsim.testing.rules.common import ANEW, array, rate, schedule
 
 
 def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator[Finding]:
-    """All rules for a selection, as its options are."""
+    """Check all rules for a selection with its current options."""
     random = np.random.default_rng(1).normal(size=40)
     cases = {
         "40 random scores": random,
@@ -33,13 +33,13 @@ def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator
     if random[parents].mean() <= random.mean():
         yield advice(
             "selection",
-            "parents that score better than the population on the average",
+            "parents that score better than the population on average",
             f"{random[parents].mean():.3f}, the population {random.mean():.3f}",
             "more is better: np.argmax, or np.argsort(-scores)",
         )
     objection: object = selection.objection(40, 2, 2)
     if not isinstance(objection, str):
-        yield error("objection", "a text, '' where all is well", f"{objection!r:.60}", "")
+        yield error("objection", "a text, '' if there is none", f"{objection!r:.60}", "")
     figures["individuals_per_second"] = rate(
         selection.parents, [random, 500, np.random.default_rng(2)], 1000
     )
@@ -59,7 +59,7 @@ def _selected(selection: Selection, what: str, scores: Any, pairs: int) -> Itera
             "return indices into the scores",
         )
     if not same(lent, scores):
-        yield error("inputs", "scores as they were given", "parents() changes them", "copy them")
+        yield error("inputs", "unchanged scores", "parents() changes them", "copy them")
     if not same(parents, selection.parents(scores.copy(), pairs, np.random.default_rng(7))):
         yield error(
             "determinism", f"the same parents from the same generator ({what})", "others", ANEW
@@ -68,7 +68,7 @@ def _selected(selection: Selection, what: str, scores: Any, pairs: int) -> Itera
     if not same(np.asarray(each), parents[None]):
         yield error(
             "parents_each",
-            f"for one population what parents() chooses ({what})",
-            "something else",
+            f"the choice of parents() for one population ({what})",
+            "another choice",
             "draw in the same order, or leave parents_each() out",
         )
