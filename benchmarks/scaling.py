@@ -53,7 +53,7 @@ def recording_seconds(population: int) -> float:
 
     with (
         tempfile.TemporaryDirectory() as folder,
-        RunWriter(create_run(experiment, Path(folder) / "run")) as writer,
+        RunWriter.open(create_run(experiment, Path(folder) / "run")) as writer,
     ):
         taken = stopwatch(lambda: [*writer.evolve(score)])  # type: ignore[arg-type]
     return taken / 3

@@ -63,7 +63,7 @@ def run_seconds(experiment: Experiment, evaluator: Evaluator) -> float:
         path = create_run(experiment, Path(folder) / "run")
 
         def work() -> None:
-            with RunWriter(path) as writer:
+            with RunWriter.open(path) as writer:
                 for generation in evolve(writer.experiment, evaluator.evaluate):
                     writer.record(generation)
 

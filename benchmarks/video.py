@@ -25,7 +25,7 @@ STILLS = 5
 def spider(path: Path) -> RunSnapshot:
     """A short run."""
     experiment = load_experiment("spider", {"evolution.generations": 30})
-    with RunWriter(create_run(experiment, path)) as writer:
+    with RunWriter.open(create_run(experiment, path)) as writer:
         for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
     return RunSnapshot(path)

@@ -296,7 +296,7 @@ def evolved(experiment, path):
     from gaitsim.runs.writer import RunWriter
 
     path = create_run(experiment, path)
-    with RunWriter(path) as writer:
+    with RunWriter.open(path) as writer:
         for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
     return RunSnapshot(path)

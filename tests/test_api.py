@@ -135,7 +135,7 @@ def test_leaving_a_loop_frees_the_workers_and_the_run(tmp_path: Path) -> None:
     for thread in set(threading.enumerate()) - before:
         thread.join(60)  # each ends when what it does is done
         assert not thread.is_alive()
-    with RunWriter(out) as writer:  # its lock is free
+    with RunWriter.open(out) as writer:  # its lock is free
         assert writer.last is not None
         assert writer.last.number == 3
 

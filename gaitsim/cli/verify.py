@@ -97,7 +97,7 @@ def _print_json(path: str, verdict: Verdict) -> None:
                 {"generation": number, "what": list(what)}
                 for number, what in verdict.differences.items()
             ],
-            "undigested": verdict.undigested,
+            "without_checksum": verdict.without_checksum,
             "warning": verdict.warning or None,
             "damaged": list(verdict.damaged),
             "experiment": [
@@ -161,9 +161,9 @@ def _told(verdict: Verdict) -> list[str]:
         found.append(f"made again wholly: {_ranges(verdict.whole)} of {verdict.last}")
     if verdict.best:
         found.append(f"best individual judged again: {_ranges(verdict.best)}")
-    if verdict.undigested:
+    if verdict.without_checksum:
         found.append(
-            f"{verdict.undigested} of {verdict.last} generations have no digest: "
+            f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
             "their history and bests alone were compared"
         )
     if not verdict.origins:

@@ -15,7 +15,7 @@ from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 
 
-def misfit(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
+def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
     """Why genomes cannot go on as those of an experiment's body, or ''.
 
     Args:
@@ -51,7 +51,7 @@ def misfit(experiment: Experiment, genomes: Genomes, source: str, whose: str) ->
     return wrong
 
 
-def fitting(experiment: Experiment) -> str:
+def expected_genomes(experiment: Experiment) -> str:
     """The genomes that fit an experiment's body, as told."""
     return f"{_described(experiment.entries['organism'].name, experiment.space())}, within bounds"
 
@@ -89,7 +89,7 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
     population, genomes = experiment.individuals, checkpoint.genomes
     number = experiment.islands.number
     before = read_outline(checkpoint.experiment, CHECKPOINT).islands.number
-    wrong = misfit(experiment, genomes, checkpoint.experiment, "the population")
+    wrong = genome_mismatch(experiment, genomes, checkpoint.experiment, "the population")
     if wrong or len(genomes) != population or number != before:
         asked = f"{population} individuals"
         reason = wrong or f"it asks for {asked if number == before else f'{number} islands'}"
@@ -97,7 +97,7 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
             f"the population of {len(genomes)} with {genomes.shape[1]} genes in "
             f"{path / CHECKPOINT} does not belong to the experiment beside it: {reason}",
             where=str(path / EXPERIMENT),
-            allowed=f"a population of {population} with {fitting(experiment)}",
+            allowed=f"a population of {population} with {expected_genomes(experiment)}",
             remedy="take back what was changed in the experiment, or begin a new run with it",
         )
 

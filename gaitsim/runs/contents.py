@@ -19,10 +19,10 @@ from gaitsim.runs.files.checkpoint import (
     read_checkpoint,
     read_with_fallback,
 )
-from gaitsim.runs.files.checksums import read_digests
+from gaitsim.runs.files.checksums import read_checksums
 from gaitsim.runs.files.folder import (
     CHECKPOINT,
-    DIGESTS,
+    CHECKSUMS,
     EXPERIMENT,
     HISTORY,
     ISLANDS,
@@ -192,7 +192,7 @@ class RunFiles:
         Raises:
             RunError: they cannot be read.
         """
-        return read_digests(self.path / DIGESTS)[: self.generation]
+        return read_checksums(self.path / CHECKSUMS)[: self.generation]
 
     @cached_property
     def champions(self) -> dict[int, Champion | CheckpointError]:

@@ -12,19 +12,19 @@ from gaitsim.runs.files.folder import (
     BESTS,
     CHAMPIONS,
     CHECKPOINT,
-    DIGESTS,
+    CHECKSUMS,
     EXPERIMENT,
     EXPORTS,
     HISTORY,
     ISLANDS,
-    ORIGINS,
+    PROVENANCE,
     START,
     champion_file,
     create_folder,
     ends_early,
     kept_champions,
 )
-from gaitsim.runs.resume import plan
+from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 
 
@@ -57,18 +57,18 @@ def fork_run(
     """
     run = RunSnapshot(path)
     # It reads the checkpoint first: all that it counts is in the other files by then.
-    opening = plan(run, overrides, generations=generations, any_version=any_version)
+    plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
     changed = bool(overrides) or generations is not None
     files: dict[str, str | bytes] = {
-        EXPERIMENT: opening.experiment.to_toml() if changed else run.experiment_text
+        EXPERIMENT: plan.experiment.to_toml() if changed else run.experiment_text
     }
     checkpoint = run.checkpoint
     if checkpoint is not None:
         files |= _records(run, checkpoint.generation) | _champions(path, checkpoint.generation)
         files[CHECKPOINT] = pack(checkpoint)
-        digests = RECORD.itemsize * checkpoint.generation
-        files |= {name: data[:digests] for name, data in _optional(path, DIGESTS)}
-        files |= dict(_optional(path, ORIGINS))
+        size = RECORD.itemsize * checkpoint.generation
+        files |= {name: data[:size] for name, data in _optional(path, CHECKSUMS)}
+        files |= dict(_optional(path, PROVENANCE))
         for name, data in _optional(path, ISLANDS):
             lines = data.splitlines(keepends=True)[: 1 + checkpoint.generation]
             files[name] = b"".join(lines)

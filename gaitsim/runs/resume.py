@@ -15,20 +15,19 @@ from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress, stop_reason
 from gaitsim.experiment import Evolution, Experiment, Overrides, Typed, read_outline
 from gaitsim.registry import options
-from gaitsim.runs.compatibility import check_population, fitting, misfit, versions
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.compatibility import check_population, expected_genomes, genome_mismatch, versions
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 from gaitsim.runs.files.folder import EXPERIMENT, check_size, command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, changes, pending
-from gaitsim.runs.start import fitting_start
+from gaitsim.runs.start import start_genome
 
 POPULATION = "evolution.population"
 
 
 @dataclass(frozen=True, eq=False)
-class Opening:
-    """What a search goes on from.
+class ResumePlan:
+    """How a run continues.
 
     Attributes:
         experiment: as it goes on.
@@ -53,45 +52,24 @@ class Opening:
         return any(change.reevaluates for change in self.changes)
 
 
-def open_run(
-    run: RunSnapshot,
-    overrides: Overrides | None = None,
-    *,
-    generations: int | None = None,
-    any_version: bool = False,
-) -> Opening:
-    """Find what a run goes on from, and write to its experiment what is to be changed.
-
-    Args:
-        run: locked by this process.
-        overrides: values of options by key.
-        generations: how far it is to go; None as far as planned.
-        any_version: whether other versions of packages than before will do.
-
-    Raises:
-        ExperimentError: the experiment has problems, or would have them with the overrides.
-        RunError: the run is damaged, was made with other versions, or would not go on.
-    """
-    opening = plan(run, overrides, generations=generations, any_version=any_version)
-    if overrides or generations is not None:
-        write_bytes(run.path / EXPERIMENT, opening.experiment.to_toml().encode())
-    return opening
-
-
-def plan(
+def plan_resume(
     run: RunSnapshot,
     overrides: Overrides | None = None,
     *,
     generations: int | None,
     any_version: bool,
-) -> Opening:
-    """What a run would go on from. Writes nothing; raises as `open_run` does.
+) -> ResumePlan:
+    """Plan how a run continues, without writing anything.
 
     Args:
         run: locked or not.
         overrides: values of options by key.
         generations: how far it is to go; None as far as planned.
         any_version: whether other versions of packages than before will do.
+
+    Raises:
+        ExperimentError: the experiment has problems, or would have them with the overrides.
+        RunError: the run is damaged, was made with other versions, or would not continue.
     """
     further = {} if generations is None else {"evolution.generations": generations}
     given = {**further, **(overrides or {})}
@@ -99,29 +77,27 @@ def plan(
     if checkpoint is None:
         experiment = run.experiment_with(given)
         check_size(experiment)
-        opening = Opening(experiment, None, fitting_start(run, experiment), (), (), ())
+        plan = ResumePlan(experiment, None, start_genome(run, experiment), (), (), ())
     else:
         experiment = _changed(run, checkpoint, given)
-        opening = _begun(run, checkpoint, experiment, any_version=any_version)
+        plan = _begun(run, checkpoint, experiment, any_version=any_version)
         warnings = [run.warning] if run.warning else []
-        if opening.changes and not overrides:
+        if plan.changes and not overrides:
             warnings.append(
                 f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
-                f"({', '.join(map(str, opening.changes))}): the run goes on as it says now"
+                f"({', '.join(map(str, plan.changes))}): the run goes on as it says now"
             )
-        if opening.changes and overrides:
-            _hold_goal(run, opening)
-        opening = replace(opening, warnings=(*warnings, *opening.warnings))
-    return opening
+        if plan.changes and overrides:
+            _hold_goal(run, plan)
+        plan = replace(plan, warnings=(*warnings, *plan.warnings))
+    return plan
 
 
-def _hold_goal(run: RunSnapshot, opening: Opening) -> None:
+def _hold_goal(run: RunSnapshot, plan: ResumePlan) -> None:
     """Refuse a stage that would end before its first generation."""
-    last = opening.last
+    last = plan.last
     assert last is not None, "a stage follows another"
-    reason = stop_reason(
-        opening.experiment.evolution, last.number, last.progress, len(last.genomes)
-    )
+    reason = stop_reason(plan.experiment.evolution, last.number, last.progress, len(last.genomes))
     if reason:
         raise RunError(
             f"no generation would be evolved under these changes: {reason}",
@@ -132,7 +108,7 @@ def _hold_goal(run: RunSnapshot, opening: Opening) -> None:
 
 def _begun(
     run: RunSnapshot, checkpoint: Checkpoint, experiment: Experiment, *, any_version: bool
-) -> Opening:
+) -> ResumePlan:
     warnings = _compare_versions(run, experiment, checkpoint, any_version=any_version)
     found = pending(checkpoint, experiment)
     last = restored(checkpoint)
@@ -141,7 +117,7 @@ def _begun(
     if found:
         ended = Stage(checkpoint.generation, checkpoint.experiment, checkpoint.versions)
         stages = (*stages, ended)
-    return Opening(experiment, last, None, stages, found, tuple(warnings))
+    return ResumePlan(experiment, last, None, stages, found, tuple(warnings))
 
 
 def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
@@ -160,13 +136,13 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
         problems.append(_other_size(population))
     if experiment.islands.number != number:
         problems.append(_other_islands(number))
-    wrong = misfit(experiment, checkpoint.genomes, checkpoint.experiment, "the population")
+    wrong = genome_mismatch(experiment, checkpoint.genomes, checkpoint.experiment, "the population")
     if wrong:
         problems.append(
             GaitsimError(
                 f"{wrong}; a run that goes on keeps its genomes",
                 where="command line, options of organism",
-                allowed=fitting(experiment),
+                allowed=expected_genomes(experiment),
                 remedy="begin a run of its own with 'gaitsim run'",
             )
         )

@@ -53,7 +53,7 @@ class Session:
             ExperimentError: the experiment has problems.
         """
         self.path = path
-        self.writer = RunWriter(
+        self.writer = RunWriter.open(
             path, overrides=overrides, generations=generations, any_version=any_version
         )
         self._workers, self._cluster, self._on_warning = workers, cluster, on_warning

@@ -6,7 +6,7 @@ from pathlib import Path
 from gaitsim.contracts import Array
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.experiment import Experiment
-from gaitsim.runs.compatibility import fitting, misfit
+from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
 from gaitsim.runs.files.checkpoint import Champion, read_champion
 from gaitsim.runs.files.folder import START, find_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -72,18 +72,18 @@ def check_start(experiment: Experiment, start: Champion, where: str) -> None:
     Raises:
         RunError: it is not; says what was expected and what came.
     """
-    wrong = misfit(experiment, start.genome[None], start.experiment, "the genome")
+    wrong = genome_mismatch(experiment, start.genome[None], start.experiment, "the genome")
     if wrong:
         raise RunError(
             f"{wrong}; so no run can begin with it",
             where=where,
-            allowed=fitting(experiment),
+            allowed=expected_genomes(experiment),
             remedy="begin with an individual of the same body, its options that shape the "
             "genome being the same, too",
         )
 
 
-def fitting_start(run: RunSnapshot, experiment: Experiment) -> Array | None:
+def start_genome(run: RunSnapshot, experiment: Experiment) -> Array | None:
     """The genome, (genes,), that the run's initial population is to be made of; None draws it.
 
     Raises:

@@ -6,8 +6,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Self
 
-import numpy as np
-
 from gaitsim.contracts import Genomes
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
@@ -16,32 +14,21 @@ from gaitsim.experiment import Overrides
 from gaitsim.registry.plugin_context import contract_error
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
-from gaitsim.runs.files import provenance as origins
-from gaitsim.runs.files.append_only import (
-    Growing,
-    GrowingHistory,
-    GrowingIslands,
-    padded,
-)
-from gaitsim.runs.files.atomic import remove_partials, writing
+from gaitsim.runs.files.atomic import remove_partials, write_bytes, writing
 from gaitsim.runs.files.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
-from gaitsim.runs.files.checksums import RECORD, digests
 from gaitsim.runs.files.folder import (
-    BESTS,
     CHAMPIONS,
     CHECKPOINT,
-    DIGESTS,
-    HISTORY,
-    ISLANDS,
+    EXPERIMENT,
     PREVIOUS,
     champion_file,
-    ends_early,
     kept_champions,
 )
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.resume import open_run
+from gaitsim.runs.files.provenance import current_versions, write_provenance
+from gaitsim.runs.files.records import RecordFiles
+from gaitsim.runs.resume import ResumePlan, plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import Change
 
 REASONS_KEPT = 1000
 """Of how many failed individuals a checkpoint says why."""
@@ -57,83 +44,63 @@ class RunWriter:
         changes: of the experiment, by which a stage begins; () where none does.
         stage: number of the stage that goes on or begins, from 1.
         warning: what a user should know about how the run was found, or ''.
-
-    Raises:
-        RunError: another process writes it, it is damaged, was made with other versions
-            of its plugins' packages, or would not go on under what is asked.
-        ExperimentError: the experiment has problems, or what is asked does not fit the
-            run; nothing is changed then.
     """
 
     def __init__(
-        self,
+        self, run: RunSnapshot, plan: ResumePlan, files: RecordFiles, held: ExitStack
+    ) -> None:
+        """Take over what `open` has opened; `held` closes it."""
+        self.path, self.run = run.path, run
+        self.experiment, self.last, self.changes = plan.experiment, plan.last, plan.changes
+        self.stage = len(plan.stages) + 1
+        self.warning = "; ".join(plan.warnings)
+        self._start, self._stages, self._unscored = plan.start, plan.stages, plan.reevaluates
+        self._files, self._held = files, held
+        self._noted = False
+
+    @classmethod
+    def open(
+        cls,
         path: Path,
         *,
         overrides: Overrides | None = None,
         generations: int | None = None,
         any_version: bool = False,
-    ) -> None:
-        """Open the run in `path`.
+    ) -> Self:
+        """Lock the run in `path`, and drop the records that its checkpoint does not count.
 
         Args:
             path: its folder.
-            overrides: options to change from here on, by key.
-            generations: how far it is to go; None as far as planned.
-            any_version: go on although a package has another version now.
+            overrides: options to change from here on, by key; written to its experiment.
+            generations: the last generation to evolve; None as planned.
+            any_version: resume although a package has another version now.
+
+        Raises:
+            RunError: another process writes it, it is damaged, was made with other versions
+                of its plugins' packages, or would not continue under these options.
+            ExperimentError: the experiment has problems, or the options do not fit the run;
+                nothing is changed then.
         """
-        self.path = path
         with ExitStack() as held:
             held.callback(RunLock(path).release)
             remove_partials(path)
-            self.run = RunSnapshot(path, keep_damaged=True)
-            opening = open_run(
-                self.run, overrides, generations=generations, any_version=any_version
-            )
-            self.experiment, self.last = opening.experiment, opening.last
-            self.changes: tuple[Change, ...] = opening.changes
-            self.stage = len(opening.stages) + 1
-            self.warning = "; ".join(opening.warnings)
-            self._start, self._stages = opening.start, opening.stages
-            self._unscored = opening.reevaluates
-            self._noted = False
-            self._layout = history.record_type(self.experiment.space())
-            self._cut_back(held)
-            self._held = held.pop_all()
+            run = RunSnapshot(path, keep_damaged=True)
+            plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
+            if overrides or generations is not None:
+                write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode())
+            done = plan.last.number if plan.last else 0
+            files = held.enter_context(RecordFiles(path, plan.experiment, done))
+            with writing(path):
+                for number in kept_champions(path):
+                    if number > done:
+                        (path / champion_file(number)).unlink(missing_ok=True)
+            return cls(run, plan, files, held.pop_all())
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._held.close()
-
-    def _cut_back(self, held: ExitStack) -> None:
-        """Open the growing files after the records that the checkpoint counts, drop the rest."""
-        done = self.last.number if self.last else 0
-        rows, bests = self.path / HISTORY, self.path / BESTS
-        lines = history.line_ends(rows)
-        if done and len(lines) < 1 + done:
-            raise ends_early(self.path, HISTORY, max(len(lines) - 1, 0), done)
-        number = self.experiment.islands.number
-        islands = self.path / ISLANDS
-        bests_by_island = history.line_ends(islands) if number > 1 else []
-        if number > 1 and done and len(bests_by_island) < 1 + done:
-            raise ends_early(self.path, ISLANDS, max(len(bests_by_island) - 1, 0), done)
-        stored = bests.stat().st_size // self._layout.itemsize if bests.exists() else 0
-        if stored < done:
-            raise ends_early(self.path, BESTS, stored, done)
-        with writing(self.path):
-            self._history = GrowingHistory(rows, lines[: done + 1] if done else [])
-            held.callback(self._history.close)
-            self._bests = Growing(bests, done * self._layout.itemsize)
-            held.callback(self._bests.close)
-            kept = bests_by_island[: done + 1] if done else []
-            self._islands = GrowingIslands(islands, number, kept)
-            held.callback(self._islands.close)
-            self._digests = padded(self.path / DIGESTS, done, RECORD.itemsize)
-            held.callback(self._digests.close)
-            for number in kept_champions(self.path):
-                if number > done:
-                    (self.path / champion_file(number)).unlink(missing_ok=True)
 
     @property
     def done(self) -> str:
@@ -205,31 +172,15 @@ class RunWriter:
                 f"the folder of the run {self.path} is gone",
                 remedy="begin a new run, in a folder that stays",
             )
-        best = generation.best
-        record = np.zeros((), self._layout)
-        record["score"], record["genome"] = generation.scores[best], generation.genomes[best]
-        islands = history.island_bests(generation, self.experiment.islands.number)
-        kept = record.tobytes() + history.islands_record(islands)
         with writing(self.path):
-            self._history.append(values)
-            self._bests.append(record.tobytes())
-            self._islands.append(generation.number, islands)
-            # Not forced to disk, which takes as long as all else here: one that a power cut
-            # takes away is only missed by who verifies the run.
-            self._digests.append(
-                digests(generation.genomes, generation.evaluation, values, kept),
-                force=False,
-            )
-        self._note_origin(generation.number)
+            self._files.append(generation, values)
+        if not self._noted:
+            used = current_versions(self.experiment)
+            write_provenance(self.path, generation.number, used)
+            self._noted = True
         if generation.is_champion:
             self._write_champion(generation)
         write_checkpoint(self.path / CHECKPOINT, self._checkpoint(generation), self.path / PREVIOUS)
-
-    def _note_origin(self, first: int) -> None:
-        """Write down what this process makes generations with, at its first one."""
-        if not self._noted:
-            origins.write_origin(self.path, first, origins.here(self.experiment))
-            self._noted = True
 
     def _write_champion(self, generation: Generation) -> None:
         best = generation.best

@@ -108,11 +108,11 @@ def test_no_whole_checkpoint_is_a_mistake(gaitsim, run):
 
 
 def test_an_old_run_is_told_to_have_no_digests(gaitsim, run):
-    (run / "digests.bin").unlink()
-    (run / "origins.json").unlink()
+    (run / "checksums.bin").unlink()
+    (run / "provenance.json").unlink()
     lines = gaitsim("verify", "puppet").stdout.splitlines()
     assert lines[-2:] == [
-        "5 of 5 generations have no digest: their history and bests alone were compared",
+        "5 of 5 generations have no checksum: their history and bests alone were compared",
         "the run does not say what it was made with",
     ]
 
@@ -139,6 +139,6 @@ def test_ctrl_c_ends_it(gaitsim, run, monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gaitsim.runs.verify.verify.all_again", stop)
+    monkeypatch.setattr("gaitsim.runs.verify.verify.reproduce_all", stop)
     done = gaitsim("verify", "puppet", "--all", code=130)
     assert (done.stdout, done.stderr) == ("", "")

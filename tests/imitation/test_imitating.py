@@ -19,7 +19,7 @@ from gaitsim.runs.writer import RunWriter
 
 
 def evolved(experiment, path):
-    with RunWriter(create_run(experiment, path)) as writer:
+    with RunWriter.open(create_run(experiment, path)) as writer:
         for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
             writer.record(generation)
     return RunSnapshot(path)

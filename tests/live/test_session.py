@@ -237,7 +237,7 @@ def test_a_failed_run_can_be_opened_once_it_is_reported(begun, monkeypatch):
         def write(self, data):
             super().write(data)
             if json.loads(data)["state"] == "failed":
-                with RunWriter(path) as writer:
+                with RunWriter.open(path) as writer:
                     opened.append(writer.last)
 
     def fail(*_):

@@ -17,7 +17,7 @@ from gaitsim.runs.writer import RunWriter
 
 def evolve(path, until=None, **options):
     """Evolve a run here, at most to a generation."""
-    with RunWriter(path, **options) as writer:
+    with RunWriter.open(path, **options) as writer:
         for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if generation.number == until:
                 break
@@ -72,7 +72,7 @@ def test_a_growing_run_is_followed(begun):
 
     async def follow():
         seen, watch = [], RunWatcher(path, period=0)
-        with RunWriter(path) as writer:
+        with RunWriter.open(path) as writer:
             generations = writer.evolve(lambda genomes: evaluate(writer.experiment, genomes))
             async for snapshot in watch:
                 assert snapshot.state == "elsewhere"

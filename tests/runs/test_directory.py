@@ -43,7 +43,7 @@ def record_all(writer):
 
 def go_on(path, until=None, **options):
     """Evolve a run, at most to a generation; what its writer warned of."""
-    with RunWriter(path, **options) as writer:
+    with RunWriter.open(path, **options) as writer:
         for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if event.number == until:
                 break
@@ -244,8 +244,8 @@ def test_a_run_is_written_and_read(whole, puppet):
         "experiment.toml",
         "history.csv",
         "bests.bin",
-        "digests.bin",
-        "origins.json",
+        "checksums.bin",
+        "provenance.json",
         "population.pickle",
         "population.previous.pickle",
         "champions",
@@ -343,7 +343,7 @@ def test_a_run_extended_is_the_same(whole, puppet):
     assert RunSnapshot(path).fingerprint() == whole.fingerprint()
     assert RunSnapshot(path).experiment.evolution.generations == 8
     with pytest.raises(RunError, match="is at generation 8 already") as error:
-        RunWriter(path, generations=7)
+        RunWriter.open(path, generations=7)
     assert error.value.allowed == "--generations 8 or more"
     assert RunSnapshot(path).experiment.evolution.generations == 8
 
@@ -408,7 +408,7 @@ def test_a_run_killed_at_any_step_goes_on_the_same(
             raise Killed
         return real(*arguments, **options)
 
-    with RunWriter(path) as writer, monkeypatch.context() as patch:
+    with RunWriter.open(path) as writer, monkeypatch.context() as patch:
         event = next(events(writer))
         patch.setattr(owner, step, stub)
         with pytest.raises(Killed):
@@ -439,7 +439,7 @@ def test_records_past_the_checkpoint_are_cut_off(half, whole):
     read = again(half)
     assert read.fingerprint() == fingerprint
     assert len(read.history["best"]) == len(read.bests) == 4
-    with RunWriter(half.path):
+    with RunWriter.open(half.path):
         pass
     assert len((half.path / "history.csv").read_text().splitlines()) == 5
     assert (half.path / "bests.bin").stat().st_size == 4 * 32
@@ -458,7 +458,7 @@ def test_records_that_are_missing_are_one_message(half, name, keep):
     else:
         file.write_bytes(file.read_bytes()[: int(file.stat().st_size * keep)])
     what = f"there is no {name}" if keep is None else f"{name} ends at generation [012]"
-    asked = [lambda: RunWriter(half.path)]
+    asked = [lambda: RunWriter.open(half.path)]
     asked += (
         [half.fingerprint, lambda: half.history] if name == "history.csv" else [half.individual]
     )
@@ -502,7 +502,7 @@ def test_two_damaged_checkpoints_are_one_message(half):
     for name in ("population.pickle", "population.previous.pickle"):
         spoil(half.path / name, "changed")
     before = names(half.path)
-    for ask in (lambda: half.checkpoint, half.fingerprint, lambda: RunWriter(half.path)):
+    for ask in (lambda: half.checkpoint, half.fingerprint, lambda: RunWriter.open(half.path)):
         with pytest.raises(CheckpointError, match="neither checkpoint can be read"):
             ask()
     assert names(half.path) == before
@@ -536,7 +536,11 @@ def test_an_experiment_edited_to_other_genomes_is_refused(
     )
     edit(half.path, old, new)
     run = RunSnapshot(half.path)
-    for ask in (lambda: RunWriter(half.path, any_version=True), run.individual, lambda: run.bests):
+    for ask in (
+        lambda: RunWriter.open(half.path, any_version=True),
+        run.individual,
+        lambda: run.bests,
+    ):
         with pytest.raises(
             CheckpointError, match=r"population of 6 with 3 genes in .* not"
         ) as error:
@@ -559,7 +563,7 @@ def test_an_experiment_that_cannot_be_read_is_one_message(half, text):
     if text:
         (half.path / "experiment.toml").write_bytes(text)
     with pytest.raises(RunError, match=r"cannot read .*experiment\.toml: "):
-        RunWriter(half.path)
+        RunWriter.open(half.path)
 
 
 def test_a_plugin_that_is_missing_is_named_with_its_package(half, monkeypatch):
@@ -568,7 +572,7 @@ def test_a_plugin_that_is_missing_is_named_with_its_package(half, monkeypatch):
     checkpoint = half.checkpoint
     checkpoint.versions["fitness gone-reach"] = "gone 2.5"
     write_checkpoint(path, checkpoint)
-    for ask in (lambda: RunWriter(half.path), lambda: RunSnapshot(half.path).experiment):
+    for ask in (lambda: RunWriter.open(half.path), lambda: RunSnapshot(half.path).experiment):
         with pytest.raises(ExperimentError, match="unknown fitness plugin 'gone-reach'") as error:
             ask()
         assert "pip install gone==2.5" in str(error.value)
@@ -580,7 +584,7 @@ def test_another_version_of_a_package_is_refused_unless_wanted(half, whole):
     checkpoint.versions["organism puppet"] = "gaitsim-puppets 0.9"
     write_checkpoint(path, checkpoint)
     with pytest.raises(RunError, match="made with other versions") as error:
-        RunWriter(half.path)
+        RunWriter.open(half.path)
     assert "organism puppet: gaitsim-puppets 0.9 then, gaitsim-puppets 1.0 now" in error.value.what
     assert "--any-version" in error.value.remedy
     assert go_on(half.path, any_version=True) == ""
@@ -597,22 +601,22 @@ def test_another_numpy_is_a_warning(half):
 
 
 def test_one_writer_at_a_time(half):
-    with RunWriter(half.path):
+    with RunWriter.open(half.path):
         with pytest.raises(RunError, match=f"is being written by process {os.getpid()} on"):
-            RunWriter(half.path)
+            RunWriter.open(half.path)
         assert half.fingerprint()  # reading is free
-    RunWriter(half.path).__exit__(None, None, None)
+    RunWriter.open(half.path).__exit__(None, None, None)
 
 
 def test_a_writer_that_cannot_begin_holds_nothing(half, monkeypatch):
     descriptors = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0  # noqa: PTH112, PTH208
     (half.path / "bests.bin").write_bytes(b"")
     with pytest.raises(RunError):
-        RunWriter(half.path)
+        RunWriter.open(half.path)
     shutil.rmtree(half.path / "champions")
     (half.path / "history.csv").unlink()
     with pytest.raises(RunError):
-        RunWriter(half.path)
+        RunWriter.open(half.path)
     if descriptors:
         assert len(os.listdir("/proc/self/fd")) == descriptors  # noqa: PTH208
 
@@ -628,7 +632,7 @@ def test_a_full_disk_stops_the_run_as_it_was(half, whole, monkeypatch, step, num
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return real(*arguments)
 
-    with monkeypatch.context() as patch, RunWriter(half.path) as writer:
+    with monkeypatch.context() as patch, RunWriter.open(half.path) as writer:
         patch.setattr(os, step, full)
         with pytest.raises(RunError, match="No space left") as error:
             record_all(writer)
@@ -640,7 +644,7 @@ def test_a_full_disk_stops_the_run_as_it_was(half, whole, monkeypatch, step, num
 
 
 def test_a_folder_that_is_gone_is_said(half):
-    with RunWriter(half.path) as writer:
+    with RunWriter.open(half.path) as writer:
         event = next(events(writer))
         shutil.rmtree(half.path)
         with pytest.raises(RunError, match="the folder of the run half is gone"):

@@ -29,7 +29,7 @@ def make(puppet, tmp_path):
 def evolve(path, until, **options):
     if not until:
         return
-    with RunWriter(path, **options) as writer:
+    with RunWriter.open(path, **options) as writer:
         for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if generation.number == until:
                 break

@@ -11,7 +11,7 @@ from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress
-from gaitsim.runs.files.append_only import Growing
+from gaitsim.runs.files.append_only import AppendOnlyFile
 from gaitsim.runs.files.history import (
     COLUMNS,
     line,
@@ -175,7 +175,7 @@ def test_bests_are_records_of_score_and_genome(tmp_path, space):
 def test_a_file_grows_and_is_cut_back(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(b"onetwo")
-    file = Growing(path, 3)
+    file = AppendOnlyFile(path, 3)
     assert path.read_bytes() == b"one"
     file.append(b"three")
     assert path.read_bytes() == b"onethree"
@@ -187,7 +187,7 @@ def test_a_record_is_on_the_disk_when_it_is_added(tmp_path, monkeypatch):
     monkeypatch.setattr(
         os, "fsync", lambda fd: (synced.append((tmp_path / "f").read_bytes()), real(fd))
     )
-    file = Growing(tmp_path / "f", 0)
+    file = AppendOnlyFile(tmp_path / "f", 0)
     file.append(b"one")
     assert synced == [b"one"]
     file.close()
@@ -196,7 +196,7 @@ def test_a_record_is_on_the_disk_when_it_is_added(tmp_path, monkeypatch):
 def test_a_record_is_written_on_when_the_system_takes_it_in_parts(tmp_path, monkeypatch):
     real = os.write
     monkeypatch.setattr(os, "write", lambda fd, data: real(fd, data[:2]))
-    file = Growing(tmp_path / "f", 0)
+    file = AppendOnlyFile(tmp_path / "f", 0)
     file.append(b"12345")
     file.close()
     assert (tmp_path / "f").read_bytes() == b"12345"
@@ -206,7 +206,7 @@ def test_a_full_disk_is_said_by_the_system(tmp_path, monkeypatch):
     def full(fd, data):
         raise OSError(errno.ENOSPC, "full")
 
-    file = Growing(tmp_path / "f", 0)
+    file = AppendOnlyFile(tmp_path / "f", 0)
     monkeypatch.setattr(os, "write", full)
     with pytest.raises(OSError, match="full"):
         file.append(b"1")

@@ -27,7 +27,9 @@ ISLANDS = (
 
 
 def evolve(path, *overrides, generations=None, until=None, parallel=False):
-    with RunWriter(path, overrides=parse_assignments(overrides), generations=generations) as writer:
+    with RunWriter.open(
+        path, overrides=parse_assignments(overrides), generations=generations
+    ) as writer:
         experiment = writer.experiment
 
         def over(function, tasks):
@@ -122,13 +124,13 @@ def test_islands_are_verified(run):
     assert [*verify(RunSnapshot(run.path), [1], workers=1).differences] == [4]
     verdict = verify(RunSnapshot(run.path), everything=True, workers=1)
     assert f"islands.csv: the best score of island {worse} is another" in verdict.differences[4]
-    (run.path / "digests.bin").unlink()
+    (run.path / "checksums.bin").unlink()
     assert [*verify(RunSnapshot(run.path), everything=True, workers=1).differences] == [4]
 
 
 def test_stages_may_change_all_but_the_number(run):
     overrides = {"islands.migrants": 2, "islands.topology": "all", "fitness.price": 0.3}
-    with RunWriter(run.path, overrides=overrides, generations=12) as writer:
+    with RunWriter.open(run.path, overrides=overrides, generations=12) as writer:
         assert [change.key for change in writer.changes] == [
             "fitness.price",
             "islands.migrants",

@@ -32,7 +32,7 @@ def make(puppet, tmp_path):
 def evolve(path, generation, *overrides, **options):
     if not generation:
         return
-    with RunWriter(path, overrides=parse_assignments(overrides), **options) as writer:
+    with RunWriter.open(path, overrides=parse_assignments(overrides), **options) as writer:
         for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if made.number == generation:
                 break

@@ -33,7 +33,7 @@ def test_a_snapshot_reads_its_checkpoint_once(run, checkpoint_reads):
 def test_a_snapshot_stays_as_it_was_while_the_run_grows(run):
     before = RunSnapshot(run)
     last = before.generation
-    with RunWriter(run, generations=last + 2) as writer:
+    with RunWriter.open(run, generations=last + 2) as writer:
         for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             pass
     assert (before.generation, len(before.history["best"]), len(before.bests)) == (last,) * 3

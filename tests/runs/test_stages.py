@@ -29,7 +29,7 @@ def here(tmp_path, monkeypatch, climb):
 
 def go_on(path, until=None, **options):
     """Evolve a run, at most to a generation; what its writer warned of."""
-    with RunWriter(path, **options) as writer:
+    with RunWriter.open(path, **options) as writer:
         for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if event.number == until:
                 break
@@ -373,7 +373,7 @@ def test_a_stage_that_was_given_up_leaves_nothing(plain, puppet, monkeypatch):
 
 def test_another_change_before_a_generation_replaces_the_stage(plain, puppet):
     for overrides in (CLIMB, {"fitness.weight": 3}, {"mutation.plugin": "none"}):
-        RunWriter(plain, overrides=overrides, generations=6).__exit__(None, None, None)
+        RunWriter.open(plain, overrides=overrides, generations=6).__exit__(None, None, None)
     go_on(plain)
     run = RunSnapshot(plain)
     assert [str(change) for change in run.stages[1].changes] == [
@@ -402,7 +402,7 @@ def test_a_fingerprint_tells_stages_apart(puppet):
 
 
 def test_whoever_forgets_to_begin_a_stage_is_told(plain):
-    with RunWriter(plain, overrides=CLIMB, generations=5) as writer:
+    with RunWriter.open(plain, overrides=CLIMB, generations=5) as writer:
         assert writer.reevaluates
         event = next(
             evolve(writer.experiment, lambda g: evaluate(puppet_of(writer), g), writer.last)
@@ -441,7 +441,7 @@ def test_what_does_not_fit_the_population_is_refused_and_changes_nothing(puppet,
     path = begin(puppet, "organism.plugin=shaped")
     before = content(path)
     with pytest.raises(ExperimentError) as error:
-        RunWriter(path, overrides=overrides, generations=8)
+        RunWriter.open(path, overrides=overrides, generations=8)
     for text in says:
         assert text in str(error.value)
     assert content(path) == before
@@ -458,7 +458,7 @@ def test_other_labels_by_hand_are_refused(puppet):
     path = begin(puppet, "organism.plugin=shaped")
     edit(path, ('names = "abc"', 'names = "abd"'))
     with pytest.raises(RunError, match="gene 3 is 'c', not 'd'") as error:
-        RunWriter(path)
+        RunWriter.open(path)
     assert error.value.where == str(path / "experiment.toml")
 
 
@@ -466,12 +466,12 @@ def test_a_stage_without_a_generation_is_refused(plain):
     before = content(plain)
     for options in ({}, {"generations": 4}):
         with pytest.raises(RunError, match="no generation would be evolved") as error:
-            RunWriter(plain, overrides=CLIMB, **options)
+            RunWriter.open(plain, overrides=CLIMB, **options)
         assert "4 generations are done" in error.value.what
         assert "--generations" in error.value.remedy
     with pytest.raises(RunError, match="another generation would exceed 35 evaluations"):
         # Judging the population anew takes six of them.
-        RunWriter(plain, overrides=CLIMB | {"evolution.max_evaluations": 35}, generations=8)
+        RunWriter.open(plain, overrides=CLIMB | {"evolution.max_evaluations": 35}, generations=8)
     assert content(plain) == before
     # A target that the former scores have reached does not stop the new ones.
     go_on(plain, overrides=CLIMB | {"evolution.target_score": -50}, generations=8)
@@ -520,7 +520,7 @@ def test_a_plugin_that_is_gone_can_be_replaced(plain, monkeypatch, climb):
     monkeypatch.syspath_prepend(str(climb))
     shutil.rmtree(climb)
     with pytest.raises(ExperimentError, match="unknown fitness plugin 'puppet-climb'"):
-        RunWriter(plain, generations=8)
+        RunWriter.open(plain, generations=8)
     go_on(plain, overrides={"fitness.plugin": "puppet-reach"}, generations=8)
     assert [stage.last for stage in RunSnapshot(plain).stages] == [4, 6, 8]
 
@@ -533,7 +533,7 @@ def test_another_version_of_what_goes_on_is_refused_before_anything_is_changed(p
     write_checkpoint(path, checkpoint)
     before = content(plain)
     with pytest.raises(RunError, match="made with other versions") as error:
-        RunWriter(plain, overrides=CLIMB, generations=8)
+        RunWriter.open(plain, overrides=CLIMB, generations=8)
     assert "organism puppet" in error.value.what
     assert "puppet-reach" not in error.value.what  # the stage does without it
     assert content(plain) == before

@@ -24,7 +24,7 @@ def here(tmp_path, monkeypatch, climb):
 
 
 def go_on(path, until=None, **options):
-    with RunWriter(path, **options) as writer:
+    with RunWriter.open(path, **options) as writer:
         for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if event.number == until:
                 break
@@ -140,13 +140,13 @@ def test_a_start_is_held_to_the_body_when_the_run_begins(puppet, staged):
     start = kept_individual("staged")
     path = create_run(puppet(), Path("from"), start)
     with pytest.raises(RunError, match="the genome has 3 real genes of the organism 'puppet'"):
-        RunWriter(path, overrides={"organism.plugin": "bit-puppet"})
+        RunWriter.open(path, overrides={"organism.plugin": "bit-puppet"})
     assert "bit-puppet" not in (path / "experiment.toml").read_text()
     with pytest.raises(ExperimentError):
-        RunWriter(path, overrides={"organism.plugin": "none"})
+        RunWriter.open(path, overrides={"organism.plugin": "none"})
     (path / START).write_bytes((path / START).read_bytes()[:-1])
     with pytest.raises(CheckpointError, match=r"start\.pickle") as error:
-        RunWriter(path)
+        RunWriter.open(path)
     assert "restore it from a copy" in error.value.remedy
     assert RunSnapshot(path).generation == 0
 

@@ -10,9 +10,15 @@ from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments, with_overrides
 from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
-from gaitsim.runs.files.checksums import RECORD, of_genomes, of_row, of_scores, read_digests
+from gaitsim.runs.files.checksums import (
+    RECORD,
+    genomes_checksum,
+    read_checksums,
+    row_checksum,
+    scores_checksum,
+)
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.files.provenance import read_origins, write_origin
+from gaitsim.runs.files.provenance import read_provenance, write_provenance
 from gaitsim.runs.fork import fork_run
 from gaitsim.runs.resume import restored
 from gaitsim.runs.snapshot import RunSnapshot
@@ -31,7 +37,9 @@ def verify(run, *arguments, **options):
 
 
 def evolve(path, *overrides, generations=None, until=None):
-    with RunWriter(path, overrides=parse_assignments(overrides), generations=generations) as writer:
+    with RunWriter.open(
+        path, overrides=parse_assignments(overrides), generations=generations
+    ) as writer:
         for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
             if generation.number == until:
                 break
@@ -57,7 +65,7 @@ def test_a_run_of_stages_is_identical(run):
     verdict = everything(run)
     assert verdict.identical, verdict.differences
     assert verdict.whole == tuple(range(1, LAST + 1))
-    assert (verdict.undigested, verdict.warning, verdict.elsewhere) == (0, "", ())
+    assert (verdict.without_checksum, verdict.warning, verdict.elsewhere) == (0, "", ())
     assert verdict.damaged == ()
     assert [origin.first for origin in verdict.origins] == [1]
     sampled = verify(run, workers=1)
@@ -95,7 +103,7 @@ def test_samples_are_spread():
 
 def digested(run, generation, **parts):
     """Digests as a forger would make them fit."""
-    path = run.path / "digests.bin"
+    path = run.path / "checksums.bin"
     records = np.frombuffer(path.read_bytes(), RECORD).copy()
     for part, digest in parts.items():
         records[part][generation - 1] = np.void(digest)
@@ -106,7 +114,7 @@ def refit(run, generation):
     """Make the digest of a row fit what the files say."""
     run = RunSnapshot(run.path)
     record = best_record(run, generation)
-    digested(run, generation, row=of_row(row_of(run, generation), record))
+    digested(run, generation, row=row_checksum(row_of(run, generation), record))
 
 
 def forge_bests(run, generation, change):
@@ -181,12 +189,14 @@ def test_one_gene_of_the_checkpoint_is_found(run):
     forged = forge_checkpoint(run, genomes=one_gene(run.checkpoint.genomes))
     found = verify(run, [1], workers=1).differences
     assert (
-        found[LAST][0] == "the genomes in population.pickle are not those that digests.bin tells of"
+        found[LAST][0] == "the genomes in population.pickle are not those recorded in checksums.bin"
     )
     # A forger who knows makes digests, scores and the row fit; breeding again finds him.
     evaluation = evaluate(run.experiment, forged.genomes)
     forge_checkpoint(run, scores=evaluation.scores, terms=evaluation.terms)
-    digested(run, LAST, genomes=of_genomes(forged.genomes), scores=of_scores(evaluation))
+    digested(
+        run, LAST, genomes=genomes_checksum(forged.genomes), scores=scores_checksum(evaluation)
+    )
     generation = restored(read_checkpoint(run.path / "population.pickle"))
     from gaitsim.runs.files.history import row
 
@@ -336,33 +346,33 @@ def test_a_stage_that_has_not_begun_is_told(run):
 
 
 def test_an_old_run_is_verified_by_history_and_bests(run):
-    (run.path / "digests.bin").unlink()
-    (run.path / "origins.json").unlink()
+    (run.path / "checksums.bin").unlink()
+    (run.path / "provenance.json").unlink()
     verdict = everything(run)
-    assert (verdict.identical, verdict.undigested, verdict.origins) == (True, LAST, ())
+    assert (verdict.identical, verdict.without_checksum, verdict.origins) == (True, LAST, ())
     # Gone on with, it has digests of the new generations alone.
     evolve(run.path, generations=LAST + 2)
-    assert len(read_digests(run.path / "digests.bin")) == LAST + 2
+    assert len(read_checksums(run.path / "checksums.bin")) == LAST + 2
     verdict = everything(run)
-    assert (verdict.identical, verdict.undigested) == (True, LAST)
+    assert (verdict.identical, verdict.without_checksum) == (True, LAST)
     assert [origin.first for origin in verdict.origins] == [LAST + 1]
     forge_history(run, 4, "median", 0.125)
     assert [*everything(run).differences] == [4]
 
 
 def test_digests_are_cut_back_to_the_checkpoint(run):
-    path = run.path / "digests.bin"
+    path = run.path / "checksums.bin"
     whole = path.read_bytes()
     path.write_bytes(whole + b"left by a killed process" * 9)
     assert verify(run, workers=1).identical
     evolve(run.path, generations=LAST + 1)
     assert path.read_bytes()[: len(whole)] == whole
     assert len(path.read_bytes()) == len(whole) + RECORD.itemsize
-    # Some that a power cut took away: what is left of the last one is no digest.
+    # Some that a power cut took away: what is left of the last one is no checksum.
     path.write_bytes(whole[: -RECORD.itemsize - 5])
     evolve(run.path, generations=LAST + 2)
     verdict = everything(run)
-    assert (verdict.identical, verdict.undigested) == (True, 3)
+    assert (verdict.identical, verdict.without_checksum) == (True, 3)
 
 
 def test_what_is_asked_for_must_be_there(run, puppet, tmp_path):
@@ -383,19 +393,19 @@ def test_progress_is_told(run):
 
 
 def test_origins_are_noted_where_they_change(tmp_path):
-    write_origin(tmp_path, 1, {"numpy": "1"})
-    write_origin(tmp_path, 5, {"numpy": "1"})
-    write_origin(tmp_path, 8, {"numpy": "2"})
-    assert [(one.first, one.parts) for one in read_origins(tmp_path)] == [
+    write_provenance(tmp_path, 1, {"numpy": "1"})
+    write_provenance(tmp_path, 5, {"numpy": "1"})
+    write_provenance(tmp_path, 8, {"numpy": "2"})
+    assert [(one.first, one.parts) for one in read_provenance(tmp_path)] == [
         (1, {"numpy": "1"}),
         (8, {"numpy": "2"}),
     ]
-    write_origin(tmp_path, 6, {"numpy": "3"})  # gone on with from an earlier checkpoint
-    assert [one.first for one in read_origins(tmp_path)] == [1, 6]
+    write_provenance(tmp_path, 6, {"numpy": "3"})  # gone on with from an earlier checkpoint
+    assert [one.first for one in read_provenance(tmp_path)] == [1, 6]
 
 
 def test_what_differs_here_is_told(run):
-    path = run.path / "origins.json"
+    path = run.path / "provenance.json"
     (entry,) = json.loads(path.read_text())
     now = dict(entry["parts"])
     entry["parts"] |= {"numpy": "0.1", "processor": "abacus", "numba": "0.2"}
@@ -409,11 +419,13 @@ def test_what_differs_here_is_told(run):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{}", "[1]", '[{"first": 1}]', '[{"first": "1", "parts": {}}]', "[" * 100_000]
+    "text",
+    ["", "{}", "[1]", '[{"first": 1}]', '[{"first": "1", "parts": {}}]', "[" * 100_000],
+    ids=["empty", "no list", "no entry", "no parts", "no number", "deep"],
 )
-def test_damaged_origins_are_told(run, text):
-    (run.path / "origins.json").write_text(text)
-    with pytest.raises(RunError, match=r"origins\.json is damaged"):
+def test_damaged_provenance_is_told(run, text):
+    (run.path / "provenance.json").write_text(text)
+    with pytest.raises(RunError, match=r"provenance\.json is damaged"):
         verify(run, [1], workers=1)
     evolve(run.path, generations=LAST + 1)  # and hinder nobody
-    assert [one.first for one in read_origins(run.path)] == [LAST + 1]
+    assert [one.first for one in read_provenance(run.path)] == [LAST + 1]

@@ -32,7 +32,7 @@ def walk(here, puppet):
         experiment = puppet(f"evolution.generations={generations}", *overrides)
         path = create_run(experiment, Path("runs") / name)
         if generation:
-            with RunWriter(path) as writer:
+            with RunWriter.open(path) as writer:
                 for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
                     if made.number == generation:
                         break

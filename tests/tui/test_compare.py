@@ -73,7 +73,7 @@ def made(puppet, tmp_path, monkeypatch):
     def make(name, *overrides):
         experiment = puppet(*overrides)
         path = create_run(experiment, Path("runs") / name)
-        with RunWriter(path) as writer:
+        with RunWriter.open(path) as writer:
             for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
                 writer.record(generation)
         fix_seconds(path)

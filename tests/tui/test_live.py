@@ -50,7 +50,7 @@ def make(puppet):
     def make(generation=0, *overrides, out="runs/walk", generations=20):
         path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
         if generation:
-            with RunWriter(path) as writer:
+            with RunWriter.open(path) as writer:
                 for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
                     if made.number == generation:
                         break

@@ -110,7 +110,7 @@ def walk(install, tmp_path, monkeypatch):
     def make(name="walk", *overrides):
         experiment = parse_experiment(EXPERIMENT, "walk.toml", parse_assignments(overrides))
         path = create_run(experiment, Path("runs") / name)
-        with RunWriter(path) as writer:
+        with RunWriter.open(path) as writer:
             for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
                 writer.record(generation)
         return path

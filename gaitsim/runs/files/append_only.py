@@ -22,7 +22,7 @@ from gaitsim.runs.files.history import (
 WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 
 
-class Growing:
+class AppendOnlyFile:
     """A file that grows by whole records and can be cut back."""
 
     def __init__(self, path: Path, keep: int) -> None:
@@ -46,18 +46,18 @@ class Growing:
         self._descriptor = -1
 
 
-class GrowingIslands:
+class AppendOnlyIslands:
     """A run's `islands.csv`, opened for writing; without islands there is no such file.
 
     Args:
         path: the file.
         islands: how many there are.
-        ends: where its lines end that are to be kept, as for `GrowingHistory`.
+        ends: where its lines end that are to be kept, as for `AppendOnlyHistory`.
     """
 
     def __init__(self, path: Path, islands: int, ends: Sequence[int]) -> None:
         self._islands = islands
-        self._file = Growing(path, ends[-1] if ends else 0) if islands > 1 else None
+        self._file = AppendOnlyFile(path, ends[-1] if ends else 0) if islands > 1 else None
         self._begins = "" if ends else line(islands_header(islands))
 
     def append(self, number: int, bests: NDArray[np.float64]) -> None:
@@ -72,17 +72,17 @@ class GrowingIslands:
             self._file.close()
 
 
-def padded(path: Path, count: int, size: int) -> Growing:
+def padded(path: Path, count: int, size: int) -> AppendOnlyFile:
     """A file of records of `size` bytes, opened after `count` of them; missing ones are zeros."""
     stored = path.stat().st_size // size if path.exists() else 0
-    file = Growing(path, min(stored, count) * size)
+    file = AppendOnlyFile(path, min(stored, count) * size)
     missing = count - stored
     if missing > 0:
         file.append(bytes(missing * size))
     return file
 
 
-class GrowingHistory:
+class AppendOnlyHistory:
     """A run's `history.csv`, opened for writing.
 
     The terms of a new stage get columns of their own. Its rows before and after, which
@@ -96,7 +96,7 @@ class GrowingHistory:
 
     def __init__(self, path: Path, ends: Sequence[int]) -> None:
         self._path = path
-        self._file = Growing(path, ends[-1] if ends else 0)
+        self._file = AppendOnlyFile(path, ends[-1] if ends else 0)
         self._terms: list[str] | None = None  # those of the rows that this process wrote
         self._columns: tuple[str, ...] = ()
 
@@ -133,7 +133,7 @@ class GrowingHistory:
             self._file.close()
             data = _table(before, self._columns).encode()
             write_bytes(self._path, data)
-            self._file = Growing(self._path, len(data))
+            self._file = AppendOnlyFile(self._path, len(data))
         return ""
 
 

@@ -1,7 +1,7 @@
-"""`digests.bin`: of each generation, digests by which it is seen that it came out the same again.
+"""`checksums.bin`: checksums of each generation, by which `gaitsim verify` finds changes.
 
-They find what was damaged or changed by mistake, and name its generation. They prove nothing
-of who wrote them: only evolving again does.
+They reveal accidental damage and changes, and in which generation. They prove nothing
+about who wrote them: only evolving again does.
 """
 
 import hashlib
@@ -23,10 +23,10 @@ RECORD = np.dtype([(part, f"V{SIZE}") for part in ("genomes", "scores", "row")])
 """SHA-256 of the genomes, of scores and terms, and of the generation's row and best."""
 
 NONE = bytes(SIZE)
-"""Stands where no digest was written: by a gaitsim that wrote none."""
+"""Stands where no checksum was written."""
 
 
-def digests(
+def checksums(
     genomes: Genomes, evaluation: Evaluation, row: Mapping[str, float], bests: bytes
 ) -> bytes:
     """The record of a generation.
@@ -37,24 +37,24 @@ def digests(
         row: of the history.
         bests: its record in `bests.bin`, then each island's best where there are several.
     """
-    return of_genomes(genomes) + of_scores(evaluation) + of_row(row, bests)
+    return genomes_checksum(genomes) + scores_checksum(evaluation) + row_checksum(row, bests)
 
 
-def of_genomes(genomes: Genomes) -> bytes:
-    """The digest of a population, (population, genes)."""
+def genomes_checksum(genomes: Genomes) -> bytes:
+    """Return the checksum of a population, (population, genes)."""
     return hashlib.sha256(repr(genomes.shape).encode() + _little(genomes)).digest()
 
 
-def of_scores(evaluation: Evaluation) -> bytes:
-    """The digest of scores and terms."""
+def scores_checksum(evaluation: Evaluation) -> bytes:
+    """Return the checksum of scores and terms."""
     digest = hashlib.sha256(_little(evaluation.scores))
     for name, values in evaluation.terms.items():
         digest.update(name.encode() + b"\0" + _little(values))
     return digest.digest()
 
 
-def of_row(row: Mapping[str, float], bests: bytes) -> bytes:
-    """The digest of a row of the history, its time left out, and of what is kept of the bests.
+def row_checksum(row: Mapping[str, float], bests: bytes) -> bytes:
+    """Return the checksum of a row of the history, without its time, and of the bests.
 
     Numbers that are none are left out, too: another stage's terms are such columns.
     """
@@ -69,7 +69,7 @@ def of_row(row: Mapping[str, float], bests: bytes) -> bytes:
     return digest.digest()
 
 
-def read_digests(path: Path) -> NDArray[Any]:
+def read_checksums(path: Path) -> NDArray[Any]:
     """Every generation's record; none where there is no file.
 
     Raises:

@@ -23,7 +23,7 @@ START = "start.pickle"
 CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
 HISTORY, BESTS = "history.csv", "bests.bin"
 ISLANDS = "islands.csv"
-DIGESTS, ORIGINS = "digests.bin", "origins.json"
+CHECKSUMS, PROVENANCE = "checksums.bin", "provenance.json"
 CHAMPIONS, EXPORTS = "champions", "exports"
 _DRAFT = ".new-run-"
 

@@ -79,7 +79,7 @@ def island_bests(generation: Generation, islands: int) -> NDArray[np.float64]:
 
 
 def islands_record(bests: NDArray[np.float64]) -> bytes:
-    """The bests of several islands as their digest counts them; of one, nothing."""
+    """The bests of several islands as their checksum counts them; of one, nothing."""
     return bests.astype("<f8").tobytes() if len(bests) > 1 else b""
 
 

@@ -1,4 +1,4 @@
-"""`origins.json`: with what a run was made. Another processor may round a last bit another way.
+"""`provenance.json`: with what a run was made. Another processor may round a last bit another way.
 
 An entry holds from its generation on; one follows where a run goes on with something else.
 """
@@ -18,13 +18,13 @@ from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import ORIGINS
+from gaitsim.runs.files.folder import PROVENANCE
 
 LARGEST = 10_000_000  # bytes
 
 
 @dataclass(frozen=True)
-class Origin:
+class Provenance:
     """What generations were made with.
 
     Attributes:
@@ -37,7 +37,7 @@ class Origin:
     parts: Mapping[str, str]
 
 
-def here(experiment: Experiment) -> dict[str, str]:
+def current_versions(experiment: Experiment) -> dict[str, str]:
     """What is used now; ask after the first evaluation, when all that is used is loaded."""
     config: Any = np.show_config(mode="dicts")
     blas = config.get("Build Dependencies", {}).get("blas", {})
@@ -59,30 +59,30 @@ def here(experiment: Experiment) -> dict[str, str]:
     return found
 
 
-def write_origin(folder: Path, first: int, parts: Mapping[str, str]) -> None:
+def write_provenance(folder: Path, first: int, parts: Mapping[str, str]) -> None:
     """Add an entry, unless the one before says the same; those from `first` on are dropped.
 
     Raises:
         RunError: it cannot be written.
     """
     try:
-        kept = [origin for origin in read_origins(folder) if origin.first < first]
+        kept = [origin for origin in read_provenance(folder) if origin.first < first]
     except RunError:  # damaged, it hinders nobody from going on
         kept = []
     if kept and kept[-1].parts == parts:
         return
     entries = [{"first": one.first, "parts": dict(one.parts)} for one in kept]
     entries.append({"first": first, "parts": dict(parts)})
-    write_bytes(folder / ORIGINS, (json.dumps(entries, indent=1) + "\n").encode())
+    write_bytes(folder / PROVENANCE, (json.dumps(entries, indent=1) + "\n").encode())
 
 
-def read_origins(folder: Path) -> list[Origin]:
+def read_provenance(folder: Path) -> list[Provenance]:
     """The entries of a run, in order; [] where there are none.
 
     Raises:
         RunError: they are damaged, or cannot be read.
     """
-    path = folder / ORIGINS
+    path = folder / PROVENANCE
     try:
         with path.open("rb") as file:
             found = json.loads(file.read(LARGEST + 1)[:LARGEST])
@@ -97,13 +97,13 @@ def read_origins(folder: Path) -> list[Origin]:
         raise RunError(f"{path.name} is damaged", where=str(path), remedy="remove it") from None
 
 
-def _origin(first: int, parts: Mapping[str, str]) -> Origin:
+def _origin(first: int, parts: Mapping[str, str]) -> Provenance:
     if type(first) is not int or not all(isinstance(text, str) for text in parts.values()):
         raise TypeError
-    return Origin(first, parts)
+    return Provenance(first, parts)
 
 
-def differences(origins: Sequence[Origin], now: Mapping[str, str]) -> list[str]:
+def differences(origins: Sequence[Provenance], now: Mapping[str, str]) -> list[str]:
     """Where what a run was made with differs from what is here."""
     found = []
     for at, origin in enumerate(origins):

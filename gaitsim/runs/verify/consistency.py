@@ -9,11 +9,11 @@ import numpy as np
 from gaitsim.errors import CheckpointError
 from gaitsim.evolution import Generation
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.checksums import NONE, of_genomes, of_row, of_scores
+from gaitsim.runs.files.checksums import NONE, genomes_checksum, row_checksum, scores_checksum
 from gaitsim.runs.files.folder import (
     BESTS,
     CHECKPOINT,
-    DIGESTS,
+    CHECKSUMS,
     HISTORY,
     ISLANDS,
     PREVIOUS,
@@ -90,7 +90,7 @@ def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
 
 
 def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
-    """History and bests, with one another and with their digests."""
+    """History and bests, with one another and with their checksums."""
     for at, score in enumerate(run.bests["score"].tolist()):
         generation = at + 1
         found = row_of(run, generation)
@@ -101,8 +101,8 @@ def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
             yield generation, f"best is {islands!r} in {ISLANDS}, {score!r} in {BESTS}"
         if found["stage"] != run.stage_at(generation).number:
             yield generation, f"stage is {found['stage']:g} in {HISTORY} alone"
-        digest = checksum(run, generation, "row")
-        if digest is not None and digest != of_row(found, best_record(run, generation)):
+        expected = checksum(run, generation, "row")
+        if expected is not None and expected != row_checksum(found, best_record(run, generation)):
             yield (
                 generation,
                 f"its row of {HISTORY} or its record of {BESTS} was changed",
@@ -112,17 +112,17 @@ def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 def _of_checkpoint(
     run: RunSnapshot, checkpoint: Checkpoint | None, name: str
 ) -> Iterator[tuple[int, str]]:
-    """A checkpoint with its digests, its row and its record."""
+    """A checkpoint with its checksums, its row and its record."""
     if checkpoint is None:
         return
     generation = restored(checkpoint)
     number = generation.number
-    for part, digest in (
-        ("genomes", of_genomes(generation.genomes)),
-        ("scores", of_scores(generation.evaluation)),
+    for part, expected in (
+        ("genomes", genomes_checksum(generation.genomes)),
+        ("scores", scores_checksum(generation.evaluation)),
     ):
-        if checksum(run, number, part) not in (None, digest):
-            yield number, f"the {part} in {name} are not those that {DIGESTS} tells of"
+        if checksum(run, number, part) not in (None, expected):
+            yield number, f"the {part} in {name} are not those recorded in {CHECKSUMS}"
     space = run.experiment_at(number).space()
     diversity = float(space.diversity(generation.genomes))
     for what in row_differences(run, replace(generation, diversity=diversity)):

@@ -10,19 +10,19 @@ from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evolution import Generation, evolve, island_map
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.checksums import of_genomes, of_scores
+from gaitsim.runs.files.checksums import genomes_checksum, scores_checksum
 from gaitsim.runs.files.folder import CHECKPOINT, PREVIOUS, champion_file
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.resume import restored
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.start import fitting_start
+from gaitsim.runs.start import start_genome
 from gaitsim.runs.verify.consistency import checksum, row_differences
 
 Judges = Callable[[Experiment], Evaluator]
 """Makes an evaluator of an experiment."""
 
 
-def all_again(run: RunSnapshot, judges: Judges) -> Iterator[tuple[Generation, list[str]]]:
+def reproduce_all(run: RunSnapshot, judges: Judges) -> Iterator[tuple[Generation, list[str]]]:
     """Evolve the whole run once more, from its file alone, stage by stage.
 
     Yields:
@@ -38,7 +38,7 @@ def all_again(run: RunSnapshot, judges: Judges) -> Iterator[tuple[Generation, li
             last = generation
 
 
-def some_again(
+def reproduce_some(
     run: RunSnapshot, generations: list[int], judges: Judges
 ) -> Iterator[tuple[int, bool, list[str]]]:
     """Make some generations once more, wholly where what they were bred from is still there.
@@ -78,7 +78,7 @@ def _goes_on(
     """The generations after `last` up to `until`, all of one stage."""
     stage = run.stage_at(until)
     experiment = endless(run.experiment_at(until), until)
-    start = fitting_start(run, experiment) if last is None else None
+    start = start_genome(run, experiment) if last is None else None
     with judges(experiment) as evaluator:
         if last is not None and last.number < stage.first and stage.number > 1:
             progress = last.progress.next_stage(
@@ -105,11 +105,11 @@ def differences(run: RunSnapshot, again: Generation) -> list[str]:
     """What a generation that was made again is not as recorded, a text each."""
     number = again.number
     found = []
-    for part, digest in (
-        ("genomes", of_genomes(again.genomes)),
-        ("scores", of_scores(again.evaluation)),
+    for part, expected in (
+        ("genomes", genomes_checksum(again.genomes)),
+        ("scores", scores_checksum(again.evaluation)),
     ):
-        if checksum(run, number, part) not in (None, digest):
+        if checksum(run, number, part) not in (None, expected):
             found.append(f"the {part} of the population are others")
     found += row_differences(run, again)
     if number == run.generation:

@@ -8,11 +8,11 @@ import numpy as np
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.experiment import Experiment
-from gaitsim.runs.files.provenance import Origin, differences, here, read_origins
+from gaitsim.runs.files.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change
 from gaitsim.runs.verify.consistency import disagreements, edited_options, without_checksum
-from gaitsim.runs.verify.reproduce import all_again, some_again
+from gaitsim.runs.verify.reproduce import reproduce_all, reproduce_some
 
 SAMPLES = 10
 """How many generations are made again where none are asked for."""
@@ -27,7 +27,7 @@ class Verdict:
         whole: the generations that were bred and judged again wholly.
         best: those of which the best individual was judged again.
         differences: what is not as recorded, by generation in order; {} where all is identical.
-        undigested: how many generations have no digest to be compared with.
+        without_checksum: how many generations have no checksum to be compared with.
         warning: what a user should know about how the run was found, or ''.
         damaged: checkpoints that cannot be read, a text each: which, and why.
         asked: the options of `experiment.toml`, the end of the search aside, that are not those
@@ -40,11 +40,11 @@ class Verdict:
     whole: tuple[int, ...]
     best: tuple[int, ...]
     differences: Mapping[int, Sequence[str]]
-    undigested: int
+    without_checksum: int
     warning: str
     damaged: tuple[str, ...]
     asked: tuple[Change, ...]
-    origins: tuple[Origin, ...]
+    origins: tuple[Provenance, ...]
     elsewhere: tuple[str, ...]
 
     @property
@@ -102,30 +102,30 @@ def verify(
     whole: list[int] = []
     best: list[int] = []
     if everything:
-        for generation, wrong in all_again(run, judges):
+        for generation, wrong in reproduce_all(run, judges):
             whole.append(generation.number)
             advance()
             if wrong:
                 found = _merged(found, generation.number, wrong)
                 break
     else:
-        for number, wholly, wrong in some_again(run, asked, judges):
+        for number, wholly, wrong in reproduce_some(run, asked, judges):
             (whole if wholly else best).append(number)
             advance()
             if wrong:
                 found = _merged(found, number, wrong)
-    origins = read_origins(run.path)
+    origins = read_provenance(run.path)
     return Verdict(
         last=last,
         whole=tuple(whole),
         best=tuple(best),
         differences=found,
-        undigested=without_checksum(run),
+        without_checksum=without_checksum(run),
         warning=run.warning,
         damaged=run.damaged,
         asked=edited_options(run),
         origins=tuple(origins),
-        elsewhere=tuple(differences(origins, here(run.experiment_at(last)))),
+        elsewhere=tuple(differences(origins, current_versions(run.experiment_at(last)))),
     )
 
 

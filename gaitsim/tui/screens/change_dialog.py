@@ -22,7 +22,7 @@ from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
-from gaitsim.runs.resume import plan
+from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 
 CALM = 0.15  # seconds without a key before what is typed is checked
@@ -95,7 +95,7 @@ def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
     Raises:
         GaitsimError: they are invalid, or the run cannot be continued.
     """
-    plans = plan(run, overrides, generations=None, any_version=True)
+    plans = plan_resume(run, overrides, generations=None, any_version=True)
     if not plans.changes:
         return "No new stage: evolution continues unchanged." if overrides else ""
     changes = "".join(f"▶ {change}\n" for change in plans.changes)
