@@ -42,7 +42,7 @@ def finals(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
     )
     with Evaluator(experiment) as evaluator:
         *_, last = evolve_repeats(experiment, evaluator.evaluate, repeats)
-    return last.best
+    return last
 
 
 def main() -> None:

@@ -7,7 +7,6 @@ experiment and number, but its first repeat is not what `gaitsim run` finds.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,24 +18,9 @@ from gaitsim.evolution.islands import migrated
 from gaitsim.experiment import Experiment
 
 
-@dataclass(frozen=True, eq=False)
-class RepeatedGeneration:
-    """One generation of all repeats.
-
-    Attributes:
-        number: from 1.
-        evaluations: individuals that each repeat has evaluated.
-        best: best score so far of each repeat, (repeats,); −inf where none was finite.
-    """
-
-    number: int
-    evaluations: int
-    best: NDArray[np.float64]
-
-
 def evolve_repeats(
     experiment: Experiment, evaluate: Callable[[Genomes], Evaluation], repeats: int
-) -> Iterator[RepeatedGeneration]:
+) -> Iterator[NDArray[np.float64]]:
     """Evolve `repeats` populations to the experiment's last generation.
 
     Other stop conditions do not apply, so that repeats stay comparable.
@@ -47,7 +31,8 @@ def evolve_repeats(
         repeats: number of repeats.
 
     Yields:
-        Each finished generation.
+        After each generation the best score so far of each repeat, (repeats,); −inf where none
+        was finite. Each repeat has evaluated `experiment.individuals` more.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
@@ -69,4 +54,4 @@ def evolve_repeats(
         everyone = genomes.reshape(populations * population, space.genes)
         scores = evaluate(everyone).scores.reshape(populations, population)
         best = np.maximum(best, scores.reshape(repeats, -1).max(axis=1))
-        yield RepeatedGeneration(number, number * experiment.individuals, best)
+        yield best

@@ -118,14 +118,14 @@ def repeat_experiment(
     Raises:
         GaitsimError: a plugin fails, or the workers do.
     """
-    best, evaluations = [], []
+    best = []
     with Evaluator(experiment, workers, warn, cluster) as evaluator:
         evaluator.prepare()
-        for generation in evolve_repeats(experiment, evaluator.evaluate, repeats):
-            best.append(generation.best)
-            evaluations.append(generation.evaluations)
+        for scores in evolve_repeats(experiment, evaluator.evaluate, repeats):
+            best.append(scores)
             on_generation()
-    return Sample(experiment, np.stack(best, axis=1), np.array(evaluations))
+    evaluations = experiment.individuals * np.arange(1, len(best) + 1)
+    return Sample(experiment, np.stack(best, axis=1), evaluations)
 
 
 def analyse(samples: Mapping[str, Sample], target: float | None) -> Findings:

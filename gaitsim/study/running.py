@@ -38,9 +38,11 @@ def run_cell(experiment: Experiment, repeats: int, every: int) -> Best:
     kept = set(recorded(experiment, every).tolist())
     with Evaluator(experiment, 1) as evaluator:
         best = [
-            generation.best
-            for generation in evolve_repeats(experiment, evaluator.evaluate, repeats)
-            if generation.number in kept
+            best
+            for number, best in enumerate(
+                evolve_repeats(experiment, evaluator.evaluate, repeats), 1
+            )
+            if number in kept
         ]
     return np.stack(best, axis=1)
 

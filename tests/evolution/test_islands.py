@@ -233,14 +233,13 @@ def test_tasks_and_results_of_workers_can_be_pickled(puppet):
 def test_repeats_have_islands_of_their_own(puppet):
     experiment = puppet(*THREE)
     found = list(evolve_repeats(experiment, here(experiment), 4))
-    assert [one.evaluations for one in found] == [18 * number for number in range(1, 8)]
-    assert found[-1].best.shape == (4,)
+    assert np.shape(found) == (7, 4)
     # Without migrants, repeats and islands are the same thing.
     apart = puppet(*THREE, "islands.migrants=0")
     plain = puppet("evolution.generations=7")
     twelve = list(evolve_repeats(plain, here(plain), 12))
     for one, other in zip(evolve_repeats(apart, here(apart), 4), twelve, strict=True):
-        assert np.array_equal(one.best, other.best.reshape(4, 3).max(axis=1))
+        assert np.array_equal(one, other.reshape(4, 3).max(axis=1))
 
 
 # The options

@@ -52,12 +52,11 @@ def test_children_come_from_parents_of_their_own_repeat() -> None:
     np.testing.assert_array_equal(bred, genomes)
 
 
-def test_best_scores_never_fall_and_evaluations_are_counted() -> None:
+def test_best_scores_never_fall() -> None:
     experiment = small("millipede-random")
-    events = list(evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 11))
-    assert [event.number for event in events] == [1, 2, 3, 4, 5, 6]
-    assert [event.evaluations for event in events] == [9, 18, 27, 36, 45, 54]
-    assert (np.diff([event.best for event in events], axis=0) >= 0).all()
+    best = list(evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 11))
+    assert np.shape(best) == (6, 11)
+    assert (np.diff(best, axis=0) >= 0).all()
 
 
 @pytest.mark.slow
@@ -69,5 +68,5 @@ def test_repeats_are_distributed_as_single_runs_are() -> None:
         run = small("millipede-double-mutation", "evolution.generations=15", f"seed={seed + 1}")
         *_, end = evolve(run, lambda genomes, run=run: evaluate(run, genomes))
         single.append(end.progress.best_score)
-    assert mannwhitneyu(last.best, single).pvalue > 0.01
-    assert abs(last.best.mean() - np.mean(single)) < 0.6
+    assert mannwhitneyu(last, single).pvalue > 0.01
+    assert abs(last.mean() - np.mean(single)) < 0.6

@@ -66,6 +66,8 @@ def test_report_and_json_hold_the_figures() -> None:
     rows = results(found).splitlines()
     assert rows[0] == "experiment,repeat,generation,evaluations,best"
     assert len(rows) == 1 + 2 * 40 * 12
+    individuals = found.samples["millipede-random"].experiment.individuals
+    assert rows[12].startswith(f"millipede-random,1,12,{12 * individuals},")
 
 
 def test_one_experiment_is_not_enough() -> None:
