@@ -25,7 +25,7 @@ def test_what_is_exported_is_read_back(format, tmp_path):
     assert file.frame_rate == pytest.approx(25)
 
 
-def test_an_imitators_fields_will_do(tmp_path):
+def test_the_fields_of_an_imitator_are_read(tmp_path):
     path = tmp_path / "imitator.NPZ"
     with path.open("wb") as file:
         np.savez(file, joint_angles=ANGLES.astype(np.float32), frame_rate=30.0, w1=np.ones(9))
@@ -64,7 +64,7 @@ def npz(**fields):
         ("a.csv", b"time_s,a\n0,1\n0,2\n", "frame rate is"),
     ],
 )
-def test_what_is_no_gait_is_told(name, content, says, tmp_path):
+def test_foreign_files_are_refused(name, content, says, tmp_path):
     path = tmp_path / name
     path.write_bytes(content)
     with pytest.raises(GaitsimError) as told:
@@ -74,7 +74,7 @@ def test_what_is_no_gait_is_told(name, content, says, tmp_path):
     assert "time_s" in told.value.allowed
 
 
-def test_what_cannot_be_read_is_told(tmp_path):
+def test_files_that_cannot_be_read_are_refused(tmp_path):
     for path, says in (
         (tmp_path / "none.npz", "No such file"),
         (tmp_path, "no suffix of a gait file"),

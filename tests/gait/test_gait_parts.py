@@ -234,7 +234,7 @@ def test_unsupported_travel_is_flagged():
     assert exploits.unsupported(margin, path * 0, 0.0) is None
 
 
-def test_a_body_without_feet_is_told_what_is_missing():
+def test_the_analysis_of_a_body_without_feet_names_the_missing_results():
     skeleton = walking(2.0)
     gait = analyse_gait(
         Skeleton(skeleton.segments, skeleton.names, skeleton.frame_rate, centre=skeleton.centre)
@@ -252,7 +252,7 @@ def test_a_body_without_feet_is_told_what_is_missing():
     assert analyse_gait(body).flags == ()
 
 
-def test_a_single_frame_and_a_single_point_are_borne():
+def test_a_single_frame_and_a_single_point_are_analysed():
     gait = analyse_gait(Skeleton(np.zeros((1, 1, 2, 3)), ("point",), 1.0))
     assert gait.travel.speed == gait.travel.path == 0
     assert gait.travel.yaw is None

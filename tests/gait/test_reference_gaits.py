@@ -78,7 +78,7 @@ def test_phases_are_those_that_were_put_in(reference, played):
     assert np.isnan(tripod.phases).tolist() == [False, False, True, False] * 2
 
 
-def test_what_is_no_gait_has_no_name(reference, played):
+def test_a_motion_near_no_reference_gait_has_no_name(reference, played):
     standing = analyse_gait(played(reference("standing")))
     assert (standing.name.name, standing.name.reason) == ("standing", "nothing moves")
     assert standing.flags == ()

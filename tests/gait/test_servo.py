@@ -57,7 +57,7 @@ def test_keyframes_lie_on_straight_lines_between_frames():
     assert table.off == pytest.approx(0, abs=1e-9)
 
 
-def test_what_thinning_loses_is_told():
+def test_the_error_of_thinning_is_reported():
     table = servo_table(gait([0, 10, 0, 10, 0]), HALF_TURN, 200)
     assert table.milliseconds.tolist() == [0, 200, 400]
     assert table.degrees[:, 0].tolist() == [0, 0, 0]

@@ -66,7 +66,7 @@ def test_a_planar_body_cannot_tip_sideways():
     assert stability_margin(standing(feet, (0.7, 0))) == pytest.approx([-0.2])
 
 
-def test_it_is_judged_half_way_to_the_next_frame():
+def test_the_margin_is_computed_half_way_to_the_next_frame():
     skeleton = standing(SQUARE, (0, 0), frames=3)
     skeleton.centre[:, 0] = [0, 0.2, 0.6]
     assert stability_margin(skeleton) == pytest.approx([0.9, 0.6, 0.6])
@@ -74,7 +74,7 @@ def test_it_is_judged_half_way_to_the_next_frame():
     assert half_way(np.array([[1.0]])).tolist() == [[1.0]]
 
 
-def test_a_body_without_feet_is_told():
+def test_a_body_without_feet_has_no_margin():
     with pytest.raises(GaitsimError, match="without feet"):
         stability_margin(Skeleton(np.zeros((2, 1, 2, 3)), ("body",), 1.0))
 

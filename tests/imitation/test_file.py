@@ -75,7 +75,7 @@ def changed(kept, **fields):
         ({"centre": np.array([object()] * 3)}, "allow_pickle=False"),
     ],
 )
-def test_what_is_no_imitator_is_refused(kept, fields, says):
+def test_foreign_files_are_refused(kept, fields, says):
     changed(kept, **fields)
     with pytest.raises(GaitsimError, match=says):
         load_imitator(kept)

@@ -175,7 +175,7 @@ def test_it_begins_with_the_fitness_curve(spider_run):
 
 
 @pytest.mark.parametrize("size", [(64, 64), (320, 240), (1001, 333), (640, 1136)])
-def test_every_picture_has_the_size_asked_for(spider_run, size):
+def test_every_picture_has_the_chosen_size(spider_run, size):
     video = Video(spider_run, (), RenderSettings("gif", size, fps=1))
     assert {picture.shape for picture in video.pictures()} == {(size[1], size[0], 4)}
 
