@@ -82,7 +82,7 @@ def stage() -> None:
     for source, name in OUTSIDE.items():
         if name != "index.md":
             page = ROOT / source.removeprefix("../")
-            (STAGE / name).write_text(_inward(page.read_text(), page.parent))
+            (STAGE / name).write_text(inward(page.read_text(), page.parent))
     shutil.copy(ROOT / "docs_build" / "site.css", STAGE)
     (STAGE / "commands.md").write_text(commands.page())
     (STAGE / "parts.md").write_text(parts.page())
@@ -97,7 +97,7 @@ def _bent(text: str) -> str:
     return text
 
 
-def _inward(text: str, folder: Path) -> str:
+def inward(text: str, folder: Path) -> str:
     """A page from outside docs/: links into docs/ lose the folder, others become plain text."""
 
     def link(found: re.Match[str]) -> str:

@@ -29,7 +29,7 @@ def spider(gaitsim, tmp_path):
     return RunSnapshot(tmp_path / "runs/spider")
 
 
-def test_a_gait_is_told_and_why_it_scored(gaitsim, spider):
+def test_a_gait_is_reported_and_why_it_scored(gaitsim, spider):
     shown = gaitsim("analyse", "spider")
     assert shown.stderr == ""
     assert "\x1b" not in shown.stdout
@@ -155,7 +155,7 @@ def test_the_figure_is_drawn(gaitsim, spider, tmp_path):
         assert done.stdout == ""
 
 
-def test_a_body_without_feet_is_told_and_still_shown(gaitsim, puppet_file, tmp_path):
+def test_a_body_without_feet_is_reported_and_still_shown(gaitsim, puppet_file, tmp_path):
     gaitsim("run", puppet_file)
     shown = gaitsim("analyse", "puppet", "--perturb").stdout
     assert "Gait: none, the body has no feet" in shown
@@ -190,7 +190,7 @@ def test_of_many_feet_the_foremost_are_shown(gaitsim):
     assert "and 6 more feet; --json has them all" in shown
 
 
-def test_runs_that_are_not_there_are_told(gaitsim, puppet, tmp_path):
+def test_runs_that_are_not_there_are_reported(gaitsim, puppet, tmp_path):
     from gaitsim.runs.files.folder import create_run
 
     create_run(puppet(), tmp_path / "runs/unbegun")

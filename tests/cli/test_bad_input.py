@@ -60,7 +60,7 @@ def shell(*arguments, path=None, **settings):
 
 
 @pytest.mark.parametrize("command", ["run", "experiments show"])
-def test_an_unknown_experiment_is_told_with_the_nearest_and_the_file(refused, command):
+def test_an_unknown_experiment_is_reported_with_the_nearest_and_the_file(refused, command):
     message = refused(*command.split(), "spidr")
     assert message.startswith("Error: unknown experiment 'spidr'\n")
     assert "  allowed: " in message
@@ -69,7 +69,7 @@ def test_an_unknown_experiment_is_told_with_the_nearest_and_the_file(refused, co
     assert "for the file of that name, ./spidr" in refused(*command.split(), "spidr")
 
 
-def test_all_problems_of_file_and_command_line_are_told_at_once(refused):
+def test_all_problems_of_file_and_command_line_are_reported_at_once(refused):
     Path("mine.toml").write_text(SPIDER.replace('"sine"', '"sin"').replace("size =", "siz ="))
     message = refused("run", "mine.toml", "--set", "mutation.rate=7", "--population", "1")
     assert message.startswith("Error: the experiment has 4 problems:\n")
@@ -181,7 +181,7 @@ def test_a_wrong_command_line_is_refused(refused, arguments, message):
         ("video R --view left", "'left' is not allowed", "iso, side, top, orbit"),
     ],
 )
-def test_a_value_that_is_not_allowed_is_told_with_what_is(refused, arguments, what, allowed):
+def test_a_value_that_is_not_allowed_is_reported_with_what_is(refused, arguments, what, allowed):
     option = arguments.split()[-2]
     assert refused(*arguments.split()).splitlines() == [
         f"Error: {what}",
@@ -190,7 +190,7 @@ def test_a_value_that_is_not_allowed_is_told_with_what_is(refused, arguments, wh
     ]
 
 
-def test_a_misspelt_choice_is_told_with_the_nearest(refused):
+def test_a_misspelt_choice_is_reported_with_the_nearest(refused):
     assert "did you mean 'footfall'?" in refused("plot", "R", "--kind", "footfal")
 
 
@@ -218,7 +218,7 @@ def test_what_show_prints_can_be_run_again(gaitsim):
     assert gaitsim("experiments", "show", "mine.toml") == (0, text, "")
 
 
-def test_a_broken_plugin_is_told_by_its_package(gaitsim, refused, install):
+def test_a_broken_plugin_is_reported_by_its_package(gaitsim, refused, install):
     install("fake", "raise SystemExit(0)", {kind: {"broken": "X"} for kind in KINDS})
     for kind in KINDS:
         message = refused("run", "spider", "--set", f"{kind}.plugin=broken")
@@ -231,7 +231,9 @@ def test_a_broken_plugin_is_told_by_its_package(gaitsim, refused, install):
     assert gaitsim("experiments", "show", "spider")[0] == 0
 
 
-def test_a_conflict_of_two_packages_is_told_where_it_matters(gaitsim, refused, install, working):
+def test_a_conflict_of_two_packages_is_reported_where_it_matters(
+    gaitsim, refused, install, working
+):
     install("one", working, {"mutation": {"still": "Still"}})
     install("two", working, {"mutation": {"still": "Still"}})
     message = refused("run", "spider", "--set", "mutation.plugin=still")
@@ -242,7 +244,7 @@ def test_a_conflict_of_two_packages_is_told_where_it_matters(gaitsim, refused, i
     assert gaitsim("experiments", "show", "spider")[0] == 0
 
 
-def test_damaged_entry_points_are_told_and_do_no_harm(gaitsim, install):
+def test_damaged_entry_points_are_reported_and_do_no_harm(gaitsim, install):
     install("fake", files={"fake-1.0.dist-info/entry_points.txt": b"[gaitsim.organism]\n\xe9=x\n"})
     code, out, message = gaitsim("plugins", "list")
     assert code == 0
@@ -250,7 +252,7 @@ def test_damaged_entry_points_are_told_and_do_no_harm(gaitsim, install):
     assert "entry points of fake in" in message
 
 
-def test_a_broken_preset_stands_in_the_list(gaitsim, install):
+def test_a_broken_preset_is_listed_as_broken(gaitsim, install):
     points = "[gaitsim.experiments]\nhop = fake\nskip = nowhere\n"
     files = {
         "fake/__init__.py": "raise SystemExit",
@@ -311,7 +313,7 @@ def test_a_reader_may_leave(tmp_path, command):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("command", ["experiments list", "experiments show spider"])
-def test_a_full_disk_is_told(tmp_path, command):
+def test_a_full_disk_is_reported(tmp_path, command):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
             [sys.executable, "-m", "gaitsim", *command.split()],

@@ -68,7 +68,7 @@ BEFORE = {
 
 
 @pytest.mark.parametrize("name", BEFORE)
-def test_what_cannot_be_loaded_leaves_no_run(gaitsim, puppet_file, odd, name):
+def test_a_plugin_that_cannot_be_loaded_leaves_no_run(gaitsim, puppet_file, odd, name):
     kind, body, head, says = BEFORE[name]
     folder = odd(kind, body, head)
     if name == "another class":

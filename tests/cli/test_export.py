@@ -25,7 +25,7 @@ def test_a_servo_table(gaitsim, finished, tmp_path):
     assert "5 keyframes × 3 joints in 1 s, degrees; at most 0.0" in done.stdout
 
 
-def test_its_options(gaitsim, finished, tmp_path):
+def test_the_options_of_a_servo_table(gaitsim, finished, tmp_path):
     arguments = ("--format", "servo", "--keyframe-ms", 500, "--centre", 90, "--out", "x.csv")
     gaitsim("export", "puppet", *arguments, "--min", -720, "--max", 720)
     rows = table(tmp_path / "x.csv")
@@ -33,7 +33,7 @@ def test_its_options(gaitsim, finished, tmp_path):
     assert rows[1][1:] == ["90.00"] * 3
 
 
-def test_what_a_servo_cannot_do_is_refused_or_held(gaitsim, finished, tmp_path):
+def test_angles_beyond_the_servos_are_refused_or_clipped(gaitsim, finished, tmp_path):
     arguments = ("export", "puppet", "--format", "servo", "--out", "x.csv")
     limits = ("--min", -1, "--max", 1)
     said = gaitsim(*arguments, *limits, code=2).stderr
@@ -60,7 +60,7 @@ def test_what_a_servo_cannot_do_is_refused_or_held(gaitsim, finished, tmp_path):
         (("--format", "servos"), "servos"),
     ],
 )
-def test_what_does_not_fit_is_one_message(gaitsim, finished, arguments, says):
+def test_contradicting_options_end_with_one_message(gaitsim, finished, arguments, says):
     assert says in gaitsim("export", "puppet", *arguments, code=2).stderr
 
 

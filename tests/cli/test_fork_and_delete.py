@@ -23,7 +23,7 @@ def files(path):
     return {item.relative_to(path) for item in path.rglob("*")}
 
 
-def test_a_copy_stands_where_the_run_stands(gaitsim, run):
+def test_a_copy_has_the_generation_of_the_run(gaitsim, run):
     (run / "exports/gait.csv").write_text("mine")
     done = gaitsim("fork", "puppet")
     assert done.stdout == "runs/puppet-2: a copy of runs/puppet at generation 5\n"
@@ -95,7 +95,7 @@ def test_a_run_that_is_being_written_is_copied_as_of_its_checkpoint(gaitsim, pup
         (("puppet", "--out", ".."), "cannot be made as a new folder"),
     ],
 )
-def test_what_cannot_be_copied_is_told_and_leaves_nothing(gaitsim, run, arguments, said):
+def test_a_copy_that_fails_is_reported_and_leaves_nothing(gaitsim, run, arguments, said):
     before = files(run.parents[1])
     assert said in gaitsim("fork", *arguments, code=2).stderr
     assert files(run.parents[1]) == before

@@ -105,7 +105,7 @@ def test_the_shell_completes_commands_options_and_values(typed, offered):
     assert set(done.stdout.split()) == offered
 
 
-def test_examples_are_drawn_together():
+def test_examples_are_put_on_consecutive_lines():
     text = "What.\n\nMore.\n\n[bold]Examples[/bold]\n\na\n\n  b\n"
     assert arranged(text) == "What.\n\nMore.\n\n[bold]Examples[/bold]\na\nb"
     assert arranged("What.\n\nMore.") == "What.\n\nMore."

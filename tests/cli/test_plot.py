@@ -42,7 +42,9 @@ def test_bad_input_is_one_message_and_leaves_nothing(gaitsim, finished, tmp_path
     ]
 
 
-def test_all_kinds_are_drawn_that_there_are_and_the_others_are_named(gaitsim, finished, tmp_path):
+def test_all_kinds_that_the_body_has_are_drawn_and_the_others_are_named(
+    gaitsim, finished, tmp_path
+):
     done = gaitsim("plot", "puppet", "--kind", "all", "--generation", 2, "--format", "svg")
     names = ["fitness", "terms", *(f"{kind}-generation-2" for kind in ("path", "joints"))]
     names.insert(3, "channel-joint_angles-generation-2")

@@ -130,7 +130,7 @@ def test_a_folder_that_is_no_package_is_refused(gaitsim, files, says):
 
 
 @pytest.mark.parametrize("reference", ["a" * 5000, "./" + "a" * 5000, "", "\x1b[31m"])
-def test_what_can_be_no_name_is_refused(gaitsim, reference):
+def test_an_invalid_name_is_refused(gaitsim, reference):
     done = gaitsim("plugins", "check", reference, code=2)
     assert done.stderr.startswith("Error: ")
     assert "\x1b" not in done.stderr

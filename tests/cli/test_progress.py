@@ -119,7 +119,7 @@ class TestPlainLines:
         assert STOPPING not in printed.out
 
 
-def test_the_best_of_each_island_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_best_of_each_island_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with PlainLines(writer(islands=4)) as lines:
         lines.update(generation(1))
     assert capsys.readouterr().out.splitlines()[1] == (
@@ -206,7 +206,7 @@ class TestLiveView:
             view.update(generation(number))
         assert drawn(view)[0].endswith("0:03:20 left")
 
-    def test_goes_on_where_a_resumed_run_stood(self, clock: Clock) -> None:
+    def test_a_resumed_run_continues_its_curves(self, clock: Clock) -> None:
         resumed = writer(20, generation(10), best=[0.5, 1.0], mean=[0.1, 0.9], diversity=[0.3, 0.2])
         view = LiveView(resumed, Console(file=io.StringIO()), clock)
         lines = drawn(view)
@@ -221,7 +221,7 @@ class TestLiveView:
         assert drawn(view)[0].endswith("11/20 0:00:18 left")
 
     @pytest.mark.parametrize("reevaluated", [True, False])
-    def test_a_stage_with_new_scores_begins_their_courses_anew(
+    def test_a_stage_with_new_scores_restarts_their_curves(
         self, clock: Clock, reevaluated: bool
     ) -> None:
         begun = writer(20, generation(2), best=[5.0, 9.0], mean=[4.0, 8.0], diversity=[0.3, 0.2])

@@ -145,7 +145,7 @@ def test_a_run_killed_again_and_again_is_the_same(
     assert (run / "bests.bin").read_bytes() == (tmp_path / "whole/bests.bin").read_bytes()
 
 
-def test_a_run_killed_before_its_first_checkpoint_begins_anew(
+def test_a_run_killed_before_its_first_checkpoint_starts_again(
     gaitsim, start, puppet_file, fingerprint, tmp_path
 ):
     experiment = (puppet_file, "--generations", 2, "--set", "organism.pause=0.5")

@@ -131,7 +131,7 @@ def test_an_empty_folder_has_no_runs(gaitsim, tmp_path):
 
 
 @pytest.mark.parametrize("more", [(), ("--json",), ("--delete", "puppet", "--yes")])
-def test_what_is_no_folder_of_runs_is_refused(gaitsim, finished, more):
+def test_a_folder_that_does_not_hold_runs_is_refused(gaitsim, finished, more):
     for root, says in [
         ("nope", "folder not found: nope"),
         ("runs/nope", "folder not found: runs/nope"),
@@ -171,7 +171,7 @@ def installed(puppets):
     """What the tests themselves read needs the puppets, too."""
 
 
-def test_what_cannot_be_exported_is_one_message(gaitsim, finished, tmp_path):
+def test_an_export_that_fails_ends_with_one_message(gaitsim, finished, tmp_path):
     for arguments, says in [
         (("export", "puppet", "--generation", 6), "has no generation 6"),
         (("export", "puppet", "--out", "missing/gait.mat"), "there is no folder missing"),

@@ -61,13 +61,13 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
         (["compare", "millipede", "millipede", "--target", "nan"], "--target"),
     ],
 )
-def test_mistakes_are_told(gaitsim, arguments, says):
+def test_mistakes_are_reported(gaitsim, arguments, says):
     done = gaitsim(*arguments, code=2)
     assert says in done.stderr
     assert done.stdout == ""
 
 
-def test_a_study_of_a_newer_gaitsim_is_told(gaitsim, tmp_path):
+def test_a_study_of_a_newer_gaitsim_is_reported(gaitsim, tmp_path):
     (tmp_path / "small.toml").write_text("schema = 2\n" + STUDY)
     assert "newer gaitsim" in gaitsim("study", "small.toml", code=2).stderr
     assert not (tmp_path / "studies").exists()
@@ -105,7 +105,9 @@ def test_compare_warns_of_scores_that_do_not_compare(gaitsim):
     assert "differ in their fitness" in done.stderr
 
 
-def test_a_study_goes_on_from_any_folder_after_its_files_are_gone(gaitsim, tmp_path, monkeypatch):
+def test_a_study_continues_from_any_folder_after_its_files_are_deleted(
+    gaitsim, tmp_path, monkeypatch
+):
     (tmp_path / "mine.toml").write_text(gaitsim("experiments", "show", "millipede").stdout)
     text = STUDY.replace('"millipede-mutation"]', '"mine.toml"]').split("[published")[0]
     (tmp_path / "small.toml").write_text(text)

@@ -61,7 +61,7 @@ def test_several_generations(gaitsim, run, tmp_path):
         (["--generations", "1,2", "--generation", "1"], "one generation and several"),
     ],
 )
-def test_what_cannot_be_is_one_message(gaitsim, run, tmp_path, arguments, says):
+def test_an_invalid_option_ends_with_one_message(gaitsim, run, tmp_path, arguments, says):
     before = sorted(tmp_path.rglob("*"))
     error = gaitsim("video", run, *arguments, code=2).stderr
     assert says in error.replace("\n", " ")

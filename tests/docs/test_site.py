@@ -46,7 +46,7 @@ def test_links_that_leave_the_folder_lead_to_pages(
     for page in (tmp_path / "docs").glob("*.md"):
         assert "](../" not in page.read_text(), page.name
     text = "[a](docs/tui.md#keys) [b](https://x.org) [c](#d) [e](data/make_gaits.py)"
-    assert build._inward(text, ROOT) == "[a](tui.md#keys) [b](https://x.org) [c](#d) e"
+    assert build.inward(text, ROOT) == "[a](tui.md#keys) [b](https://x.org) [c](#d) e"
 
 
 def test_every_command_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -75,7 +75,7 @@ def test_one_experiment_is_not_enough() -> None:
         load_experiments(["spider"], [])
 
 
-def test_a_repeat_without_a_score_is_told() -> None:
+def test_a_repeat_without_a_score_is_reported() -> None:
     loaded = load_experiments(["millipede", "millipede-random"], SHORT)
     samples = {k: repeat_experiment(e, 3, 1, lambda: None) for k, e in loaded.items()}
     samples["millipede"].best[:] = -np.inf
