@@ -58,7 +58,7 @@ def echo(text: object, end: str = "\n") -> None:
 
 
 def print_json(values: Mapping[str, Any]) -> None:
-    """One object on one line; what is not a finite number is null."""
+    """Print one object on one line, with null for NaN and infinities."""
     echo(json.dumps(finite(values), ensure_ascii=False))
 
 

@@ -23,7 +23,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 FPS = 20
 SPEEDS = 0.01, 100.0
-SIZE = 80, 24  # columns and rows of a still where the output is no terminal
+SIZE = 80, 24  # columns and rows of a still where the output is not a terminal
 
 
 def play(
@@ -88,11 +88,11 @@ def _loop(found: Individual, figure: Figure, camera: Viewpoint, speed: float, on
             remedy=f"make a video instead: gaitsim video {found.source}",
         )
     duration = figure.clip.seconds
-    begun = time.monotonic()
+    start = time.monotonic()
     try:
         with interruptible(), Live(console=console, screen=True, auto_refresh=False) as live:
             while True:
-                seconds = (time.monotonic() - begun) * speed
+                seconds = (time.monotonic() - start) * speed
                 if once and seconds >= duration:
                     break
                 moment = seconds % duration if duration else 0.0

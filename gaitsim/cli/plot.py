@@ -127,7 +127,7 @@ def _plot_all(
     """Plot every kind that the body has; report the others with the reason."""
     if out is not None and not out.is_dir():
         raise GaitsimError(
-            f"--kind all writes several files, and there is no folder {out}",
+            f"--kind all writes several files; folder not found: {out}",
             where="--out",
             allowed="a folder that exists",
         )

@@ -14,7 +14,7 @@ from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import visible
 
 TIMES = 4  # columns of the terms over time
-_MOVED = 1e-9  # of a score: what a run recorded and what is played now may differ by
+_MOVED = 1e-9  # relative tolerance between the recorded and the replayed score
 
 
 def print_score_breakdown(

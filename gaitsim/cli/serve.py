@@ -23,7 +23,7 @@ def serve(
 ) -> None:
     """Open the terminal UI in a browser, by default on this machine only.
 
-    Every window of the browser has an app of its own. There is no login.
+    Each browser window runs its own app. There is no login.
 
     [bold]Examples[/bold]
 
@@ -38,7 +38,7 @@ def serve(
         if not is_loopback(host):
             notice(
                 f"Warning: {host} can be reached from other machines, and there is no login: "
-                "whoever opens the page can run, change and delete runs as you. "
+                "anyone who opens the page can start, change and delete runs as you. "
                 "Without --host, only this machine can; by ssh -L, from another one, too."
             )
         words = [sys.executable, "-m", "gaitsim", "tui", str(root)]

@@ -52,13 +52,13 @@ def study(
 
     gaitsim study millipede-operators --dask tcp://host:8786
     """
-    begun = (Path(reference) / STUDY).is_file()
-    source = str(Path(reference) / STUDY) if begun else reference
+    resumed = (Path(reference) / STUDY).is_file()
+    source = str(Path(reference) / STUDY) if resumed else reference
     study, text = read_study(source)
-    every = cells(study, Path(reference) if begun else None, source)
-    folder = Path(reference) if begun else out or Path("studies") / study.name
+    every = cells(study, Path(reference) if resumed else None, source)
+    folder = Path(reference) if resumed else out or Path("studies") / study.name
     with cluster(dask, workers) as executor:
-        if not begun:
+        if not resumed:
             folder = create_folder(folder, {STUDY: text, **resolved(study)})
         lock = RunLock(folder)
         try:

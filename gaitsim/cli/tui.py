@@ -28,7 +28,7 @@ def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
 
     gaitsim tui experiments/spring --theme gaitsim-okabe-ito
     """
-    # Within `gaitsim serve` there is no terminal, but a driver of Textual's.
+    # `gaitsim serve` sets a driver of Textual instead of a terminal.
     if not (os.environ.get("TEXTUAL_DRIVER") or (sys.stdin.isatty() and sys.stdout.isatty())):
         raise GaitsimError(
             "the terminal UI needs a terminal for its input and output",

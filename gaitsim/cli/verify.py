@@ -115,29 +115,28 @@ def _print_json(path: str, verdict: Verdict) -> None:
 
 
 def _print(path: str, verdict: Verdict) -> None:
-    told = _told(verdict)
     if verdict.identical:
         echo(visible_lines(f"{path}: identical"))
     elif not verdict.differences:
-        echo(visible_lines(f"{path}: different; what was compared of its generations is identical"))
+        echo(visible_lines(f"{path}: different; the generations that were compared are identical"))
     else:
         first, count = next(iter(verdict.differences)), len(verdict.differences)
         more = f"; {count - 1} more generations differ" if count > 1 else ""
         echo(visible_lines(f"{path}: different, first in generation {first}{more}"))
     if not verdict.identical:
-        for text in (*_asked(verdict), *verdict.damaged):
+        for text in (*_changed_options(verdict), *verdict.damaged):
             echo(visible_lines(f"  {text}"))
         for number, what in list(verdict.differences.items())[:SHOWN]:
             for text in what[:SHOWN]:
                 echo(visible_lines(f"  generation {number}: {text}"))
             if len(what) > SHOWN:
                 echo(f"  generation {number}: and {len(what) - SHOWN} more")
-    for text in told:
+    for text in _scope(verdict):
         echo(visible_lines(text))
 
 
-def _asked(verdict: Verdict) -> list[str]:
-    """What `experiment.toml` asks for that the run was not made with, in one text."""
+def _changed_options(verdict: Verdict) -> list[str]:
+    """Say in one text which options of `experiment.toml` differ from those of the run."""
 
     def value(found: Any) -> str:
         return "not set" if found is None else literal(found)
@@ -149,16 +148,16 @@ def _asked(verdict: Verdict) -> list[str]:
         for change in verdict.asked
     )
     return [
-        f"{EXPERIMENT} asks for other options than the run was made with ({options}): "
-        f"they would hold from generation {verdict.last + 1} on"
+        f"{EXPERIMENT} differs from the options of the run ({options}): "
+        f"it would hold from generation {verdict.last + 1} on"
     ]
 
 
-def _told(verdict: Verdict) -> list[str]:
-    """What was done, and what it was done with."""
+def _scope(verdict: Verdict) -> list[str]:
+    """Say what was reproduced, and which versions and processor made the run."""
     found = []
     if verdict.whole:
-        found.append(f"made again wholly: {_ranges(verdict.whole)} of {verdict.last}")
+        found.append(f"reproduced in full: {_ranges(verdict.whole)} of {verdict.last}")
     if verdict.best:
         found.append(f"best individual judged again: {_ranges(verdict.best)}")
     if verdict.without_checksum:
@@ -167,17 +166,17 @@ def _told(verdict: Verdict) -> list[str]:
             "their history and bests alone were compared"
         )
     if not verdict.origins:
-        found.append("the run does not say what it was made with")
+        found.append("the run does not record its versions")
     elif verdict.elsewhere:
-        found.append("made with something else than is here:")
+        found.append("made with other versions or another processor:")
         found += [f"  {text}" for text in verdict.elsewhere]
     else:
-        found.append("made with the same versions and processor as are here")
+        found.append("made with the versions and processor of this machine")
     return found
 
 
 def _ranges(numbers: tuple[int, ...]) -> str:
-    """Numbers in order, neighbours as '3 to 9'."""
+    """Join numbers in order, consecutive ones as '3 to 9'."""
     spans: list[list[int]] = []
     for number in numbers:
         if spans and number == spans[-1][1] + 1:

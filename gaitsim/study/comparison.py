@@ -112,7 +112,7 @@ def repeat_experiment(
         repeats: number of repeats.
         workers: number of workers; None for one a core.
         on_generation: called after each generation.
-        warn: is told, for the user, of workers that died or idle.
+        warn: called with a message for the user when workers died or idle.
         cluster: workers to use instead; the caller closes it.
 
     Raises:
@@ -137,7 +137,7 @@ def analyse(samples: Mapping[str, Sample], target: float | None) -> Findings:
     for label, one in samples.items():
         if not np.isfinite(one.final).all():
             raise GaitsimError(
-                f"in a repeat of {label} every individual failed: there is no score to compare",
+                f"every individual failed in a repeat of {label}, which has no score to compare",
                 remedy=f"see why with: gaitsim run {one.experiment.name}",
             )
     descriptions = {

@@ -33,28 +33,28 @@ def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
     Args:
         runs: the stages of each, the first one first; () where it cannot be read.
     """
-    told = [[(first, outline.options()) for first, outline in stages] for stages in runs]
-    keys = dict.fromkeys(key for stages in told for _, values in stages for key in values)
+    values_of = [[(first, outline.options()) for first, outline in stages] for stages in runs]
+    keys = dict.fromkeys(key for stages in values_of for _, values in stages for key in values)
     found = []
     for key in keys:
-        each = {_text(values.get(key)) for stages in told for _, values in stages if values}
+        each = {_text(values.get(key)) for stages in values_of for _, values in stages if values}
         if len(each) > 1:
-            found.append(Difference(key, tuple(_course(key, stages) for stages in told)))
+            found.append(Difference(key, tuple(_course(key, stages) for stages in values_of)))
     return tuple(found)
 
 
 def _course(key: str, stages: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
     """The values of an option over the stages: '0.1, from 151: 0.2'."""
-    told: list[str] = []
+    texts: list[str] = []
     last = ""
     for first, values in stages:
         text = _text(values.get(key))
-        if not told:
-            told.append(text)
+        if not texts:
+            texts.append(text)
         elif text != last:
-            told.append(f"from {first}: {text}")
+            texts.append(f"from {first}: {text}")
         last = text
-    return ", ".join(told) or ABSENT
+    return ", ".join(texts) or ABSENT
 
 
 def _text(value: Any) -> str:

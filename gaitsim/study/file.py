@@ -86,7 +86,7 @@ class Study(BaseModel):
     )
     published: dict[str, Published] = Field(
         default={},
-        description="published cells by experiment, to print beside these; never, without one",
+        description="published cells by experiment, to print with these; 'never' without one",
     )
 
     def values(self, axis: str) -> list[Scalar]:
@@ -167,7 +167,7 @@ def parse_study(text: str, source: str) -> Study:
                 f"axes.{axis}", f"{axis} is an axis and in 'set', too", "one of the two"
             )
     if len(set(study.experiments)) < len(study.experiments):
-        problems.report("experiments", "an experiment stands twice", "experiments that differ")
+        problems.report("experiments", "an experiment is listed twice", "experiments that differ")
     for experiment in study.published:
         if experiment not in study.experiments:
             problems.report(

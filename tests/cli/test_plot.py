@@ -27,7 +27,7 @@ def finished(gaitsim, puppet_file):
         (("--kind", "joints", "--out", "a.gif"), "does not end with a format"),
         (("--kind", "joints", "--out", "missing/a.png"), "there is no folder missing"),
         (("--out", "a.png", "--format", "svg"), "ends with .png"),
-        (("--kind", "all", "--out", "missing"), "there is no folder missing"),
+        (("--kind", "all", "--out", "missing"), "folder not found: missing"),
         (("--kind", "all", "--generation", 9), "has no generation 9"),
     ],
 )

@@ -25,12 +25,12 @@ def spoil(run):
 def test_an_identical_run_ends_with_0(gaitsim, run):
     assert gaitsim("verify", "puppet").stdout.splitlines() == [
         "runs/puppet: identical",
-        "made again wholly: 1, 5 of 5",
-        "best individual judged again: 2 to 4",
-        "made with the same versions and processor as are here",
+        "reproduced in full: 1, 5 of 5",
+        "best individual reproduced: 2 to 4",
+        "made with the versions and processor of this machine",
     ]
     done = gaitsim("verify", "puppet", "--all", "--workers", 1)
-    assert "made again wholly: 1 to 5 of 5" in done.stdout
+    assert "reproduced in full: 1 to 5 of 5" in done.stdout
     assert done.stderr == ""
 
 
@@ -59,7 +59,7 @@ def test_a_damaged_checkpoint_ends_with_1_and_is_named(gaitsim, run, name):
     path.write_bytes(path.read_bytes()[:50])
     done = gaitsim("verify", "puppet", "--all", code=1)
     lines = done.stdout.splitlines()
-    assert lines[0] == ("runs/puppet: different; what was compared of its generations is identical")
+    assert lines[0] == ("runs/puppet: different; the generations that were compared are identical")
     assert lines[1].startswith(f"  {name} cannot be read as a checkpoint: it is damaged: ")
     assert done.stderr == ""
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
@@ -78,9 +78,9 @@ def test_a_changed_experiment_file_ends_with_1_and_names_the_options(gaitsim, ru
     text = path.read_text()
     path.write_text(text.replace("seed = 1", "seed = 77").replace("elites = 2", "elites = 0"))
     assert gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()[:2] == [
-        "runs/puppet: different; what was compared of its generations is identical",
-        "  experiment.toml asks for other options than the run was made with (seed: 77, "
-        "made with 1; evolution.elites: 0, made with 2): they would hold from generation 6 on",
+        "runs/puppet: different; the generations that were compared are identical",
+        "  experiment.toml differs from the options of the run (seed: 77, "
+        "made with 1; evolution.elites: 0, made with 2): it would hold from generation 6 on",
     ]
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert (found["identical"], found["differences"]) == (False, [])
