@@ -65,7 +65,7 @@ def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
         ('"evolution.generations"|"evolution.population"', "is an axis and in 'set', too"),
         ("record_every|record_evry", "did you mean 'record_every'"),
         ('"millipede-mutation"|"millipede-mutatoin"', "did you mean 'millipede-mutation'"),
-        ('"millipede-mutation"|"millipede-random"', "stands twice"),
+        ('"millipede-mutation"|"millipede-random"', "listed twice"),
         ('name = "small"|name = "../small"', "not allowed"),
         ('name = "small"|name = "small"\nschema = 2', "newer gaitsim"),
         ('name = "small"|name = ', "not valid TOML"),
