@@ -159,11 +159,11 @@ def _scope(verdict: Verdict) -> list[str]:
     if verdict.whole:
         found.append(f"reproduced in full: {_ranges(verdict.whole)} of {verdict.last}")
     if verdict.best:
-        found.append(f"best individual judged again: {_ranges(verdict.best)}")
+        found.append(f"best individual reproduced: {_ranges(verdict.best)}")
     if verdict.without_checksum:
         found.append(
             f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
-            "their history and bests alone were compared"
+            "only their history and bests were compared"
         )
     if not verdict.origins:
         found.append("the run does not record its versions")

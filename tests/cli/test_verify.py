@@ -107,13 +107,13 @@ def test_no_whole_checkpoint_is_a_mistake(gaitsim, run):
     assert "neither checkpoint can be read" in gaitsim("verify", "puppet", code=2).stderr
 
 
-def test_an_old_run_is_told_to_have_no_digests(gaitsim, run):
+def test_a_run_without_checksums_is_reported(gaitsim, run):
     (run / "checksums.bin").unlink()
     (run / "provenance.json").unlink()
     lines = gaitsim("verify", "puppet").stdout.splitlines()
     assert lines[-2:] == [
-        "5 of 5 generations have no checksum: their history and bests alone were compared",
-        "the run does not say what it was made with",
+        "5 of 5 generations have no checksum: only their history and bests were compared",
+        "the run does not record its versions",
     ]
 
 
