@@ -42,6 +42,7 @@ class DaskExecutor(Executor):
         on_warning: called with a message when workers were lost, and when none are left.
 
     Attributes:
+        address: the scheduler's.
         workers: the current number of threads of its workers, which may come or go.
 
     Raises:
@@ -72,14 +73,15 @@ class DaskExecutor(Executor):
         for name in LOGGERS:
             logging.getLogger(name).setLevel(SILENT)
         try:
-            where = self._begin(distributed, workers or cores()) if address == LOCAL else address
-            self._connect(distributed, where)
+            if address == LOCAL:
+                self._begin(distributed, workers or cores())
+            self._connect(distributed, self._own or address)
         except BaseException:
             self.close()
             raise
         self.workers = sum(self._client.nthreads().values())
 
-    def _begin(self, distributed: Any, workers: int) -> Any:
+    def _begin(self, distributed: Any, workers: int) -> None:
         import dask
 
         def begin() -> None:
@@ -110,7 +112,7 @@ class DaskExecutor(Executor):
         self._begun.wait()  # not `join`, which returns early after an interrupt
         if failed:
             raise failed[0]
-        return self._own
+        self.address = self._own.scheduler_address
 
     def _connect(self, distributed: Any, where: Any) -> None:
         def connect() -> None:
