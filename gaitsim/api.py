@@ -21,6 +21,7 @@ from gaitsim.render.notebook import RunViews, picture
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, find_run
 from gaitsim.runs.session import Session
+from gaitsim.runs.writer import RunWriter
 
 __all__ = ["Individual", "Run", "Search", "evolve", "load", "picture"]
 
@@ -272,11 +273,10 @@ def _recorded(
     overrides: Overrides | None = None,
     generations: int | None = None,
 ) -> Generations:
-    with Session(
-        path, overrides=overrides, generations=generations, workers=workers, on_warning=_warn
-    ) as session:
-        if session.writer.warning:
-            _warn(session.writer.warning)
+    writer = RunWriter.open(path, overrides=overrides, generations=generations)
+    with Session(writer, workers=workers, on_warning=_warn) as session:
+        if writer.warning:
+            _warn(writer.warning)
         yield from session.evolve()
 
 

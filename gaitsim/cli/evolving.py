@@ -20,6 +20,7 @@ from gaitsim.experiment import Overrides
 from gaitsim.registry.plugin_context import interrupted_plugin
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.session import Session
+from gaitsim.runs.writer import RunWriter
 
 SLOW = 1.0  # seconds that may pass in silence
 INTERRUPTED = 130  # exit code, as shells give it
@@ -44,18 +45,13 @@ def evolve_run(
     """
     with interruptible() as interrupts:
         try:
-            with Session(
-                path,
-                overrides=overrides,
-                generations=generations,
-                any_version=any_version,
-                workers=workers,
-                cluster=cluster,
-                on_warning=warn,
-            ) as session:
-                if session.writer.warning:
-                    warn(session.writer.warning)
-                reason = _evolve(session, display(session.writer, json), interrupts)
+            writer = RunWriter.open(
+                path, overrides=overrides, generations=generations, any_version=any_version
+            )
+            with Session(writer, workers=workers, cluster=cluster, on_warning=warn) as session:
+                if writer.warning:
+                    warn(writer.warning)
+                reason = _evolve(session, display(writer, json), interrupts)
         except KeyboardInterrupt:
             _leave_at_once(path)
     if interrupts.requested and not reason:
@@ -82,8 +78,8 @@ def _leave_at_once(path: Path) -> NoReturn:
 def _evolve(session: Session, shown: Display, interrupts: Interrupts) -> str:
     """Evolve until a stop condition holds or the user stops it; return why, '' for the user."""
     writer = session.writer
-    if session.finished:
-        return session.finished
+    if writer.done:
+        return writer.done
     name = writer.experiment.entries["organism"].name
     start = time.perf_counter()
     with _status(f"Preparing {name}: the first run compiles its kernels …"):
@@ -91,7 +87,7 @@ def _evolve(session: Session, shown: Display, interrupts: Interrupts) -> str:
     seconds = time.perf_counter() - start
     if seconds > SLOW:
         notice(f"Prepared {name} in {seconds:.1f} s; compiled kernels are kept for the next run.")
-    if session.reevaluates and writer.last is not None:
+    if writer.reevaluates and writer.last is not None:
         with _status(f"Re-evaluating the population of generation {writer.last.number} …"):
             session.reevaluate()
     if writer.changes:

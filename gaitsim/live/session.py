@@ -9,6 +9,7 @@ from gaitsim.live.commands import CommandQueue
 from gaitsim.live.protocol import Command, State
 from gaitsim.live.reporter import Reporter
 from gaitsim.runs.session import Session
+from gaitsim.runs.writer import RunWriter
 
 
 def evolve_live(
@@ -39,14 +40,13 @@ def evolve_live(
     while True:
         reporter.state("preparing")
         try:
-            with Session(
+            writer = RunWriter.open(
                 path,
                 overrides=changes,
                 generations=None if opened else generations,
                 any_version=any_version,
-                workers=workers,
-                on_warning=reporter.warning,
-            ) as session:
+            )
+            with Session(writer, workers=workers, on_warning=reporter.warning) as session:
                 changes, opened = {}, True
                 ended = _evolve(session, commands, reporter)
         except GaitsimError as error:
@@ -70,12 +70,12 @@ def _evolve(session: Session, commands: CommandQueue, reporter: Reporter) -> str
     """Evolve until a stop condition holds, and return it; or until a `stop` or `set`."""
     writer = session.writer
     reporter.opened(writer)
-    if session.finished:
-        reporter.begins(writer.last, _champion(session))
-        return session.finished
+    if writer.done:
+        reporter.begins(writer.last, _champion(writer))
+        return writer.done
     session.prepare()
     session.reevaluate()
-    reporter.begins(writer.last, _champion(session))
+    reporter.begins(writer.last, _champion(writer))
     generations = session.evolve()
     while True:
         command = commands.next(reporter.state)
@@ -87,9 +87,8 @@ def _evolve(session: Session, commands: CommandQueue, reporter: Reporter) -> str
             return generation.stop
 
 
-def _champion(session: Session) -> dict[str, Any] | None:
+def _champion(writer: RunWriter) -> dict[str, Any] | None:
     """Return the best individual comparable with those to come; None where there is none."""
-    writer = session.writer
     if writer.last is None or any(change.reevaluates for change in writer.changes):
         return None
     try:

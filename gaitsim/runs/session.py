@@ -11,7 +11,6 @@ from typing import Self
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evolution import Generation, island_map
-from gaitsim.experiment import Overrides
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.writer import RunWriter
 
@@ -21,62 +20,33 @@ class Session:
 
     Errors inside the block say how to resume the run.
 
-    Attributes:
-        path: the folder of the run.
-        writer: of the run.
+    Args:
+        writer: of the run; the session closes it.
+        workers: number of parallel workers; None for the usual number.
+        cluster: workers elsewhere; the caller closes it.
+        on_warning: called with messages about workers.
     """
 
     def __init__(
         self,
-        path: Path,
+        writer: RunWriter,
         *,
-        overrides: Overrides | None = None,
-        generations: int | None = None,
-        any_version: bool = False,
         workers: int | None = None,
         cluster: Executor | None = None,
         on_warning: Callable[[str], None] = lambda text: None,
     ) -> None:
-        """Open the run in `path`.
-
-        Args:
-            path: its folder.
-            overrides: options to change from here on, by key.
-            generations: the last generation to evolve; None as planned.
-            any_version: resume although a package has another version now.
-            workers: number of parallel workers; None for the usual number.
-            cluster: workers elsewhere; the caller closes it.
-            on_warning: called with messages about workers.
-
-        Raises:
-            RunError: the run cannot be written, is damaged, or would not continue.
-            ExperimentError: the experiment has problems.
-        """
-        self.path = path
-        self.writer = RunWriter.open(
-            path, overrides=overrides, generations=generations, any_version=any_version
-        )
+        self.writer = writer
         self._workers, self._cluster, self._on_warning = workers, cluster, on_warning
         self._evaluator: Evaluator | None = None
         self._held = ExitStack()
-        self._held.enter_context(self.writer)
-        self._held.enter_context(_resumable(path))
+        self._held.enter_context(writer)
+        self._held.enter_context(_resumable(writer.path))
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *raised: object) -> None:
         self._held.__exit__(*raised)  # type: ignore[arg-type]
-
-    @property
-    def finished(self) -> str:
-        """Why there is nothing left to evolve, or ''."""
-        return self.writer.done
-
-    @property
-    def reevaluates(self) -> bool:
-        """Whether a new stage has yet to score the last generation."""
-        return self.writer.reevaluates
 
     def prepare(self) -> Evaluator:
         """Start the workers and compile the body's kernels; a second call does nothing.
@@ -103,7 +73,7 @@ class Session:
             PluginError: a plugin fails or breaks its contract.
             RunError: a generation cannot be written.
         """
-        if self.finished:
+        if self.writer.done:
             return iter(())
         evaluator = self.prepare()
         return self.writer.evolve(evaluator.evaluate, island_map(evaluator))

@@ -8,6 +8,7 @@ from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.session import Session
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.writer import RunWriter
 
 
 @pytest.fixture
@@ -21,7 +22,7 @@ def begun(puppet, tmp_path):
 
 
 def evolve(path, until=None, **options):
-    with Session(path, workers=1, **options) as session:
+    with Session(RunWriter.open(path, **options), workers=1) as session:
         for generation in session.evolve():
             if generation.number == until:
                 break
@@ -40,8 +41,8 @@ def test_a_stopped_run_continues_to_the_same_result(begun):
 def test_a_finished_run_says_why_and_evolves_no_generation(begun):
     path = begun()
     evolve(path)
-    with Session(path) as session:
-        assert session.finished == "5 generations are done"
+    with Session(RunWriter.open(path)) as session:
+        assert session.writer.done == "5 generations are done"
         assert list(session.evolve()) == []
     assert not is_locked(path)
 
@@ -49,11 +50,11 @@ def test_a_finished_run_says_why_and_evolves_no_generation(begun):
 def test_a_stage_with_other_scores_is_reevaluated_once(begun):
     path = begun()
     evolve(path, 3)
-    with Session(path, overrides={"fitness.price": 3.0}, workers=1) as session:
+    with Session(RunWriter.open(path, overrides={"fitness.price": 3.0}), workers=1) as session:
         before = session.writer.last.scores
-        assert session.reevaluates
+        assert session.writer.reevaluates
         session.reevaluate()
-        assert not session.reevaluates
+        assert not session.writer.reevaluates
         assert not np.array_equal(session.writer.last.scores, before)
         assert [generation.number for generation in session.evolve()] == [4, 5]
 
