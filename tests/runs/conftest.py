@@ -1,9 +1,13 @@
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from run_helpers import LONG, THRESHOLD, go_on
 
 from gaitsim.runs.files.checkpoint import Champion, Checkpoint
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.snapshot import RunSnapshot
 
 
 @pytest.fixture(scope="session")
@@ -49,3 +53,25 @@ def _champion(**changes):
         "terms": {"speed": 1.0, "slip": 0.5},
     }
     return Champion(**values | changes)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch, puppets):
+    """Works in the test's folder, puppets installed."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def whole(puppet, here):
+    """A run of eight generations that was never interrupted."""
+    path = create_run(puppet(LONG, THRESHOLD), Path("whole"))
+    go_on(path)
+    return RunSnapshot(path)
+
+
+@pytest.fixture
+def half(puppet, here):
+    """The same run, stopped after generation 4."""
+    path = create_run(puppet(LONG, THRESHOLD), Path("half"))
+    go_on(path, 4)
+    return RunSnapshot(path)

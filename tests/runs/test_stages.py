@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from run_helpers import THRESHOLD, go_on
 
 from gaitsim.errors import ExperimentError, RunError
 from gaitsim.evaluation import evaluate
@@ -19,21 +20,11 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 CLIMB = {"fitness.plugin": "puppet-climb", "mutation.plugin": "puppet-jitter"}
-THRESHOLD = "evolution.fitness_threshold=0"
 
 
 @pytest.fixture(autouse=True)
 def here(tmp_path, monkeypatch, climb):
     monkeypatch.chdir(tmp_path)
-
-
-def go_on(path, until=None, **options):
-    """Evolve a run, at most to a generation; what its writer warned of."""
-    with RunWriter.open(path, **options) as writer:
-        for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
-            if event.number == until:
-                break
-        return writer.warning
 
 
 def begin(puppet, *overrides, generations=4, out="run"):

@@ -1,0 +1,57 @@
+"""How tests write runs: evolve them, stop them, and compare their files."""
+
+from gaitsim.evaluation import evaluate
+from gaitsim.evolution import evolve
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.writer import RunWriter
+
+LONG = "evolution.generations=8"
+
+
+THRESHOLD = "evolution.fitness_threshold=0"
+
+
+def events(writer):
+    """The generations that follow in a run."""
+    return evolve(
+        writer.experiment, lambda genomes: evaluate(writer.experiment, genomes), writer.last
+    )
+
+
+def record_all(writer):
+    for event in events(writer):
+        writer.record(event)
+
+
+def go_on(path, until=None, **options):
+    """Evolve a run, at most to a generation; what its writer warned of."""
+    with RunWriter.open(path, **options) as writer:
+        for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+            if event.number == until:
+                break
+        return writer.warning
+
+
+def again(run):
+    """The same run as it is now."""
+    return RunSnapshot(run.path)
+
+
+def assert_same(one, other):
+    """Two runs hold the same, but for the times in their histories."""
+    one, other = again(one), again(other)
+    assert one.fingerprint() == other.fingerprint()
+    assert (one.path / "bests.bin").read_bytes() == (other.path / "bests.bin").read_bytes()
+    champions = [sorted((run.path / "champions").iterdir()) for run in (one, other)]
+    assert [path.name for path in champions[0]] == [path.name for path in champions[1]]
+    for a, b in zip(*champions, strict=True):
+        assert a.read_bytes() == b.read_bytes()
+    assert one.generation == other.generation
+
+
+def names(path):
+    return {item.name for item in path.iterdir()}
+
+
+class Killed(BaseException):
+    """As if the process were gone."""

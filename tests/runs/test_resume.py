@@ -1,0 +1,270 @@
+"""A run is resumed from its folder, or refused with one message."""
+
+import os
+import shutil
+
+import pytest
+from run_helpers import LONG, THRESHOLD, again, assert_same, go_on, names
+
+from gaitsim.errors import CheckpointError, ExperimentError, RunError
+from gaitsim.runs.files.checkpoint import write_checkpoint
+from gaitsim.runs.files.folder import create_run, exports_folder
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.writer import RunWriter
+
+pytestmark = pytest.mark.usefixtures("here")
+
+
+def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
+    for name in ("population.pickle", "population.previous.pickle"):
+        (whole.path / name).unlink()
+    before = (whole.path / "history.csv").read_bytes()
+    with pytest.raises(CheckpointError, match=r"are gone, but history\.csv holds generations"):
+        RunSnapshot(whole.path).generation  # noqa: B018
+    with pytest.raises(CheckpointError):
+        go_on(whole.path)
+    assert (whole.path / "history.csv").read_bytes() == before
+    # One row may have been written before its checkpoint, which was not.
+    (whole.path / "history.csv").write_bytes(b"\n".join(before.split(b"\n")[:2]) + b"\n")
+    assert RunSnapshot(whole.path).generation == 0
+
+
+@pytest.mark.parametrize("until", [1, 2, 4, 7, 8])
+def test_a_run_gone_on_with_is_the_same(whole, puppet, until):
+    path = create_run(puppet(LONG, THRESHOLD))
+    go_on(path, until)
+    assert go_on(path) == ""
+    assert_same(RunSnapshot(path), whole)
+
+
+@pytest.mark.parametrize(
+    "stop", ["stagnation=2", "target_score=2.4", "max_evaluations=40", "stagnation=3"]
+)
+def test_a_run_gone_on_with_stops_where_it_would_have(puppet, stop):
+    overrides = ("evolution.generations=60", f"evolution.{stop}")
+    whole = create_run(puppet(*overrides))
+    go_on(whole)
+    end = RunSnapshot(whole).generation
+    assert 3 < end < 60
+    path = create_run(puppet(*overrides))
+    for generation in range(1, end + 2):
+        go_on(path, generation)
+    assert RunSnapshot(path).generation == end
+    assert RunSnapshot(path).fingerprint() == RunSnapshot(whole).fingerprint()
+
+
+def test_a_run_extended_is_the_same(whole, puppet):
+    path = create_run(puppet(THRESHOLD, "evolution.generations=3"))
+    go_on(path)
+    assert RunSnapshot(path).generation == 3
+    assert go_on(path, generations=8) == ""
+    assert RunSnapshot(path).fingerprint() == whole.fingerprint()
+    assert RunSnapshot(path).experiment.evolution.generations == 8
+    with pytest.raises(RunError, match="is at generation 8 already") as error:
+        RunWriter.open(path, generations=7)
+    assert error.value.allowed == "--generations 8 or more"
+    assert RunSnapshot(path).experiment.evolution.generations == 8
+
+
+def test_records_past_the_checkpoint_are_cut_off(half, whole):
+    fingerprint = half.fingerprint()
+    with (half.path / "history.csv").open("a") as file:
+        file.write((half.path / "history.csv").read_text().splitlines()[-1].replace("4,", "5,", 1))
+        file.write("\n6,1")
+    with (half.path / "bests.bin").open("ab") as file:
+        file.write(bytes(50))
+    shutil.copy(
+        sorted((half.path / "champions").iterdir())[0],
+        half.path / "champions/generation-000005.pickle",
+    )
+    (half.path / "champions/generation-mine.pickle").touch()
+    read = again(half)
+    assert read.fingerprint() == fingerprint
+    assert len(read.history["best"]) == len(read.bests) == 4
+    with RunWriter.open(half.path):
+        pass
+    assert len((half.path / "history.csv").read_text().splitlines()) == 5
+    assert (half.path / "bests.bin").stat().st_size == 4 * 32
+    assert "generation-000005.pickle" not in names(half.path / "champions")
+    (half.path / "champions/generation-mine.pickle").unlink()
+    go_on(half.path)
+    assert_same(half, whole)
+
+
+@pytest.mark.parametrize("name", ["history.csv", "bests.bin"])
+@pytest.mark.parametrize("keep", [0.0, 0.6, None])
+def test_records_that_are_missing_are_one_message(half, name, keep):
+    file = half.path / name
+    if keep is None:
+        file.unlink()
+    else:
+        file.write_bytes(file.read_bytes()[: int(file.stat().st_size * keep)])
+    what = f"there is no {name}" if keep is None else f"{name} ends at generation [012]"
+    asked = [lambda: RunWriter.open(half.path)]
+    asked += (
+        [half.fingerprint, lambda: half.history] if name == "history.csv" else [half.individual]
+    )
+    for ask in asked:
+        with pytest.raises(RunError, match=f"{what}, but .* 4") as error:
+            ask()
+        assert error.value.where == str(file)
+        assert "from one copy" in error.value.remedy
+
+
+def spoil(path, how):
+    if how == "missing":
+        path.unlink()
+    elif how == "truncated":
+        path.write_bytes(path.read_bytes()[:-1])
+    elif how == "foreign":
+        path.write_bytes(b"\x80\x05cos\nsystem\n.")
+    else:
+        data = bytearray(path.read_bytes())
+        data[100] ^= 1
+        path.write_bytes(data)
+
+
+@pytest.mark.parametrize("how", ["missing", "truncated", "changed", "foreign"])
+def test_a_damaged_checkpoint_falls_back_to_the_same_end(half, whole, how):
+    spoil(half.path / "population.pickle", how)
+    before = names(half.path)
+    checkpoint, warning = half.checkpoint, half.warning
+    assert checkpoint.generation == 3
+    assert "population.previous.pickle, of generation 3, is used instead" in warning
+    assert half.generation == len(half.history["best"]) == len(half.bests) == 3
+    assert half.fingerprint()
+    assert names(half.path) == before  # who only reads renames nothing
+    assert "of generation 3, is used instead" in go_on(half.path)
+    kept = {name for name in names(half.path) if "damaged" in name}
+    assert kept == (set() if how == "missing" else {"population.damaged-1.pickle"})
+    assert_same(half, whole)
+
+
+def test_two_damaged_checkpoints_are_one_message(half):
+    for name in ("population.pickle", "population.previous.pickle"):
+        spoil(half.path / name, "changed")
+    before = names(half.path)
+    for ask in (lambda: half.checkpoint, half.fingerprint, lambda: RunWriter.open(half.path)):
+        with pytest.raises(CheckpointError, match="neither checkpoint can be read"):
+            ask()
+    assert names(half.path) == before
+
+
+def edit(path, old, new):
+    text = (path / "experiment.toml").read_text()
+    assert old in text
+    (path / "experiment.toml").write_text(text.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "allowed"),
+    [
+        ("population = 6", "population = 7", "a population of 7 with 3 real genes"),
+        ('plugin = "puppet"', 'plugin = "bit-puppet"', "a population of 6 with 3 bit genes"),
+        ('plugin = "puppet"', 'plugin = "wide-puppet"', "a population of 6 with 4 real genes"),
+    ],
+)
+def test_an_experiment_edited_to_other_genomes_is_refused(
+    half, monkeypatch, puppets, install, old, new, allowed
+):
+    install(
+        "wide",
+        "import numpy as np\nfrom gaitsim_puppets import Puppet\n"
+        "from gaitsim.contracts import RealSpace\n"
+        "class Wide(Puppet):\n"
+        "    def genome_space(self):\n"
+        "        return RealSpace(np.zeros(4), np.ones(4), tuple('abcd'))\n",
+        {"organism": {"wide-puppet": "Wide"}},
+    )
+    edit(half.path, old, new)
+    run = RunSnapshot(half.path)
+    for ask in (
+        lambda: RunWriter.open(half.path, any_version=True),
+        run.individual,
+        lambda: run.bests,
+    ):
+        with pytest.raises(
+            CheckpointError, match=r"population of 6 with 3 genes in .* not"
+        ) as error:
+            ask()
+        assert error.value.where == str(half.path / "experiment.toml")
+        assert allowed in error.value.allowed
+
+
+def test_an_experiment_edited_otherwise_goes_on_with_a_warning(half, whole):
+    edit(half.path, "price = 0.1", "price = 0.2")
+    warning = go_on(half.path)
+    assert "experiment.toml was changed after generation 4 (fitness.price: 0.1, now 0.2)" in warning
+    assert again(half).fingerprint() != whole.fingerprint()
+    assert go_on(half.path) == ""
+
+
+@pytest.mark.parametrize("text", [b"\xff\xfe", None])
+def test_an_experiment_that_cannot_be_read_is_one_message(half, text):
+    (half.path / "experiment.toml").unlink()
+    if text:
+        (half.path / "experiment.toml").write_bytes(text)
+    with pytest.raises(RunError, match=r"cannot read .*experiment\.toml: "):
+        RunWriter.open(half.path)
+
+
+def test_a_plugin_that_is_missing_is_named_with_its_package(half, monkeypatch):
+    edit(half.path, 'plugin = "puppet-reach"', 'plugin = "gone-reach"')
+    path = half.path / "population.pickle"
+    checkpoint = half.checkpoint
+    checkpoint.versions["fitness gone-reach"] = "gone 2.5"
+    write_checkpoint(path, checkpoint)
+    for ask in (lambda: RunWriter.open(half.path), lambda: RunSnapshot(half.path).experiment):
+        with pytest.raises(ExperimentError, match="unknown fitness plugin 'gone-reach'") as error:
+            ask()
+        assert "pip install gone==2.5" in str(error.value)
+
+
+def test_another_version_of_a_package_is_refused_unless_wanted(half, whole):
+    path = half.path / "population.pickle"
+    checkpoint = half.checkpoint
+    checkpoint.versions["organism puppet"] = "gaitsim-puppets 0.9"
+    write_checkpoint(path, checkpoint)
+    with pytest.raises(RunError, match="made with other versions") as error:
+        RunWriter.open(half.path)
+    assert "organism puppet: gaitsim-puppets 0.9 then, gaitsim-puppets 1.0 now" in error.value.what
+    assert "--any-version" in error.value.remedy
+    assert go_on(half.path, any_version=True) == ""
+    assert_same(half, whole)
+    assert go_on(half.path) == ""
+
+
+def test_another_numpy_is_a_warning(half):
+    path = half.path / "population.pickle"
+    checkpoint = half.checkpoint
+    checkpoint.versions["numpy"] = "1.0"
+    write_checkpoint(path, checkpoint)
+    assert "another version of numpy: 1.0 then" in go_on(half.path)
+
+
+def test_one_writer_at_a_time(half):
+    with RunWriter.open(half.path):
+        with pytest.raises(RunError, match=f"is being written by process {os.getpid()} on"):
+            RunWriter.open(half.path)
+        assert half.fingerprint()  # reading is free
+    RunWriter.open(half.path).__exit__(None, None, None)
+
+
+def test_a_writer_that_cannot_begin_holds_nothing(half, monkeypatch):
+    descriptors = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0  # noqa: PTH112, PTH208
+    (half.path / "bests.bin").write_bytes(b"")
+    with pytest.raises(RunError):
+        RunWriter.open(half.path)
+    shutil.rmtree(half.path / "champions")
+    (half.path / "history.csv").unlink()
+    with pytest.raises(RunError):
+        RunWriter.open(half.path)
+    if descriptors:
+        assert len(os.listdir("/proc/self/fd")) == descriptors  # noqa: PTH208
+
+
+def test_folders_that_a_user_removed_are_made_again(half, whole):
+    shutil.rmtree(half.path / "champions")
+    shutil.rmtree(half.path / "exports")
+    go_on(half.path)
+    assert exports_folder(half.path).is_dir()
