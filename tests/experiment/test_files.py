@@ -24,8 +24,8 @@ def changed(old, new):
 @pytest.mark.parametrize(
     ("text", "where", "what"),
     [
-        (SPIDER + "\nrate = 0.3\n", "x.toml, line 3", "a key stands twice"),
-        (SPIDER + "\n[mutation]\n", "x.toml, line 3", "a section stands twice: ('mutation',)"),
+        (SPIDER + "\nrate = 0.3\n", "x.toml, line 3", "overwrite a value"),
+        (SPIDER + "\n[mutation]\n", "x.toml, line 3", "('mutation',) twice"),
         (changed("[mutation]", "[[mutation]]"), "x.toml, key mutation", "is a list of sections"),
         (changed("= 200", "= true"), "x.toml, key evolution.population", "true is not allowed"),
         (changed("= 200", "= 200.0"), "x.toml, key evolution.population", "200.0 is not allowed"),

@@ -189,18 +189,18 @@ def test_a_short_literal_is_toml(value):
 @pytest.mark.parametrize(
     ("text", "what", "where"),
     [
-        ("a = 1\na = 2\n", "a key stands twice", "x.toml, line 2"),
-        ("[a]\n[a]", "a section stands twice", "x.toml, line 2"),
-        ("a = sine", "a value cannot be read", "x.toml, line 1"),
-        ("a =", "a value cannot be read", "x.toml, end of the file"),
-        ("a", "expected '='", "x.toml, end of the file"),
+        ("a = 1\na = 2\n", "overwrite", "x.toml, line 2, column 6"),
+        ("[a]\n[a]", "twice", "x.toml, line 2, column 3"),
+        ("a = sine", "Invalid value", "x.toml, line 1, column 5"),
+        ("a =", "Invalid value", "x.toml, line 1, column 4"),
+        ("a", "Expected '='", "x.toml, line 1, column 2"),
         ("a = 1\0", "not valid TOML", "x.toml, line 1"),
         ("a = " + "9" * 5000, "a whole number is too long", "x.toml"),
         ("a = 0x" + "f" * 5000, "a whole number is too long", "x.toml, key a"),
         ("[b]\na = [{c = 9223372036854775808}]", "a whole number is too long", "x.toml, key b.a.c"),
         ("a = " + "[" * 3000, "nested too deeply", "x.toml"),
         ("a = " + "[" * 30 + "]" * 30, "nested too deeply", "x.toml, key a"),
-        ("a." * 3000 + "a = 1", "nested too deeply", "x.toml, key a.a"),
+        pytest.param("a." * 3000 + "a = 1", "nested too deeply", "x.toml", id="long key"),
     ],
 )
 def test_what_is_no_toml_is_told_with_its_place(text, what, where):

@@ -2,13 +2,14 @@
 
 import os
 import re
-import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+import tomli
 
 from gaitsim import registry
 from gaitsim.errors import GaitsimError, PluginError, nearest
@@ -107,7 +108,7 @@ def _of_folder(folder: Path, metadata: Path) -> Chosen:
 
 def _project(file: Path) -> dict[str, Any]:
     try:
-        data = tomllib.loads(file.read_text(encoding="utf-8"))
+        data = tomli.loads(file.read_text(encoding="utf-8"))
     except OSError as problem:
         raise GaitsimError(
             f"cannot read {file}: {problem.strerror}",

@@ -1,24 +1,21 @@
-"""An experiment file, its sections and comments told apart."""
-
-import re
+"""An experiment file with its sections, keys and comments in colours."""
 
 from rich.text import Text
 
-_SECTION = re.compile(r"\[\w+\]$")
-_KEY = re.compile(r"\w+(?= = )")
-# A comment after a value; a text in quotes that holds ' # ' is coloured too early, no more.
-_COMMENT = re.compile(r"(^| )# .*$")
-
 
 def coloured(toml: str, section: str, key: str) -> Text:
-    """The text with its sections and keys in these colours, comments dim."""
+    """Return the text with its sections and keys in these colours, comments dim."""
     whole = Text(no_wrap=True)
     for line in toml.splitlines():
         text = Text(line)
-        if _SECTION.match(line):
+        name, equals, value = line.partition(" = ")
+        # A comment after a value. A value that holds ' # ' itself is dimmed too early, no more.
+        comment = len(line) if line.startswith("#") else value.find(" # ")
+        if line.startswith("["):
             text.stylize(f"bold {section}")
-        else:
-            text.highlight_regex(_KEY, style=key)
-            text.highlight_regex(_COMMENT, style="dim")
+        elif equals and not line.startswith("#"):
+            text.stylize(key, 0, len(name))
+        if comment >= 0:
+            text.stylize("dim", 0 if line.startswith("#") else len(name + equals) + comment)
         whole.append_text(text).append("\n")
     return whole
