@@ -8,18 +8,18 @@ from gaitsim.contracts.plugin import Plugin
 
 
 class Fitness(Plugin):
-    """Scores movement by named terms; the score is their sum, and more is better.
+    """A fitness function: named terms whose sum is the score; more is better.
 
     Attributes:
-        needs: the motion channels that it reads.
+        needs: names of the channels that it reads.
     """
 
     needs: ClassVar[tuple[str, ...]]
 
     @abstractmethod
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """The terms of every individual's score by name, each (population,).
+        """Return the terms of every individual's score by name, each (population,).
 
         The names are the same for every motion. A term that is not finite makes
-        the individual's score −inf, and the run goes on.
+        the individual's score −inf, and the run continues.
         """

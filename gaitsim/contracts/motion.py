@@ -1,4 +1,4 @@
-"""What a body did: declared channels over time, measures of it, and a skeleton to draw."""
+"""The motion of a body: declared channels over time, measures of it, and a skeleton to draw."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -85,17 +85,16 @@ def _joined(names: str | tuple[str, ...]) -> str:
 class Motion(Mapping[str, Array]):
     """The movement of a whole population, as named channels.
 
-    A channel is an array whose first axis is the population and whose second,
-    where it has one, is time. Channels that are costly and not always wanted
-    can be given as a function: it is called when one of them is first read,
-    and what it returns is kept.
+    A channel is an array whose first axis is the population; `Organism.channels` declares the
+    others. A function can compute costly channels: it is called when one of them is first read,
+    and its result is kept.
 
     Args:
         frame_rate: frames a second, Hz.
         channels: arrays by name, each (population, …).
         derived: functions by the names of the channels that each returns.
-        failures: why an individual's motion broke down, such as a simulation that left what
-            its step can follow, by the individual's index; such an individual scores −inf.
+        failures: why a motion failed, such as an unstable simulation, by the individual's index;
+            such an individual scores −inf.
     """
 
     def __init__(
@@ -125,7 +124,7 @@ class Motion(Mapping[str, Array]):
 
     @property
     def population(self) -> int:
-        """How many individuals moved."""
+        """The number of individuals."""
         return len(next(iter(self._channels.values())))
 
 

@@ -14,14 +14,14 @@ class Organism(Plugin):
     """A body and the encoding that turns a genome into movement.
 
     Attributes:
-        channels: the channels of its motion by name. By convention the channel `joint_angles`,
-            `Channel(("frames", "joints"), "rad", …)`, is what a robot can play, with `joint_names`
-            beside it.
-        threads: whether moving and judging release the interpreter's lock for most of
-            their time, as compiled kernels can, so that threads share the work. A body
-            written in Python leaves it False and is shared among processes.
-        dynamic: whether forces move it, so that it falls where nothing holds it. What a body
-            without inertia would do only by an exploit, such as a leap, is then earned.
+        channels: the channels of its motion by name. A robot can play the channel
+            `joint_angles`, `Channel(("frames", "joints"), "rad", …)`; `joint_names()` names its
+            joints.
+        threads: whether moving and evaluating release the interpreter's lock most of the time,
+            as compiled kernels can, so that threads share the work. A body written in Python
+            leaves it False; processes share its work.
+        dynamic: whether forces move it, so that it falls without support. A leap, which is an
+            exploit of a body without inertia, is then legitimate.
     """
 
     channels: ClassVar[Mapping[str, Channel]]
@@ -30,7 +30,7 @@ class Organism(Plugin):
 
     @abstractmethod
     def genome_space(self) -> GenomeSpace:
-        """The genomes that this body, with these options, understands."""
+        """Return the space of genomes for this body with its options."""
 
     @abstractmethod
     def move(self, genomes: Genomes) -> Motion:
@@ -43,16 +43,15 @@ class Organism(Plugin):
     def play(self, joint_angles: Array) -> Motion:
         """Move by joint angles that did not come from a genome, such as a network's or a file's.
 
-        Optional: a body that has the channel `joint_angles` and can follow any course of
-        them defines it. Measures, skeleton and fitness work on what it returns as on what
-        `move` does.
+        Optional, for bodies with the channel `joint_angles` that can follow given angles.
+        Measures, skeleton and fitness work on its motion as on that of `move`.
 
         Args:
-            joint_angles: (population, frames, joints), radians. It stays as it is.
+            joint_angles: (population, frames, joints), radians, which the body must not change.
 
         Returns:
-            The motion. Its channel `joint_angles` is what was played: where the body has
-            limits of angle or speed, what is asked beyond them is held to them.
+            The motion. Its channel `joint_angles` holds the angles as played, within the body's
+            limits of angle and speed.
 
         Raises:
             GaitsimError: this body cannot.
@@ -64,17 +63,17 @@ class Organism(Plugin):
 
     @property
     def can_play(self) -> bool:
-        """Whether the body can play given joint angles: whether it defines `play`."""
+        """Whether the body defines `play`."""
         return type(self).play is not Organism.play
 
     @abstractmethod
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """The body of one individual over time, to draw; of several trials, the first."""
+        """Return the body of one individual over time, to draw; of several trials, the first."""
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """How far, how steady, how clean each individual moved, for people. None by default."""
+        """Return quantities that describe each motion to people; none by default."""
         return {}
 
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints of the channel `joint_angles`; empty where there is none."""
+        """Return the names of the joints of the channel `joint_angles`; empty without it."""
         return ()
