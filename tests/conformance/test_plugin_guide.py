@@ -23,7 +23,7 @@ def steps():
             yield block["file"], block["text"]
 
 
-def test_the_guide_leads_to_a_hopper_that_hops(tmp_path):
+def test_the_steps_of_the_guide_make_a_working_body(tmp_path):
     environment = Environment(tmp_path / "venv")
     folder = tmp_path / "work"
     folder.mkdir()
@@ -43,7 +43,7 @@ def test_the_guide_leads_to_a_hopper_that_hops(tmp_path):
     assert (folder / "runs/moon/experiment.toml").is_file()
 
 
-def test_the_findings_that_it_shows_are_what_the_check_says(install):
+def test_the_finding_in_the_guide_is_that_of_the_check(install):
     """Its example of a finding is one."""
     from gaitsim.registry import find
     from gaitsim.testing.examine import examine

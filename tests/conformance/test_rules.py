@@ -41,7 +41,7 @@ def examined(install, working):
 
 
 @pytest.mark.parametrize("kind", NAMES)
-def test_what_is_right_passes(examined, kind):
+def test_a_correct_plugin_passes(examined, kind):
     report = examined(kind)
     assert report.ok
     assert {finding.rule for finding in report.advice} <= {"selection"}  # it takes the first two
@@ -49,7 +49,7 @@ def test_what_is_right_passes(examined, kind):
     assert "passes" in str(report)
 
 
-def test_bits_pass(examined):
+def test_a_body_with_bits_passes(examined):
     assert examined("organism", base="BitBody").findings == ()
 
 
@@ -332,7 +332,7 @@ ERRORS = {
 
 @pytest.mark.parametrize(("kind", "body", "rule", "actual"), ERRORS.values(), ids=ERRORS.keys())
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_what_is_wrong_is_found(examined, kind, body, rule, actual):
+def test_each_violation_is_found(examined, kind, body, rule, actual):
     report = examined(kind, body)
     assert not report.ok
     found = [finding for finding in report.errors if finding.rule == rule]
@@ -382,7 +382,7 @@ def test_advice_is_given(examined, kind, body, rule, actual):
     assert actual in found[0].actual
 
 
-def test_a_missing_docstring_is_told(install, working):
+def test_a_missing_docstring_is_found(install, working):
     install("fake", working + "\nclass X(Still):\n    pass\n", {"mutation": {"x": "X"}})
     report = examine(find("mutation", "x"), {})
     assert report.ok
@@ -396,7 +396,7 @@ def test_an_import_error_says_where(install):
     assert "fake.py, line 2" in finding.actual
 
 
-def test_options_are_taken(examined):
+def test_options_reach_the_plugin(examined):
     report = examined(
         "organism",
         "legs: int = option(4, 'legs', ge=1)\n"

@@ -14,7 +14,7 @@ from gaitsim.testing.rules.packages import chosen
 LOOPS = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
 
 
-def test_what_does_not_end_is_given_up_and_the_next_ones_are_examined(install, working):
+def test_after_a_timeout_the_next_plugins_are_examined(install, working):
     points = {"organism": {"loops": "X", "a-sound": "Body"}, "fitness": {"far": "Distance"}}
     install("fake", working + LOOPS, points)
     reports = check_package("fake", seconds=5)
@@ -26,7 +26,7 @@ def test_what_does_not_end_is_given_up_and_the_next_ones_are_examined(install, w
     assert reports[2].ok, reports[2]
 
 
-def test_a_fitness_that_waits_for_its_body_says_so(install, working):
+def test_a_timeout_in_the_body_of_a_fitness_names_the_body(install, working):
     points = {"organism": {"loops": "X"}, "fitness": {"far": "Distance"}}
     install("fake", working + LOOPS, points)
     (finding,) = check("fitness", "far", seconds=3).findings
@@ -50,7 +50,7 @@ ENDS = {
 
 
 @pytest.mark.parametrize(("source", "says"), ENDS.values(), ids=ENDS.keys())
-def test_what_ends_the_process_is_told(install, source, says):
+def test_the_end_of_the_process_is_reported(install, source, says):
     install("fake", source, {"organism": {"x": "X"}})
     (finding,) = check("organism", "x").findings
     assert finding.rule == "process"
@@ -75,7 +75,7 @@ class X(Still):
 '''
 
 
-def test_what_is_printed_is_told_and_harms_nobody(install, working):
+def test_output_of_a_plugin_is_reported(install, working):
     points = {"mutation": {"loud": "X", "quiet": "Still"}}
     install("fake", working + PRINTS, points)
     loud, quiet = check_package("fake")

@@ -29,7 +29,7 @@ def test_it_passes_before_it_is_installed():
         assert report.entry.source == "gaitsim-rower 2.3.0"
 
 
-def test_all_of_it_is_found_and_passes_where_it_is_installed(environment, tmp_path):
+def test_an_installed_package_passes_in_full(environment, tmp_path):
     listed = environment.run(["gaitsim", "plugins", "list"], tmp_path).stdout
     assert listed.count("gaitsim-rower 2.3.0") == 5
     checked = environment.run(
@@ -40,7 +40,7 @@ def test_all_of_it_is_found_and_passes_where_it_is_installed(environment, tmp_pa
     assert "force of an oar" in shown
 
 
-def test_it_runs_alone_with_workers_and_is_gone_on_with(environment, tmp_path):
+def test_it_runs_with_and_without_workers_and_resumes(environment, tmp_path):
     environment.run(["gaitsim", "run", "rower", "--out", "one", "--workers", "1"], tmp_path)
     environment.run(["gaitsim", "run", "rower", "--out", "two", "--workers", "2"], tmp_path)
     part = ["gaitsim", "run", "rower", "--out", "part", "--generations", "11"]
@@ -64,7 +64,7 @@ def test_its_parts_work_with_the_bundled_ones(environment, tmp_path):
     assert "rower-distance" in refused.stderr
 
 
-def test_without_the_package_its_runs_say_what_is_missing(environment, tmp_path, gaitsim):
+def test_runs_of_a_missing_package_name_it(environment, tmp_path, gaitsim):
     environment.run(["gaitsim", "run", "rower", "--generations", "2"], tmp_path)
     done = gaitsim("resume", "rower", "--generations", "5", code=2)
     assert "unknown organism plugin 'rower'" in done.stderr

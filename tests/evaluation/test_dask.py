@@ -25,7 +25,7 @@ from gaitsim.experiment import load_experiment
 RUN = ("run", "millipede", "--population", 9, "--generations", 6)
 
 
-def test_without_dask_it_is_said_how_to_get_it(gaitsim, monkeypatch, tmp_path):
+def test_without_dask_the_error_says_how_to_install_it(gaitsim, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "distributed", None)
     stderr = gaitsim(*RUN, "--dask", "local", code=2).stderr
     assert "pip install 'gaitsim[dask]'" in stderr
@@ -33,14 +33,14 @@ def test_without_dask_it_is_said_how_to_get_it(gaitsim, monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("address", ["", "nowhere", "http://127.0.0.1:80", "tcp://", "inproc://1"])
-def test_what_is_no_address_is_told(gaitsim, tmp_path, address):
+def test_an_invalid_address_is_refused(gaitsim, tmp_path, address):
     stderr = gaitsim(*RUN, "--dask", address, code=2).stderr
     assert "cannot reach a Dask scheduler" in stderr
     assert "tcp://host:8786" in stderr
     assert not (tmp_path / "runs").exists()
 
 
-def test_a_cluster_has_the_workers_that_it_has(gaitsim):
+def test_workers_and_the_address_of_a_cluster_exclude_each_other(gaitsim):
     stderr = gaitsim(*RUN, "--dask", "tcp://127.0.0.1:1", "--workers", 2, code=2).stderr
     assert "do not go together" in stderr
 
@@ -176,7 +176,7 @@ def alarmed():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_to_leave_what_is_not_done_yet_makes_no_noise(address, alarmed, caplog):
+def test_closing_with_unfinished_tasks_prints_nothing(address, alarmed, caplog):
     with DaskExecutor(address) as another:
         signal.setitimer(signal.ITIMER_REAL, 0.3)
         with pytest.raises(KeyboardInterrupt):
@@ -245,9 +245,7 @@ def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, mon
     assert gaitsim("show", "millipede", "--json").stdout.count('"generation": 0')
 
 
-def test_a_scheduler_that_is_lost_leaves_a_run_that_goes_on(
-    gaitsim, fingerprint, shared, monkeypatch
-):
+def test_after_a_lost_scheduler_the_run_can_be_resumed(gaitsim, fingerprint, shared, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 4)
     gaitsim(*RUN, "--out", "whole", "--workers", 1)
     with local(1) as theirs:
@@ -268,7 +266,7 @@ main()
 """
 
 
-def test_a_scheduler_that_does_not_answer_is_told(program, tmp_path):
+def test_a_scheduler_that_does_not_answer_is_reported(program, tmp_path):
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
         silent.listen()
@@ -280,13 +278,13 @@ def test_a_scheduler_that_does_not_answer_is_told(program, tmp_path):
     assert not (tmp_path / "runs").exists()
 
 
-def test_a_scheduler_without_workers_is_told(monkeypatch):
+def test_a_scheduler_without_workers_is_reported(monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     with local(0) as theirs, pytest.raises(GaitsimError, match="has no workers"):
         DaskExecutor(theirs.scheduler_address)
 
 
-def test_workers_come_and_go_and_when_none_are_left_it_is_told_once(monkeypatch):
+def test_workers_come_and_go_with_one_warning_when_none_are_left(monkeypatch):
     monkeypatch.setattr(cluster, "COUNT", 0.05)
     monkeypatch.setattr(cluster, "ALONE", 2)
     told = []

@@ -208,7 +208,7 @@ def test_before_a_batch_was_timed_each_worker_pays_fixed_costs_once(timed):
     assert sizes == [50, 50]
 
 
-def test_no_more_processes_are_begun_than_there_are_cores(puppet, installed, shared, monkeypatch):
+def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared, monkeypatch):
     monkeypatch.setattr(module, "cores", lambda: 3)
     genomes = initial_population(puppet("evolution.population=7"), puppet().space())
     told = []
@@ -294,7 +294,7 @@ def test_workers_that_die_while_they_are_measured_name_the_body(slow, monkeypatc
         assert "--workers 1" in error.value.remedy
 
 
-def test_what_fails_at_preparing_is_named(puppet, puppets, monkeypatch):
+def test_a_failure_while_preparing_names_the_plugin(puppet, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: 1 / 0)
     with (
         Evaluator(puppet()) as evaluator,

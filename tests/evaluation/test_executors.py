@@ -31,12 +31,12 @@ def processes():
         yield executor
 
 
-@pytest.fixture(params=["here", "threads", "processes"])
+@pytest.fixture(params=["serial", "threads", "processes"])
 def executor(request, processes):
     if request.param == "processes":
         yield processes
         return
-    with SerialExecutor() if request.param == "here" else ThreadExecutor(2) as made:
+    with SerialExecutor() if request.param == "serial" else ThreadExecutor(2) as made:
         yield made
 
 
@@ -192,7 +192,7 @@ def test_closing_does_not_wait_for_what_was_dropped():
     assert not multiprocessing.active_children()
 
 
-def test_an_experiment_travels_as_its_text(puppet):
+def test_an_experiment_is_pickled_as_its_toml(puppet):
     experiment = puppet("seed=7")
     serialized = SerializedExperiment(experiment)
     assert serialized.experiment is experiment

@@ -20,7 +20,7 @@ def playable(puppet, puppets, monkeypatch):
     return puppet()
 
 
-def test_a_champion_played_by_its_angles_scores_as_it_did():
+def test_playing_the_angles_of_a_champion_gives_its_score():
     experiment = load_experiment("spider")
     genomes = experiment.space().random(3, np.random.default_rng(0))
     moved = evaluate(experiment, genomes)
@@ -30,13 +30,13 @@ def test_a_champion_played_by_its_angles_scores_as_it_did():
     assert list(played.terms) == list(moved.terms)
 
 
-def test_a_third_partys_body_plays(playable):
+def test_a_body_of_a_third_party_plays(playable):
     angles = np.ones((2, 5, 3))
     motion = play(playable, angles)
     assert evaluate_motion(playable, motion, 2).scores == pytest.approx(3 * np.sin(1) - 0.3)
 
 
-def test_what_is_given_stays_as_it_is(playable, puppets, monkeypatch):
+def test_given_angles_are_not_changed(playable, puppets, monkeypatch):
     def writes(self, joint_angles):
         joint_angles[:] = 7.0
         return by_angles(self, joint_angles)
@@ -47,9 +47,9 @@ def test_what_is_given_stays_as_it_is(playable, puppets, monkeypatch):
     assert angles.max() == 1.0
 
 
-def test_a_body_that_cannot_is_told_so(puppet, puppets, monkeypatch):
+def test_a_body_that_cannot_play_is_refused(puppet, puppets, monkeypatch):
     experiment = puppet()
-    with pytest.raises(GaitsimError, match=r"package gaitsim-puppets.* cannot play given joint"):
+    with pytest.raises(GaitsimError, match=r"gaitsim-puppets.* cannot play"):
         require_play(experiment)
     with pytest.raises(GaitsimError, match="body Puppet cannot play"):
         experiment.organism.play(np.zeros((1, 5, 3)))

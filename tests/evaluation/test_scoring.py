@@ -13,33 +13,33 @@ INF, NAN = np.inf, np.nan
 
 
 @pytest.fixture
-def judged(puppet, puppets, monkeypatch):
+def scored(puppet, puppets, monkeypatch):
     """Judges four genomes by the terms given."""
 
-    def judged(terms):
+    def scored(terms):
         monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: terms)
         return evaluate(puppet(), GENOMES)
 
-    return judged
+    return scored
 
 
-def test_the_score_is_the_sum_of_the_terms_in_their_order(judged):
+def test_the_score_is_the_sum_of_the_terms_in_their_order(scored):
     terms = {"a": [1e16, 1, 2, 3], "b": [1.0, 1, 2, 3], "c": [-1e16, 0, 0, 0]}
-    evaluation = judged(terms)
+    evaluation = scored(terms)
     assert evaluation.scores.tolist() == [1e16 + 1.0 - 1e16, 2, 4, 6]
     assert list(evaluation.terms) == ["a", "b", "c"]
     assert evaluation.scores.dtype == np.float64
     assert evaluation.reasons == {}
 
 
-def test_real_numbers_of_any_type_will_do(judged):
-    evaluation = judged({"a": [1, 2, 3, 4], "b": np.ones(4, "f4"), "c": np.ones(4, bool)})
+def test_terms_of_any_real_dtype_become_float64(scored):
+    evaluation = scored({"a": [1, 2, 3, 4], "b": np.ones(4, "f4"), "c": np.ones(4, bool)})
     assert evaluation.scores.tolist() == [3, 4, 5, 6]
     assert all(term.dtype == np.float64 for term in evaluation.terms.values())
 
 
-def test_what_is_not_finite_fails_and_says_why(judged):
-    evaluation = judged(
+def test_a_term_that_is_not_finite_fails_with_a_reason(scored):
+    evaluation = scored(
         {"far": np.array([1, NAN, INF, 1e308]), "near": np.array([1, 2, -INF, 1e308])}
     )
     assert evaluation.scores.tolist() == [2, -INF, -INF, -INF]
@@ -55,13 +55,13 @@ class Name(StrEnum):
     FAR = "far"
 
 
-def test_terms_may_be_named_by_an_enumeration(judged):
-    (name,) = judged({Name.FAR: np.zeros(4)}).terms
+def test_terms_may_be_named_by_an_enumeration(scored):
+    (name,) = scored({Name.FAR: np.zeros(4)}).terms
     assert type(name) is str
     assert name == "far"
 
 
-def test_a_reason_with_half_a_character_can_be_written(puppet, puppets, monkeypatch):
+def test_a_reason_with_a_lone_surrogate_is_escaped(puppet, puppets, monkeypatch):
     move = puppets.Puppet.move
 
     def failed(self, genomes):
@@ -73,14 +73,14 @@ def test_a_reason_with_half_a_character_can_be_written(puppet, puppets, monkeypa
     assert evaluate(puppet(), GENOMES).reasons == {1: r"no \udcff"}
 
 
-def test_terms_are_copies(judged):
+def test_terms_are_copies(scored):
     values = np.ones(4)
-    evaluation = judged({"a": values})
+    evaluation = scored({"a": values})
     values[:] = 9
     assert evaluation.terms["a"].tolist() == [1, 1, 1, 1]
 
 
-def test_genomes_are_lent_writable_and_stay_as_they_are(puppet, puppets, monkeypatch):
+def test_a_body_gets_a_writable_copy_of_the_genomes(puppet, puppets, monkeypatch):
     genomes, seen = GENOMES.copy(), []
     genomes.setflags(write=False)
     real = puppets.Puppet.move
@@ -170,9 +170,9 @@ TERMS = {
 
 
 @pytest.mark.parametrize(("terms", "says"), TERMS.values(), ids=TERMS.keys())
-def test_a_fitness_that_breaks_its_contract_is_named(judged, terms, says):
+def test_a_fitness_that_breaks_its_contract_is_named(scored, terms, says):
     with pytest.raises(PluginError, match=says) as error:
-        judged(terms)
+        scored(terms)
     assert "fitness 'puppet-reach' of package gaitsim-puppets 1.0" in error.value.what
     assert len(error.value.what) < 250
     assert error.value.allowed
@@ -180,13 +180,11 @@ def test_a_fitness_that_breaks_its_contract_is_named(judged, terms, says):
 
 def test_a_fitness_that_raises_is_named(puppet, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Reach, "terms", fail)
-    with pytest.raises(
-        PluginError, match=r"fitness 'puppet-reach'.* evaluating a population: Zero"
-    ):
+    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* Zero"):
         evaluate(puppet(), GENOMES)
 
 
-def test_an_interrupt_is_nobodys_fault(puppet, puppets, monkeypatch):
+def test_an_interrupt_is_no_plugin_error(puppet, puppets, monkeypatch):
     def interrupt(*arguments):
         raise KeyboardInterrupt
 
@@ -208,5 +206,5 @@ def test_parts_are_joined_in_order(puppet):
 
 
 def test_parts_with_different_terms_are_refused(puppet):
-    with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* returned the terms b after a"):
+    with pytest.raises(PluginError, match=r"'puppet-reach'.* b after a"):
         joined(puppet(), [part(1.0, a=[1.0]), part(1.0, b=[1.0])])

@@ -88,7 +88,7 @@ def test_a_missing_module_is_named(install):
         registry.load_class("organism", "hopper")
 
 
-def test_an_interrupt_is_the_users_and_passes(install):
+def test_an_interrupt_during_an_import_is_raised(install):
     install("fake", "raise KeyboardInterrupt", {"organism": {"hopper": "Hopper"}})
     with pytest.raises(KeyboardInterrupt):
         registry.load_class("organism", "hopper")
@@ -120,7 +120,7 @@ def test_one_name_of_two_kinds_is_no_conflict(install, working):
     assert registry.load_class("fitness", "point").__name__ == "Distance"
 
 
-def test_a_package_met_twice_counts_once(install, working, tmp_path):
+def test_a_package_found_twice_counts_once(install, working, tmp_path):
     folder = install("fake", working, {"organism": {"point": "Body"}})
     points = folder / "fake-1.0.dist-info" / "entry_points.txt"
     points.write_text(points.read_text() + "\npoint = fake:Body\n")
@@ -141,7 +141,7 @@ def test_a_package_met_twice_counts_once(install, working, tmp_path):
         ("Body.channels", "but a dict"),
     ],
 )
-def test_what_is_no_plugin_of_the_kind_is_refused(install, working, target, reason):
+def test_an_object_that_is_not_a_plugin_of_the_kind_is_refused(install, working, target, reason):
     install("fake", working, {"organism": {"hopper": target}})
     with pytest.raises(PluginError) as raised:
         registry.load_class("organism", "hopper")
@@ -249,7 +249,7 @@ def test_an_error_keeps_its_cause_and_survives_pickling():
     assert "where:   fake:Hopper" in str(copy)
 
 
-def test_a_plugins_own_message_is_kept_and_signed():
+def test_a_message_of_a_plugin_is_kept_with_its_package():
     with pytest.raises(GaitsimError) as raised, plugin_errors(ENTRY, "moving"):
         raise GaitsimError("a hopper needs a leg", remedy="give it one")
     assert raised.value.what == "a hopper needs a leg"

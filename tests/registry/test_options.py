@@ -76,11 +76,11 @@ class Many(BaseModel):
         ("flag", "true or false"),
     ],
 )
-def test_what_is_allowed_in_words(name, words):
+def test_allowed_values_in_words(name, words):
     assert options.allowed(Many.model_fields[name]) == words
 
 
-def test_unit_meaning_and_default():
+def test_unit_meaning_and_default_of_an_option():
     fields = Many.model_fields
     assert options.unit(fields["mass"]) == "kg"
     assert options.unit(fields["label"]) == ""
@@ -145,7 +145,7 @@ def test_a_value_is_toml_or_a_text(text, value):
         ("legs", "4", 4),
     ],
 )
-def test_what_is_typed_is_read_as_the_option_means_it(name, typed, value):
+def test_typed_values_are_read_by_the_type_of_the_option(name, typed, value):
     field = Many.model_fields[name]
     found = options.fitting(field, options.parse_value(typed), typed)
     assert found == value
@@ -203,7 +203,7 @@ def test_a_short_literal_is_toml(value):
         pytest.param("a." * 3000 + "a = 1", "nested too deeply", "x.toml", id="long key"),
     ],
 )
-def test_what_is_no_toml_is_told_with_its_place(text, what, where):
+def test_invalid_toml_is_reported_with_its_place(text, what, where):
     with pytest.raises(GaitsimError) as raised:
         parse(text, "x.toml")
     assert what in raised.value.what

@@ -45,7 +45,7 @@ def test_a_plugin_at_work_in_another_thread_is_named():
     assert interrupted_plugin() == ""
 
 
-def test_an_exception_is_no_interrupt():
+def test_an_exception_is_not_an_interrupt():
     with pytest.raises(ValueError, match="heavy"), plugin_context(BODY, "moving"):
         raise ValueError("heavy")
     assert interrupted_plugin() == ""
