@@ -7,6 +7,7 @@ With `GAITSIM_PROGRESS=json`, standard error is JSON lines for programs: one obj
 import json
 import sys
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,12 @@ def errors() -> Console:
     return Console(
         stderr=True, highlight=False, emoji=False, soft_wrap=True, force_terminal=terminal
     )
+
+
+def status(text: str) -> AbstractContextManager[object]:
+    """Show a line in a terminal, as long as the block takes."""
+    console = errors()
+    return console.status(text) if console.is_terminal else nullcontext()
 
 
 def record(kind: str, **values: Any) -> None:

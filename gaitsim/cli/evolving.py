@@ -4,13 +4,12 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
 from gaitsim.cli.cluster import warn
-from gaitsim.cli.console import errors, notice
+from gaitsim.cli.console import notice, status
 from gaitsim.cli.interrupts import Interrupts, interruptible
 from gaitsim.cli.progress import Display, display
 from gaitsim.cli.streams import results
@@ -82,13 +81,13 @@ def _evolve(session: Session, shown: Display, interrupts: Interrupts) -> str:
         return writer.done
     name = writer.experiment.entries["organism"].name
     start = time.perf_counter()
-    with _status(f"Preparing {name}: the first run compiles its kernels …"):
+    with status(f"Preparing {name}: the first run compiles its kernels …"):
         session.prepare()
     seconds = time.perf_counter() - start
     if seconds > SLOW:
         notice(f"Prepared {name} in {seconds:.1f} s; compiled kernels are kept for the next run.")
     if writer.reevaluates and writer.last is not None:
-        with _status(f"Re-evaluating the population of generation {writer.last.number} …"):
+        with status(f"Re-evaluating the population of generation {writer.last.number} …"):
             session.reevaluate()
     if writer.changes:
         shown.begin_stage(writer)
@@ -102,14 +101,3 @@ def _evolve(session: Session, shown: Display, interrupts: Interrupts) -> str:
     finally:
         interrupts.deferred = False
     return ""
-
-
-@contextmanager
-def _status(text: str) -> Iterator[None]:
-    """Show a line in a terminal, as long as the block takes."""
-    console = errors()
-    if console.is_terminal:
-        with console.status(text):
-            yield
-    else:
-        yield

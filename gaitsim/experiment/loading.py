@@ -62,7 +62,7 @@ def read_file(path: Path, what: str, preset: str, listed: str) -> str:
 
     Args:
         path: the file.
-        what: what it is to be, as told in errors: 'an experiment'.
+        what: a noun for messages: 'an experiment'.
         preset: how a file to start from is got.
         listed: how the bundled files are listed.
 

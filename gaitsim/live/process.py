@@ -180,7 +180,7 @@ class RunProcess:
         error = GaitsimError(
             f"{what}: {said.strip()}" if said else what,
             where=str(self.run),
-            remedy=f"the run is whole; go on with: {command('resume', self.run)}",
+            remedy=f"the run is whole; continue with: {command('resume', self.run)}",
         )
         return replace(_at_rest(self._last, "failed"), error=error)
 

@@ -62,7 +62,7 @@ class Reporter:
         self._events: deque[dict[str, Any]] = deque(maxlen=EVENTS_KEPT)
         self._latest: Generation | None = None
         self._islands = 1
-        self._told: set[tuple[int, str, str]] = set()
+        self._opened: set[tuple[int, str, str]] = set()
         self._wake, self._ending = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._write, daemon=True)
         self._thread.start()
@@ -79,13 +79,13 @@ class Reporter:
                 self._values["generation"] = last.number
                 self._values["evaluations"] = last.progress.evaluations
         first = last.number + 1 if last else 1
-        told = [("warning", writer.warning)] if writer.warning and not self._told else []
-        told += [("stage", str(change)) for change in writer.changes]
+        events = [("warning", writer.warning)] if writer.warning and not self._opened else []
+        events += [("stage", str(change)) for change in writer.changes]
         # A run that is opened again, as a change was refused, is as it was.
-        for kind, text in told:
-            if (first, kind, text) not in self._told:
+        for kind, text in events:
+            if (first, kind, text) not in self._opened:
                 self.event(first, kind, text)
-        self._told = {(0, "opened", ""), *((first, kind, text) for kind, text in told)}
+        self._opened = {(0, "opened", ""), *((first, kind, text) for kind, text in events)}
 
     def begins(self, generation: Generation | None, champion: dict[str, Any] | None) -> None:
         """Report the last generation, before a new one comes, and the champion so far."""

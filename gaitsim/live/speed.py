@@ -28,7 +28,7 @@ class Speed:
             self._counts.popleft()
 
     def clear(self) -> None:
-        """Begin anew, as after a pause."""
+        """Forget the counts, as after a pause."""
         self._counts.clear()
 
     def per_second(self) -> dict[str, Any]:

@@ -94,9 +94,9 @@ class RunWatcher:
         stages = run.stages
         # A champion's file is written before its generation's checkpoint.
         kept = [one for one in kept_champions(self.run) if one <= checkpoint.generation]
-        told = events_in(self.history, stages, kept, seen + 1)
+        events = events_in(self.history, stages, kept, seen + 1)
         if warning and not seen:
-            told.append(Event(checkpoint.generation, "warning", warning))
+            events.append(Event(checkpoint.generation, "warning", warning))
         return Snapshot(
             state="elsewhere" if busy else "finished" if reason else "stopped",
             reason=reason,
@@ -109,7 +109,7 @@ class RunWatcher:
             top=ranked(checkpoint.scores, checkpoint.terms),
             islands=_islands(run, checkpoint),
             champion=self._champion(run, checkpoint),
-            events=tuple(told),
+            events=tuple(events),
         )
 
     def _champion(self, run: RunSnapshot, checkpoint: Checkpoint) -> Best | None:

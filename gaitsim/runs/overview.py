@@ -30,7 +30,7 @@ class Overview:
 
     Attributes:
         path: its folder.
-        state: whether a process evolves it now, it can be gone on with, a stop condition
+        state: whether a process evolves it now, it can be resumed, a stop condition
             holds, another version of gaitsim wrote it, or it cannot be read.
         plugins: the name of each plugin by kind.
         description: of its experiment.
