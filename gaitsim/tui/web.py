@@ -8,18 +8,18 @@ import ipaddress
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from html import escape
 from pathlib import Path
-from typing import Any
+from string import Template
 from urllib.parse import urlsplit
 
-import aiohttp_jinja2
 from aiohttp import web
 from aiohttp.typedefs import Handler, Middleware
 from textual_serve.server import Server, to_int
 
 from gaitsim.errors import GaitsimError
 
-PAGE = Path(__file__).parent / "page"
+PAGE = Path(__file__).parent / "page.html"
 LOCAL = "localhost"
 
 
@@ -34,16 +34,26 @@ class WebServer(Server):
     """
 
     def __init__(self, command: str, host: str, port: int, title: str) -> None:
-        super().__init__(command, host=host, port=port, title=title, templates_path=PAGE)
+        super().__init__(command, host=host, port=port, title=title)
 
     def serve_on(self, listener: socket.socket) -> None:
         """Serve until Ctrl-C."""
         self.port = listener.getsockname()[1]
-        web.run_app(self._make_app(), sock=listener, print=None, shutdown_timeout=5)
+        web.run_app(self.application(), sock=listener, print=None, shutdown_timeout=5)
 
-    async def _make_app(self) -> web.Application:
-        app = await super()._make_app()
-        app.middlewares.append(self._guard())
+    def application(self) -> web.Application:
+        """Return the server's pages."""
+        app = web.Application(middlewares=[self._guard()])
+        app.add_routes(
+            [
+                web.get("/", self.page),
+                web.get("/ws", self.handle_websocket),
+                web.get("/download/{key}", self.handle_download),
+                web.static("/static", self.statics_path),
+            ]
+        )
+        app.on_startup.append(self.on_startup)
+        app.on_shutdown.append(self.on_shutdown)
         return app
 
     def _guard(self) -> Middleware:
@@ -65,16 +75,18 @@ class WebServer(Server):
         shown = f"[{self.host}]" if ":" in self.host else self.host
         print(f"gaitsim is at http://{shown}:{self.port}; Ctrl-C stops it", flush=True)  # noqa: T201
 
-    @aiohttp_jinja2.template("app_index.html")
-    async def handle_index(self, request: web.Request) -> dict[str, Any]:
-        """What the page is filled with; addresses are relative to the one that it was asked by."""
+    async def page(self, request: web.Request) -> web.Response:
+        """Return the page, filled for the address that it was asked by."""
         scheme = "wss" if request.scheme == "https" else "ws"
-        return {
-            "font_size": to_int(request.query.get("fontsize", "16"), 16),
-            "app_websocket_url": f"{scheme}://{request.host}/ws",
-            "config": {"static": {"url": "/static/"}},
-            "application": {"name": self.title},
+        values = {
+            "title": self.title,
+            "websocket": f"{scheme}://{request.host}/ws",
+            "font_size": str(to_int(request.query.get("fontsize", "16"), 16)),
         }
+        filled = Template(PAGE.read_text(encoding="utf-8")).substitute(
+            {name: escape(value) for name, value in values.items()}
+        )
+        return web.Response(text=filled, content_type="text/html")
 
 
 def _same(origin: str | None, request: web.Request) -> bool:
