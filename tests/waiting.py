@@ -1,4 +1,4 @@
-"""Wait for something to hold, with a limit."""
+"""Wait for something to hold, with a limit; read what a widget shows."""
 
 import asyncio
 import time
@@ -18,3 +18,8 @@ async def app_until(pilot, holds, seconds=60):
         while not holds():
             await pilot.pause(0.01)
     await pilot.pause()
+
+
+def strips(widget):
+    """The rows that a widget shows."""
+    return [widget.render_line(row) for row in range(widget.content_size.height)]

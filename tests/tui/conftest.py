@@ -41,6 +41,18 @@ def walk(here, puppet):
     return walk
 
 
+class Listening(GaitsimApp):
+    """The app, with all that it notified of."""
+
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        self.told = []
+
+    def notify(self, message, *, title="", **options):
+        self.told.append(f"{title} {message}")
+        super().notify(message, title=title, **options)
+
+
 class Driver:
     """An app and who presses its keys."""
 
@@ -80,7 +92,7 @@ class Driver:
 
     def told(self):
         """What notifications say."""
-        return "\n".join(f"{one.title} {one.message}" for one in self.app._notifications)
+        return "\n".join(self.app.told)
 
     def text(self, selector):
         """What a widget shows, as text."""
@@ -97,13 +109,15 @@ def drive():
 
     def drive(test, *, size=(80, 24), folder=Path("runs"), ready=True, **options):
         async def go():
-            app = GaitsimApp(folder, **options)
+            app = Listening(folder, **options)
             async with app.run_test(size=size) as pilot:
                 driver = Driver(app, pilot)
                 home = app.screen
                 if ready:
                     await driver.until(lambda: home.runs is not None)
-                    await driver.until(lambda: not home.runs or (home._table and home._table.shown))
+                    await driver.until(
+                        lambda: not home.runs or any(one.shown for one in home.query("#runs"))
+                    )
                 await test(driver)
 
         asyncio.run(go())

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from textual.app import App
+from waiting import app_until, strips
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
@@ -264,18 +265,15 @@ class TestWidget:
         async def test(canvas, pilot):
             canvas.speed = 2.0
             canvas.playing = True
-            canvas._timer.pause()  # the clock is the test's
             now[0] += 0.5
-            canvas._tick()
-            assert canvas.seconds == pytest.approx(1.0)
+            await app_until(pilot, lambda: canvas.seconds == pytest.approx(1.0))
             assert canvas.frame == 10
             now[0] += 1.25
-            canvas._tick()
-            assert canvas.seconds == pytest.approx(3.5 % 3.0)
+            await app_until(pilot, lambda: canvas.seconds == pytest.approx(3.5 % 3.0))
             canvas.playing = False
             now[0] += 5
             canvas.playing = True
-            canvas._tick()
+            await pilot.pause(0.2)  # some ticks
             assert canvas.seconds == pytest.approx(0.5)
 
         play(test, skeleton=walker(), clock=lambda: now[0])
@@ -307,9 +305,9 @@ class TestWidget:
 
     def test_words_stand_where_there_is_no_body_as_they_are(self):
         async def test(canvas, pilot):
-            said = "\n".join(strip.text for strip in canvas._strips)
+            said = "\n".join(strip.text for strip in strips(canvas))
             assert "no [bold]champion[/bold] 漢字" in said
-            assert all(strip.cell_length == 40 for strip in canvas._strips)
+            assert all(strip.cell_length == 40 for strip in strips(canvas))
             await pilot.press("left", "plus", "f")
             canvas.show_frame(3)
             assert canvas.frame == 0
@@ -320,14 +318,14 @@ class TestWidget:
         async def test(canvas, pilot):
             canvas.set_skeleton(Skeleton(np.full((2, 1, 2, 3), np.nan), ("limb",), 1.0))
             await pilot.pause()
-            assert "not finite" in "".join(strip.text for strip in canvas._strips)
+            assert "not finite" in "".join(strip.text for strip in strips(canvas))
 
         play(test, size=(100, 8), skeleton=walker())
 
     def test_it_takes_the_colours_of_another_theme(self):
         async def test(canvas, pilot):
             def used():
-                return {part.style.bgcolor for strip in canvas._strips for part in strip}
+                return {part.style.bgcolor for strip in strips(canvas) for part in strip}
 
             before = used()
             pilot.app.theme = "textual-light"

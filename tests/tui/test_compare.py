@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import app_until
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
@@ -203,17 +204,16 @@ class TestScreen:
 
         compare(two, test)
 
-    def test_a_run_that_grows_is_read_again(self, two):
+    def test_a_run_that_grows_is_read_again(self, two, monkeypatch):
+        monkeypatch.setattr("gaitsim.tui.screens.compare.EVERY", 0.05)
+
         async def test(screen, pilot):
             before = shown(screen)
-            screen._look_again()
-            await settled(pilot)
+            await pilot.pause(0.2)
             assert shown(screen) is before or shown(screen) == before
             shutil.copytree(two[1], two[0], dirs_exist_ok=True)
             os.utime(two[0] / "population.pickle", ns=(1, 1))
-            screen._look_again()
-            await settled(pilot)
-            assert np.array_equal(shown(screen)[0].y, shown(screen)[1].y)
+            await app_until(pilot, lambda: np.array_equal(shown(screen)[0].y, shown(screen)[1].y))
 
         compare(two, test)
 

@@ -7,10 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from textual.app import App
+from waiting import strips
 
 from gaitsim.render.terminal import curves
 from gaitsim.render.terminal.curves import Series, frame_of, plot, thinned
 from gaitsim.render.terminal.ticks import labels, ticks
+from gaitsim.tui.widgets.cells import Cells
 from gaitsim.tui.widgets.curves import Curves
 
 
@@ -204,8 +206,8 @@ class TestWidget:
             shown.set_series([series(np.arange(30))])
             await pilot.resize_terminal(30, 8)
             await pilot.pause()
-            assert all(strip.cell_length == 30 for strip in shown._plot._strips)
-            assert len(shown._plot._strips) == 7
+            assert all(strip.cell_length == 30 for strip in strips(shown.query_one(Cells)))
+            assert len(strips(shown.query_one(Cells))) == 7
 
         show(test)
 
@@ -214,7 +216,9 @@ class TestWidget:
             shown.set_series([series(np.arange(30))])
             await pilot.pause()
             asked = []
-            monkeypatch.setattr(shown._plot, "refresh", lambda *regions: asked.append(regions))
+            monkeypatch.setattr(
+                shown.query_one(Cells), "refresh", lambda *regions: asked.append(regions)
+            )
             shown.set_series([series(np.arange(30))])
             assert asked == []
 
@@ -222,7 +226,7 @@ class TestWidget:
 
 
 def pictured(shown):
-    return "\n".join(strip.text for strip in shown._plot._strips)
+    return "\n".join(strip.text for strip in strips(shown.query_one(Cells)))
 
 
 @pytest.mark.parametrize("size", [(30, 8), (80, 20)])

@@ -353,7 +353,7 @@ class TestGoing:
             await driver.press("escape")
             await driver.at("Home")
             await driver.press("r")
-            assert (await driver.at("Replay"))._beside is not None
+            assert len((await driver.at("Replay")).panes) == 2
 
         drive(test)
 

@@ -149,7 +149,7 @@ def test_plugins(look, size, only_puppets):
     async def go(pilot):
         screen = Plugins()
         await pilot.app.push_screen(screen)
-        await app_until(pilot, lambda: screen._catalogue is not None)
+        await app_until(pilot, lambda: screen.catalogue is not None)
         await pilot.press("down", "down")
 
     assert look(size, go)

@@ -31,7 +31,7 @@ def look(here, drive):
         async def run(driver):
             driver.app.open_plugins()
             screen = await driver.at("Plugins")
-            await driver.until(lambda: screen._catalogue is not None)
+            await driver.until(lambda: screen.catalogue is not None)
             await test(driver)
 
         drive(run, **options)
@@ -57,7 +57,7 @@ def test_all_that_is_installed_is_listed_with_where_it_comes_from(look, size):
 def test_options_are_told_in_full(look):
     async def test(driver):
         await go(driver, "fitness puppet-reach")
-        text, field = shown(driver), driver.screen._catalogue.classes["fitness"]["puppet-reach"]
+        text, field = shown(driver), driver.screen.catalogue.classes["fitness"]["puppet-reach"]
         price = field.model_fields["price"]
         for part in ("price", options.default(price), options.allowed(price), price.description):
             assert part in text
@@ -154,6 +154,6 @@ def test_a_check_that_is_under_way_ends_with_the_screen(look, install, working, 
         await driver.press("c")
         await driver.press("escape")
         await driver.at("Home")
-        assert not driver.app.workers._workers
+        assert "_check" not in {worker.name for worker in driver.app.workers}
 
     look(test)

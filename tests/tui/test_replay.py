@@ -1,12 +1,14 @@
 """The replay: any generation, frame by frame, two in step; its sliders and footfalls."""
 
 import asyncio
+import re
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from textual.app import App
+from waiting import strips
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
@@ -159,7 +161,7 @@ def title(pane):
 
 
 def words(canvas):
-    return " ".join("".join(strip.text for strip in canvas._strips).split())
+    return " ".join("".join(strip.text for strip in strips(canvas)).split())
 
 
 class TestTime:
@@ -489,7 +491,8 @@ class TestScrubber:
             app = Slider()
             async with app.run_test(size=(60, 3)) as pilot:
                 slider = app.query_one(Scrubber)
-                start, width = slider._bar()
+                bar = re.search("[━●─]+", str(slider.render()))
+                start, width = bar.start(), len(bar[0])
                 await pilot.mouse_down(slider, (start, 0))
                 assert slider.value == 0
                 await pilot.hover(slider, (start + width - 1, 0))

@@ -9,7 +9,7 @@ from pkgutil import walk_packages
 
 import pytest
 from textual.binding import Binding
-from textual.widgets import Input
+from textual.widgets import Input, Static
 
 import gaitsim.tui
 from gaitsim.tui.commands import Commands, unmarked
@@ -73,7 +73,7 @@ class TestHelp:
         async def test(driver):
             await driver.press("question_mark")
             await driver.at("Help")
-            keys = driver.screen._keys
+            keys = driver.screen.query_one("#help-keys", Static).content
             cells = [[str(cell) for cell in column.cells] for column in keys.columns]
             assert "home.new" in cells[2]
             assert "home.compare" not in cells[2]
@@ -89,12 +89,12 @@ class TestHelp:
 
 
 class TestPalette:
-    def titles(self, driver):
-        return [command.title for command in Commands(driver.screen)._commands()]
+    async def titles(self, driver):
+        return [hit.text async for hit in Commands(driver.screen).discover()]
 
     def test_only_what_can_be_done_now(self, walk, drive, here):
         async def empty(driver):
-            found = self.titles(driver)
+            found = await self.titles(driver)
             assert {"New", "Plugins", "Help", "Quit", "New run: spider"} <= set(found)
             assert not {"Open", "Delete", "Compare", "Export", "Tasks"} & set(found)
             assert len(found) == len(set(found))
@@ -103,7 +103,7 @@ class TestPalette:
         walk()
 
         async def one(driver):
-            assert {"Open", "Delete", "Export"} <= set(self.titles(driver))
+            assert {"Open", "Delete", "Export"} <= set(await self.titles(driver))
 
         drive(one)
 

@@ -23,7 +23,11 @@ NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
 
 
 class Plugins(GaitScreen):
-    """The list of what is installed, and the one that is highlighted in full."""
+    """The list of what is installed, and the highlighted one in full.
+
+    Attributes:
+        catalogue: the installed plugins; None until they are loaded.
+    """
 
     SUB_TITLE = "installed"
     CSS_PATH = "plugins.tcss"
@@ -42,7 +46,7 @@ highlighted keeps its contract, and says what is to be mended.
 
     def __init__(self) -> None:
         super().__init__()
-        self._catalogue: Catalogue | None = None
+        self.catalogue: Catalogue | None = None
         self._found: dict[str, list[Entry]] = {}
         self._reports: dict[tuple[str, str], dict[str, Any] | None] = {}  # None: under way
 
@@ -65,7 +69,7 @@ highlighted keeps its contract, and says what is to be mended.
         self.app.call_from_thread(self._loaded, catalogue, broken)
 
     def _loaded(self, catalogue: Catalogue, broken: list[str]) -> None:
-        self._catalogue = catalogue
+        self.catalogue = catalogue
         self._list(broken)
 
     def _list(self, broken: list[str] | None = None) -> None:
@@ -93,7 +97,7 @@ highlighted keeps its contract, and says what is to be mended.
             )
 
     def _mark(self, kind: str, name: str) -> str:
-        bad = self._catalogue is not None and (kind, name) in self._catalogue.failures
+        bad = self.catalogue is not None and (kind, name) in self.catalogue.failures
         return "✗ " if bad else ""
 
     def _chosen(self) -> tuple[str, str] | None:
@@ -121,11 +125,11 @@ highlighted keeps its contract, and says what is to be mended.
             head.append(visible(f"{claim.source}  {claim.target}") + "\n", style="dim")
         if (kind, name) in self._reports:
             head = Text.assemble(head, verdict_view(self._reports[kind, name], colours), "\n")
-        if self._catalogue is None:
+        if self.catalogue is None:
             return head
         if kind == EXPERIMENTS:
-            return Group(head, preset_view(name, self._catalogue, colours))
-        return Group(head, plugin_view(kind, name, self._catalogue, colours))
+            return Group(head, preset_view(name, self.catalogue, colours))
+        return Group(head, plugin_view(kind, name, self.catalogue, colours))
 
     def action_check(self) -> None:
         chosen = self._chosen()
@@ -149,12 +153,12 @@ highlighted keeps its contract, and says what is to be mended.
     def _experiment(self) -> str | None:
         """The preset that goes with what is highlighted."""
         chosen = self._chosen()
-        if chosen is None or self._catalogue is None:
+        if chosen is None or self.catalogue is None:
             return None
         kind, name = chosen
         if kind == EXPERIMENTS:
             return name
-        preset = self._catalogue.preset_of(name) if kind == "organism" else None
+        preset = self.catalogue.preset_of(name) if kind == "organism" else None
         return preset.name if preset else None
 
     def command_line(self) -> str:
