@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitsim.cli.console import echo, notice, output, print_json, table
+from gaitsim.cli.console import echo, notice, number, output, print_json, table
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible
@@ -50,7 +50,9 @@ def runs(
             "run", "body", "fitness", "generation", "best", "state", numbers=("generation", "best")
         )
         for row in found:
-            made.add_row(*(str(row[key]) for key in ("run", "organism", "fitness")), *_cells(row))
+            best = "" if row["best"] is None else number(row["best"], 4)
+            done = f"{row['generation']}/{row['generations']}"
+            made.add_row(row["run"], row["organism"], row["fitness"], done, best, row["state"])
         output().print(made, markup=False)
 
 
@@ -93,12 +95,6 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
             print_json({"deleted": str(path)})
         else:
             echo(visible(f"{path} is deleted"))
-
-
-def _cells(row: dict[str, Any]) -> list[str]:
-    done = f"{row['generation']}/{row['generations']}"
-    best = "" if row["best"] is None else f"{row['best']:.4f}".replace("-", "−")
-    return [done, best, row["state"]]
 
 
 def _row(run: Overview) -> dict[str, Any]:
