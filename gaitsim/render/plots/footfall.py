@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.gait.contact import feet_of as measured
+from gaitsim.gait.contact import feet_of
 from gaitsim.individual import Individual
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import bars
@@ -31,13 +31,13 @@ def footfall_figure(request: Request) -> "Figure":
     from matplotlib.figure import Figure
 
     individual, theme = request.individual, request.theme
-    touching, names = feet_of(individual)
+    touching, names = contacts_of(individual)
     rate = individual.skeleton.frame_rate
     part = window_slice(len(touching), rate, request.window, USUAL)
     if request.window is None and _landings(touching[part]).max(initial=0) < 2:
         part = window_slice(len(touching), rate, None)
     shown = touching[part]
-    steps, _ = measured(touching, names, rate)
+    steps, _ = feet_of(touching, names, rate)
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
         axes = figure.subplots()
@@ -54,7 +54,7 @@ def footfall_figure(request: Request) -> "Figure":
     return figure
 
 
-def feet_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Return when each foot is on the ground, (frames, feet), and the names of the feet.
 
     Raises:

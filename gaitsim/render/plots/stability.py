@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from gaitsim.individual import Individual
 from gaitsim.render.plots.channels import channels_of, read_values
 from gaitsim.render.plots.components import finite
-from gaitsim.render.plots.footfall import feet_of
+from gaitsim.render.plots.footfall import contacts_of
 from gaitsim.render.plots.labels import head, heading_of
 from gaitsim.render.plots.panels import intervals, shade
 from gaitsim.render.plots.request import Request, window_slice
@@ -32,7 +32,7 @@ def stability_figure(request: Request) -> "Figure":
     from matplotlib.figure import Figure
 
     individual, theme = request.individual, request.theme
-    touching, _ = feet_of(individual)
+    touching, _ = contacts_of(individual)
     margin = margin_of(individual)
     rate = individual.skeleton.frame_rate
     part = window_slice(min(len(margin), len(touching)), rate, request.window)
