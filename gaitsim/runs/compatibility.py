@@ -16,14 +16,14 @@ from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 
 
 def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
-    """Why genomes cannot go on as those of an experiment's body, or ''.
+    """Return why genomes do not fit an experiment's body, or ''.
 
     Args:
         experiment: whose body they are to be for.
         genomes: (individuals, genes).
         source: the experiment that they were evolved under, as TOML. Where its body
             cannot be made any longer, its labels are not compared.
-        whose: the genomes, as told: 'the population'.
+        whose: the genomes, as messages name them: 'the population'.
 
     Raises:
         PluginError: the body cannot say what its genomes are.
@@ -52,7 +52,7 @@ def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose
 
 
 def expected_genomes(experiment: Experiment) -> str:
-    """The genomes that fit an experiment's body, as told."""
+    """Describe the genomes that fit an experiment's body."""
     return f"{_described(experiment.entries['organism'].name, experiment.space())}, within bounds"
 
 

@@ -233,6 +233,6 @@ class RunFiles:
             raise CheckpointError(
                 f"{CHECKPOINT} and {PREVIOUS} are gone, but {HISTORY} holds generations",
                 where=str(self.path),
-                remedy="restore them from a copy; to begin anew: "
+                remedy="restore them from a copy; to start again: "
                 + command("run", self.path / EXPERIMENT),
             )

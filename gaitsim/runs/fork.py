@@ -53,7 +53,7 @@ def fork_run(
 
     Raises:
         ExperimentError: the experiment has problems, or would have them with the overrides.
-        RunError: the run is damaged, or the copy cannot be made or would not go on.
+        RunError: the run is damaged, or the copy cannot be created or resumed.
     """
     run = RunSnapshot(path)
     # It reads the checkpoint first: all that it counts is in the other files by then.

@@ -30,7 +30,7 @@ class ResumePlan:
     """How a run continues.
 
     Attributes:
-        experiment: as it goes on.
+        experiment: of the generations to come.
         last: the last generation, with the progress that the next one starts from; None
             before the first.
         start: the genome that the initial population is made of, (genes,); None draws it.
@@ -48,7 +48,7 @@ class ResumePlan:
 
     @property
     def reevaluates(self) -> bool:
-        """Whether the last generation has to be judged anew before the next is bred."""
+        """Whether the last generation is re-evaluated before the next one is bred."""
         return any(change.reevaluates for change in self.changes)
 
 
@@ -85,7 +85,7 @@ def plan_resume(
         if plan.changes and not overrides:
             warnings.append(
                 f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
-                f"({', '.join(map(str, plan.changes))}): the run goes on as it says now"
+                f"({', '.join(map(str, plan.changes))}): the run continues under the new options"
             )
         if plan.changes and overrides:
             _hold_goal(run, plan)
@@ -102,7 +102,7 @@ def _hold_goal(run: RunSnapshot, plan: ResumePlan) -> None:
         raise RunError(
             f"no generation would be evolved under these changes: {reason}",
             where=f"{run.path}, at generation {last.number}",
-            remedy=f"let it go on further, as by --generations {last.number + 100}",
+            remedy=f"raise the limit, for instance with --generations {last.number + 100}",
         )
 
 
@@ -140,7 +140,7 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
     if wrong:
         problems.append(
             GaitsimError(
-                f"{wrong}; a run that goes on keeps its genomes",
+                f"{wrong}; a resumed run keeps its genomes",
                 where="command line, options of organism",
                 allowed=expected_genomes(experiment),
                 remedy="begin a run of its own with 'gaitsim run'",
@@ -169,7 +169,7 @@ def _asked_size(overrides: Overrides, population: int) -> list[GaitsimError]:
 
 def _other_islands(number: int) -> GaitsimError:
     return GaitsimError(
-        "a run that goes on keeps its islands",
+        "a resumed run keeps its islands",
         where="command line, key islands.number",
         allowed=f"{number:,}; topology, every and migrants may be changed"
         if number > 1
@@ -180,7 +180,7 @@ def _other_islands(number: int) -> GaitsimError:
 
 def _other_size(population: int) -> GaitsimError:
     return GaitsimError(
-        "the population of a run that goes on keeps its size",
+        "the population of a resumed run keeps its size",
         where=f"command line, key {POPULATION}",
         allowed=f"{population:,}",
         remedy="begin a run of its own with 'gaitsim run'; --from starts it from this one",
@@ -204,7 +204,7 @@ def _compare_versions(
     if changed and not any_version:
         raise RunError(
             f"the run {run.path} was made with other versions: " + "; ".join(changed.values()),
-            remedy="install those versions, or go on with these by --any-version: "
+            remedy="install those versions, or resume with these by --any-version: "
             "the rest may then not be what it would have been",
         )
     return [f"another version of {numpy}: the last bits may differ"] if numpy else []
@@ -238,7 +238,7 @@ def next_progress(
 
     Args:
         checkpoint: of the last generation.
-        evolution: as it goes on.
+        evolution: of the generations to come.
         begins: the changes that begin a stage; none where none begins.
     """
     progress = restored(checkpoint).progress

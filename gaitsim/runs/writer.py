@@ -39,10 +39,10 @@ class RunWriter:
 
     Attributes:
         run: the run as it was opened.
-        experiment: as it goes on.
-        last: the generation to go on from; None where none is finished.
+        experiment: of the generations to come.
+        last: the last finished generation; None before the first.
         changes: of the experiment, by which a stage begins; () where none does.
-        stage: number of the stage that goes on or begins, from 1.
+        stage: number of the stage of the next generation, from 1.
         warning: what a user should know about how the run was found, or ''.
     """
 
@@ -113,7 +113,7 @@ class RunWriter:
 
     @property
     def reevaluates(self) -> bool:
-        """Whether a stage begins for which the population has yet to be judged anew."""
+        """Whether a stage begins whose population is still to be re-evaluated."""
         return self._unscored
 
     def begin(self, evaluate: Callable[[Genomes], Evaluation]) -> None:

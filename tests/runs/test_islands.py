@@ -142,7 +142,7 @@ def test_stages_may_change_all_but_the_number(run):
     with pytest.raises(ExperimentError) as refused:
         evolve(run.path, "islands.number=2")
     (problem,) = refused.value.problems
-    assert problem.what == "a run that goes on keeps its islands"
+    assert problem.what == "a resumed run keeps its islands"
     assert "islands.number" in problem.where
     with pytest.raises(ExperimentError, match="a problem") as refused:
         evolve(run.path, "evolution.population=9")

@@ -1,4 +1,4 @@
-"""Files that grow by whole records, and are cut back to the checkpoint when a run goes on."""
+"""Files that grow by whole records, and are truncated to the checkpoint when a run is resumed."""
 
 import math
 import os
@@ -91,7 +91,7 @@ class AppendOnlyHistory:
     Args:
         path: the file.
         ends: where its lines end that are to be kept, in bytes: the header's, then a row's
-            each; [] begins anew.
+            each; [] starts an empty file.
     """
 
     def __init__(self, path: Path, ends: Sequence[int]) -> None:

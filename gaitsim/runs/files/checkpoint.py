@@ -46,7 +46,7 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """All that a run needs to go on exactly.
+    """The state that a run is resumed from, to the bit.
 
     Args:
         experiment: the experiment as resolved TOML.
@@ -179,7 +179,7 @@ def read_with_fallback(
             f"neither checkpoint can be read: {damage}; {error.what}",
             where=f"{path} and {previous}",
             allowed="one of the two as gaitsim wrote it",
-            remedy="bring one back from a copy of the folder, or start the run anew",
+            remedy="bring one back from a copy of the folder, or start a new run",
         ) from error
     instead = f"{previous.name}, of generation {checkpoint.generation}, is used instead"
     if not (rename and path.exists()):

@@ -1,6 +1,6 @@
-"""`provenance.json`: with what a run was made. Another processor may round a last bit another way.
+"""`provenance.json`: the versions and the processor that a run was made with.
 
-An entry holds from its generation on; one follows where a run goes on with something else.
+An entry holds from its generation on; another follows where other versions resume the run.
 """
 
 import json

@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Any, NoReturn, cast
 
 from gaitsim.errors import CheckpointError, RunError
+from gaitsim.runs.files.pickle_stack import MAX_DEPTH, OpcodeStack, RefusedError
 
 MAGIC = b"GAITSIM\0"
 VERSION = 2
@@ -40,26 +41,10 @@ MAX_BYTES = 2**30
 MAX_TEXT = 2**26
 """Most characters in all strings together: one takes up to four bytes in memory."""
 MAX_OPCODES = 1_000_000
-MAX_DEPTH = 16
 
 _FIELDS = struct.Struct("<8sIQ")
 _DIGEST = slice(_FIELDS.size, HEADER)
 
-# What an opcode puts on the unpickler's stack: the kind of value, and how many
-# containers deep it is.
-_Value = tuple[type, int]
-_PUSHES: dict[str, _Value] = {
-    "EMPTY_DICT": (dict, 1),
-    "EMPTY_LIST": (list, 1),
-    **dict.fromkeys(("SHORT_BINUNICODE", "BINUNICODE", "BINUNICODE8"), (str, 0)),
-    **dict.fromkeys(("SHORT_BINBYTES", "BINBYTES", "BINBYTES8"), (bytes, 0)),
-    **dict.fromkeys(("BININT", "BININT1", "BININT2", "LONG1"), (int, 0)),
-    **dict.fromkeys(("NONE", "NEWTRUE", "NEWFALSE", "BINFLOAT"), (object, 0)),
-}
-# What moves values from the stack into the container below them: its kind, and how
-# many values, where a mark does not say where they begin.
-_FILLS: dict[str, type] = {"APPEND": list, "APPENDS": list, "SETITEM": dict, "SETITEMS": dict}
-_WIDTHS = {"APPEND": 1, "SETITEM": 2}
 _SCALARS = {str, int, float, bool, type(None), bytes}
 
 
@@ -67,15 +52,11 @@ class SchemaVersionError(CheckpointError):
     """A checkpoint is whole, but in the format of an older or a newer gaitsim."""
 
 
-class _RefusedError(Exception):
-    """The reason why a pickle is not read."""
-
-
 class _Reader(pickle.Unpickler):
     """Builds builtins alone, whatever the scan let pass."""
 
     def find_class(self, module: str, name: str) -> NoReturn:
-        raise _RefusedError(f"it asks for {module!r}, {name!r}, and a checkpoint names nothing")
+        raise RefusedError(f"it asks for {module!r}, {name!r}, and a checkpoint names nothing")
 
 
 def dumps(content: dict[str, Any]) -> bytes:
@@ -196,19 +177,19 @@ def _size(value: object, depth: int) -> int:
     generation.
 
     Raises:
-        _RefusedError: a type, a depth, a key or a number that no checkpoint has.
+        RefusedError: a type, a depth, a key or a number that no checkpoint has.
     """
     kind = type(value)
     if kind is not dict and kind is not list:
         if kind not in _SCALARS:
-            raise _RefusedError(f"{value!r:.80} is a {kind.__name__}")
+            raise RefusedError(f"{value!r:.80} is a {kind.__name__}")
         return 1 + _text_length(value) // 64
     if depth >= MAX_DEPTH:
-        raise _RefusedError(f"it is more than {MAX_DEPTH} containers deep")
+        raise RefusedError(f"it is more than {MAX_DEPTH} containers deep")
     if not isinstance(value, dict):
         return 1 + sum(_size(item, depth + 1) for item in cast(list[object], value))
     if any(type(key) is not str for key in value):
-        raise _RefusedError("a key is not a string")
+        raise RefusedError("a key is not a string")
     return 1 + sum(_size(k, depth + 1) + _size(v, depth + 1) for k, v in value.items())
 
 
@@ -222,69 +203,36 @@ def _scan(data: bytes) -> None:
     """Look at every opcode of the file `data` without building anything.
 
     Raises:
-        _RefusedError: an opcode, a length, a depth or a key that no honest file has.
+        RefusedError: an opcode, a length, a depth or a key that no honest file has.
         Exception: whatever pickletools raises for bytes that are no pickle.
     """
     # genops reads lengths from a stream, which returns what is there and allocates no more.
     stream = io.BytesIO(data)
     stream.seek(HEADER)
-    stack = _Stack()
+    stack = OpcodeStack()
     text = 0
     for count, (opcode, arg, _) in enumerate(pickletools.genops(stream)):
         text += _text_length(arg)
         if count >= MAX_OPCODES:
-            raise _RefusedError(f"it has more than {MAX_OPCODES:,} opcodes")
+            raise RefusedError(f"it has more than {MAX_OPCODES:,} opcodes")
         if text > MAX_TEXT:
-            raise _RefusedError(f"it has more than {MAX_TEXT:,} characters of text")
+            raise RefusedError(f"it has more than {MAX_TEXT:,} characters of text")
         if opcode.name == "FRAME" and (arg or 0) > len(data) - stream.tell():
-            raise _RefusedError("a frame is longer than the file")
+            raise RefusedError("a frame is longer than the file")
         if count > 0:
             stack.follow(opcode.name)
         elif (opcode.name, arg) != ("PROTO", 5):
-            raise _RefusedError("it is not a pickle of protocol 5")
+            raise RefusedError("it is not a pickle of protocol 5")
     if stack.marks or [kind for kind, _ in stack.values] != [dict]:
-        raise _RefusedError("it is not one dict")
+        raise RefusedError("it is not one dict")
     if stream.tell() != len(data):
-        raise _RefusedError("bytes follow the end of the pickle")
-
-
-class _Stack:
-    """The unpickler's stack, with the kind and the depth of each value in its place."""
-
-    def __init__(self) -> None:
-        self.values: list[_Value] = []
-        self.marks: list[int] = []
-
-    def follow(self, name: str) -> None:
-        """Do what the opcode `name` does to the stack."""
-        if name in _PUSHES:
-            self.values.append(_PUSHES[name])
-        elif name == "MARK":
-            self.marks.append(len(self.values))
-        elif name in _WIDTHS:
-            self._fill(_FILLS[name], len(self.values) - _WIDTHS[name])
-        elif name in _FILLS:
-            self._fill(_FILLS[name], self.marks.pop() if self.marks else 0)
-        elif name not in ("FRAME", "STOP"):
-            raise _RefusedError(f"it holds the opcode {name}, which a checkpoint never has")
-
-    def _fill(self, container: type, start: int) -> None:
-        """Move the values from `start` on into the container below them."""
-        if start < 1 or self.values[start - 1][0] is not container:
-            raise _RefusedError(f"it fills a {container.__name__} that is not there")
-        items = self.values[start:]
-        if container is dict and (len(items) % 2 or any(kind is not str for kind, _ in items[::2])):
-            raise _RefusedError("a key is not a string")
-        depth = max([self.values[start - 1][1], *(inner + 1 for _, inner in items)])
-        if depth > MAX_DEPTH:
-            raise _RefusedError(f"it is more than {MAX_DEPTH} containers deep")
-        self.values[start - 1 :] = [(container, depth)]
+        raise RefusedError("bytes follow the end of the pickle")
 
 
 def _text_length(arg: object) -> int:
     """Characters in the value of an opcode, after a look at the value itself."""
     if isinstance(arg, int) and not -(2**63) <= arg < 2**63:
-        raise _RefusedError("a whole number needs more than 64 bits")
+        raise RefusedError("a whole number needs more than 64 bits")
     if not isinstance(arg, str):
         return 0
     arg.encode()  # halves of surrogate pairs could be read and never printed

@@ -1,4 +1,4 @@
-"""Generations of a run made once more, and what is not as it was run."""
+"""Reproduce recorded generations of a run, and report what differs from the record."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -23,10 +23,10 @@ Judges = Callable[[Experiment], Evaluator]
 
 
 def reproduce_all(run: RunSnapshot, judges: Judges) -> Iterator[tuple[Generation, list[str]]]:
-    """Evolve the whole run once more, from its file alone, stage by stage.
+    """Evolve the whole run again, from its file alone, stage by stage.
 
     Yields:
-        Each generation, and what is not as it was run.
+        Each generation, and what differs from the record.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
@@ -41,10 +41,10 @@ def reproduce_all(run: RunSnapshot, judges: Judges) -> Iterator[tuple[Generation
 def reproduce_some(
     run: RunSnapshot, generations: list[int], judges: Judges
 ) -> Iterator[tuple[int, bool, list[str]]]:
-    """Make some generations once more, wholly where what they were bred from is still there.
+    """Reproduce some generations, fully where the population that they were bred from is stored.
 
     That is the first one, and the last one out of the checkpoint before it. Of any other, the
-    best individual is judged again.
+    best individual is re-evaluated.
 
     Args:
         run: the run.
@@ -52,7 +52,7 @@ def reproduce_some(
         judges: evaluators.
 
     Yields:
-        Each one's number, whether it was made wholly, and what is not as it was run.
+        Each one's number, whether it was fully reproduced, and what differs from the record.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
@@ -154,7 +154,7 @@ def _unlike_scores(checkpoint: Checkpoint, name: str, again: Evaluation) -> list
 
 
 def _best_again(run: RunSnapshot, number: int, evaluate: Callable[..., Evaluation]) -> list[str]:
-    """What of a generation's best individual, judged again, is not as run."""
+    """Return what differs when a generation's best individual is re-evaluated."""
     best = run.bests[number - 1]
     genome = best["genome"].astype(run.experiment_at(number).space().dtype)
     evaluation = evaluate(genome[None])

@@ -24,8 +24,8 @@ class Verdict:
 
     Attributes:
         last: the run's last generation.
-        whole: the generations that were bred and judged again wholly.
-        best: those of which the best individual was judged again.
+        whole: the generations that were fully reproduced.
+        best: those of which the best individual was re-evaluated.
         differences: what is not as recorded, by generation in order; {} where all is identical.
         without_checksum: how many generations have no checksum to be compared with.
         warning: what a user should know about how the run was found, or ''.
@@ -74,8 +74,8 @@ def verify(
         generations: which to make again; None for some.
         everything: evolve all of it again instead, up to the first difference.
         workers: how many work at a time; None for another number than is usual.
-        begin: is told how many generations are to be made.
-        advance: is told of each one that is made.
+        begin: called with the number of generations to reproduce.
+        advance: called after each one.
 
     Raises:
         RunError: the run is damaged beyond comparing, has no generation yet, or not one that is
@@ -130,7 +130,7 @@ def verify(
 
 
 def unusual(experiment: Experiment) -> int:
-    """Another number of workers than a run takes that is not told how many."""
+    """Return a number of workers that differs from the default of a run."""
     return 1 if experiment.organism.threads else 2
 
 

@@ -1,0 +1,57 @@
+"""What the opcodes of a checkpoint's pickle would build, followed without building it."""
+
+MAX_DEPTH = 16
+"""Greatest number of containers within one another."""
+
+# What an opcode puts on the unpickler's stack: the kind of value, and how many
+# containers deep it is.
+_Value = tuple[type, int]
+_PUSHES: dict[str, _Value] = {
+    "EMPTY_DICT": (dict, 1),
+    "EMPTY_LIST": (list, 1),
+    **dict.fromkeys(("SHORT_BINUNICODE", "BINUNICODE", "BINUNICODE8"), (str, 0)),
+    **dict.fromkeys(("SHORT_BINBYTES", "BINBYTES", "BINBYTES8"), (bytes, 0)),
+    **dict.fromkeys(("BININT", "BININT1", "BININT2", "LONG1"), (int, 0)),
+    **dict.fromkeys(("NONE", "NEWTRUE", "NEWFALSE", "BINFLOAT"), (object, 0)),
+}
+# What moves values from the stack into the container below them: its kind, and how
+# many values, where a mark does not say where they begin.
+_FILLS: dict[str, type] = {"APPEND": list, "APPENDS": list, "SETITEM": dict, "SETITEMS": dict}
+_WIDTHS = {"APPEND": 1, "SETITEM": 2}
+
+
+class RefusedError(Exception):
+    """The reason why a pickle is not read."""
+
+
+class OpcodeStack:
+    """The unpickler's stack, with the kind and the depth of each value in its place."""
+
+    def __init__(self) -> None:
+        self.values: list[_Value] = []
+        self.marks: list[int] = []
+
+    def follow(self, name: str) -> None:
+        """Do what the opcode `name` does to the stack."""
+        if name in _PUSHES:
+            self.values.append(_PUSHES[name])
+        elif name == "MARK":
+            self.marks.append(len(self.values))
+        elif name in _WIDTHS:
+            self._fill(_FILLS[name], len(self.values) - _WIDTHS[name])
+        elif name in _FILLS:
+            self._fill(_FILLS[name], self.marks.pop() if self.marks else 0)
+        elif name not in ("FRAME", "STOP"):
+            raise RefusedError(f"it holds the opcode {name}, which a checkpoint never has")
+
+    def _fill(self, container: type, start: int) -> None:
+        """Move the values from `start` on into the container below them."""
+        if start < 1 or self.values[start - 1][0] is not container:
+            raise RefusedError(f"it fills a {container.__name__} that is not there")
+        items = self.values[start:]
+        if container is dict and (len(items) % 2 or any(kind is not str for kind, _ in items[::2])):
+            raise RefusedError("a key is not a string")
+        depth = max([self.values[start - 1][1], *(inner + 1 for _, inner in items)])
+        if depth > MAX_DEPTH:
+            raise RefusedError(f"it is more than {MAX_DEPTH} containers deep")
+        self.values[start - 1 :] = [(container, depth)]
