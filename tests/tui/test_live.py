@@ -129,7 +129,7 @@ class TestAtRest:
             assert screen.state == "stopped"
             assert offered(screen) == {"go", "step", "change", "goal", "fork", "log"}
             await app_until(pilot, lambda: "at rest  0/20" in text(screen, "#live-status"))
-            assert "Space goes on" in text(screen, "#live-status")
+            assert "Space continues" in text(screen, "#live-status")
 
         live(make(), test)
 

@@ -66,7 +66,7 @@ def known_options(run: RunSnapshot) -> list[KnownOption]:
         given = options.values(model)
         for name, declared in type(model).model_fields.items():
             if f"{section}.{name}" in ("evolution.population", "islands.number"):
-                continue  # of a run that goes on, it stays
+                continue  # fixed once a run has begun
             value = options.written(declared, given[name]) if name in given else options.NOT_SET
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"
             found.append(KnownOption(f"{section}.{name}", value, about))

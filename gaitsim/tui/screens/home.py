@@ -33,7 +33,7 @@ class Home(GaitScreen):
 The runs in a folder, the latest first. Those that are evolved now, in another terminal too, are
 followed as they go.
 
-- **Open** a run to watch it, go on with it, or steer it; **new** assembles one.
+- **Open** a run to watch, continue or steer it; **new** assembles one.
 - **Mark** two or more with space, and **compare** their curves and options, or **replay** two
   side by side.
 - **Make** gait files, plots, videos and analyses of a run in the background.

@@ -29,9 +29,9 @@ PATIENCE = 20.0  # seconds that a run gets to finish its generation when the scr
 RESTING = ("stopped", "failed")
 HINTS = {
     "preparing": "Preparing: the first run of a body compiles its kernels …",
-    "paused": "Paused. Space goes on, n makes one generation, c changes an option, f forks.",
+    "paused": "Paused. Space continues, n makes one generation, c changes an option, f forks.",
     "stopping": "Stopping after this generation; s again stops at once.",
-    "stopped": "At rest. Space goes on, c changes an option first, g sets how far.",
+    "stopped": "At rest. Space continues, c changes an option first, g sets how far.",
     "elsewhere": "Another program writes this run; here it is only watched. f forks a copy.",
 }
 
@@ -42,7 +42,7 @@ class Live(LiveDialogs):
 
     Args:
         run: its folder.
-        go: whether to go on with it at once.
+        go: whether to continue it at once.
         clock: seconds that pass, for the body that moves.
 
     Attributes:
@@ -53,12 +53,12 @@ class Live(LiveDialogs):
     CSS_PATH = "live.tcss"
     HELP_TEXT = """
 A run as it evolves. The search runs in a process of its own, which saves every generation: end
-the app in any way, and the run can be gone on with exactly where it stood.
+the app in any way, and the run can be continued exactly where it stopped.
 
-- **Space** pauses, and goes on. **n** makes one generation. **s** stops and saves.
+- **Space** pauses and continues. **n** makes one generation. **s** stops and saves.
 - **c** changes options from the next generation on, such as a rate or the weight of a term.
-  It is recorded in the run as a stage; a curve that goes on under other scores begins anew.
-- **f** copies the run as it stands, to go on with the copy under other options.
+  It is recorded in the run as a stage; curves of scores that cannot be compared begin anew.
+- **f** copies the run as it is, to continue the copy under other options.
 - **g** sets how many generations it is to have.
 - The table has the best score and its terms: over the generations, and of the best individuals.
 - The body is the champion so far. Drag to turn it, roll to zoom; **r** replays any generation.
@@ -66,7 +66,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "pause", "Pause", id="live.pause", tooltip="Pause after this generation"),
-        Binding("space", "go", "Go on", id="live.go", tooltip="Go on with the run"),
+        Binding("space", "go", "Resume", id="live.go", tooltip="Continue the run"),
         Binding("n", "step", "Step", id="live.step", tooltip="One generation, then pause"),
         Binding("s", "stop", "Stop", id="live.stop", tooltip="Stop and save"),
         Binding("c", "change", "Change", id="live.change", tooltip="Change options from here on"),
@@ -206,7 +206,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
         self._changed()
 
     def go_on(self, overrides: Overrides) -> None:
-        """Go on under a changed experiment: at once, or from rest."""
+        """Continue under a changed experiment: at once, or from rest."""
         self.board.problem(None)
         if self.process is not None:
             self.process.change(overrides)
@@ -233,7 +233,7 @@ the app in any way, and the run can be gone on with exactly where it stood.
         if engine is None:
             return True
         if not self._stopping:
-            about = "It is saved, and can be gone on with at any time."
+            about = "It is saved, and can be continued at any time."
             question = Confirm(f"Stop the run {self.run.name}?", "Stop and save", about)
             if not await self.app.push_screen_wait(question):
                 return False

@@ -47,7 +47,7 @@ class Board(Vertical):
 
     Attributes:
         live: what is known of the run.
-        state: of the run, as it is told.
+        state: of the run, as the status line shows it.
         hint: what is said below it; '' says what happened last.
         curves: of the best score and the mean.
         canvas: the champion.

@@ -45,7 +45,7 @@ def load(path: Path, generation: int | None) -> Shown:
 
     Raises:
         GaitsimError: there is none, the run is damaged, or the body cannot be drawn; an
-            OSError is told as one.
+            OSError is raised as one.
     """
     try:
         run = RunSnapshot(path)

@@ -1,4 +1,4 @@
-"""What is being made in the background, and what came of it."""
+"""The commands in the background, and their results."""
 
 from typing import ClassVar
 

@@ -14,7 +14,7 @@ from gaitsim.tui.widgets.form import Field, choice
 
 
 class Part(VerticalScroll):
-    """The form of a section; built once for each plugin, then only told what is wrong.
+    """The form of a section; built once for each plugin; after that only its problems change.
 
     Args:
         section: its name.
