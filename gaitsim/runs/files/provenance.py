@@ -1,6 +1,7 @@
 """`provenance.json`: the versions and the processor that a run was made with.
 
-An entry holds from its generation on; another follows where other versions resume the run.
+Another processor may round the last bit of a number differently. An entry holds from its
+generation on; another one follows where other versions resume the run.
 """
 
 import json
