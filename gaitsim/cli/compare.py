@@ -28,11 +28,11 @@ from gaitsim.study.comparison import (
     analyse,
     load_experiments,
     methods,
-    repeat_experiment,
     tables,
     to_dict,
     write_comparison,
 )
+from gaitsim.study.running import repeat_experiment
 
 
 def compare(
@@ -111,9 +111,15 @@ def _samples(
         total = experiment.evolution.generations
         log = "" if quiet else f"{label}: {repeats} repeats of {total} generations"
         with Progress(label, "generations", total, log=log) as progress:
-            found[label] = repeat_experiment(
-                experiment, repeats, workers, progress.advance, warn, cluster
+            best = repeat_experiment(
+                experiment,
+                repeats,
+                workers=workers,
+                on_generation=progress.advance,
+                on_warning=warn,
+                cluster=cluster,
             )
+            found[label] = Sample(experiment, best)
     return found
 
 

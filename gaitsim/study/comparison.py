@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -11,9 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation import Evaluator, Executor
-from gaitsim.evaluation.processes import OnWarning
-from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.study.results import markdown
@@ -36,12 +33,15 @@ class Sample:
     Attributes:
         experiment: the experiment.
         best: best score so far, (repeats, generations).
-        evaluations: number of evaluations of one repeat so far, (generations,).
     """
 
     experiment: Experiment
     best: NDArray[np.float64]
-    evaluations: NDArray[np.int64]
+
+    @property
+    def evaluations(self) -> NDArray[np.int64]:
+        """The number of evaluations of one repeat so far, (generations,)."""
+        return self.experiment.individuals * np.arange(1, self.best.shape[1] + 1)
 
     @property
     def final(self) -> NDArray[np.float64]:
@@ -95,37 +95,6 @@ def load_experiments(references: Sequence[str], overrides: Overrides) -> dict[st
             label = f"{experiment.name} ({number})"
         found[label] = experiment
     return found
-
-
-def repeat_experiment(
-    experiment: Experiment,
-    repeats: int,
-    workers: int | None,
-    on_generation: Callable[[], None],
-    warn: OnWarning = lambda text: None,
-    cluster: Executor | None = None,
-) -> Sample:
-    """Repeat an experiment.
-
-    Args:
-        experiment: the experiment.
-        repeats: number of repeats.
-        workers: number of workers; None for one a core.
-        on_generation: called after each generation.
-        warn: called with a message for the user when workers died or idle.
-        cluster: workers to use instead; the caller closes it.
-
-    Raises:
-        GaitsimError: a plugin fails, or the workers do.
-    """
-    best = []
-    with Evaluator(experiment, workers, warn, cluster) as evaluator:
-        evaluator.prepare()
-        for scores in evolve_repeats(experiment, evaluator.evaluate, repeats):
-            best.append(scores)
-            on_generation()
-    evaluations = experiment.individuals * np.arange(1, len(best) + 1)
-    return Sample(experiment, np.stack(best, axis=1), evaluations)
 
 
 def analyse(samples: Mapping[str, Sample], target: float | None) -> Findings:

@@ -4,7 +4,7 @@ import hashlib
 import io
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,17 +33,38 @@ def recorded(experiment: Experiment, every: int) -> NDArray[np.int64]:
     return numbers if len(numbers) and numbers[-1] == last else np.append(numbers, last)
 
 
-def run_cell(experiment: Experiment, repeats: int, every: int) -> Best:
-    """Repeat an experiment. A run of G generations holds the results of all shorter ones."""
+def repeat_experiment(
+    experiment: Experiment,
+    repeats: int,
+    every: int = 1,
+    *,
+    workers: int | None = 1,
+    on_generation: Callable[[], None] = lambda: None,
+    on_warning: OnWarning = lambda text: None,
+    cluster: Executor | None = None,
+) -> Best:
+    """Repeat an experiment. A run of G generations holds the results of all shorter ones.
+
+    Args:
+        experiment: the experiment.
+        repeats: number of repeats.
+        every: generations from one recorded generation to the next.
+        workers: number of workers; None for one a core.
+        on_generation: called after each generation.
+        on_warning: called with a message for the user when workers died or idle.
+        cluster: workers to use instead; the caller closes it.
+
+    Raises:
+        GaitsimError: a plugin fails, or the workers do.
+    """
     kept = set(recorded(experiment, every).tolist())
-    with Evaluator(experiment, 1) as evaluator:
-        best = [
-            best
-            for number, best in enumerate(
-                evolve_repeats(experiment, evaluator.evaluate, repeats), 1
-            )
-            if number in kept
-        ]
+    best = []
+    with Evaluator(experiment, workers, on_warning, cluster) as evaluator:
+        evaluator.prepare()
+        for number, scores in enumerate(evolve_repeats(experiment, evaluator.evaluate, repeats), 1):
+            if number in kept:
+                best.append(scores)
+            on_generation()
     return np.stack(best, axis=1)
 
 
@@ -125,7 +146,7 @@ def run_cells(
 
 
 def _run_cell(task: tuple[Experiment, int, int]) -> Best:
-    return run_cell(*task)
+    return repeat_experiment(*task)
 
 
 def _work(experiment: Experiment) -> int:

@@ -121,7 +121,7 @@ def test_users_settings_do_not_change_a_plot(spider_run):
 
 def test_users_settings_do_not_change_a_comparison(spider_run, tmp_path):
     rising = np.maximum.accumulate(np.random.default_rng(1).random((4, 9)), axis=1)
-    samples = {"a": Sample(spider_run.experiment, rising, np.arange(1, 10) * 20)}
+    samples = {"a": Sample(spider_run.experiment, rising)}
     plot_convergence(samples, tmp_path / "plain.svg")
     with matplotlib.rc_context(OWN_SETTINGS):
         plot_convergence(samples, tmp_path / "own.svg")

@@ -4,23 +4,22 @@ import pytest
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
 from gaitsim.study.comparison import (
+    Sample,
     analyse,
     load_experiments,
     methods,
-    repeat_experiment,
     report,
     results,
     to_dict,
 )
+from gaitsim.study.running import repeat_experiment
 
 SHORT = {"evolution.population": 9, "evolution.generations": 12}
 
 
 def compared(*names: str, target: float | None = None, more: Overrides | None = None):
     loaded = load_experiments(names, SHORT | (more or {}))
-    return analyse(
-        {k: repeat_experiment(e, 40, 1, lambda: None) for k, e in loaded.items()}, target
-    )
+    return analyse({k: Sample(e, repeat_experiment(e, 40)) for k, e in loaded.items()}, target)
 
 
 def test_equal_experiments_do_not_differ() -> None:
@@ -77,7 +76,7 @@ def test_one_experiment_is_not_enough() -> None:
 
 def test_a_repeat_without_a_score_is_reported() -> None:
     loaded = load_experiments(["millipede", "millipede-random"], SHORT)
-    samples = {k: repeat_experiment(e, 3, 1, lambda: None) for k, e in loaded.items()}
+    samples = {k: Sample(e, repeat_experiment(e, 3)) for k, e in loaded.items()}
     samples["millipede"].best[:] = -np.inf
     with pytest.raises(GaitsimError, match="every individual failed"):
         analyse(samples, None)

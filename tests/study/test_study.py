@@ -11,7 +11,7 @@ from gaitsim.evaluation.executors import WorkerLostError
 from gaitsim.evaluation.processes import ProcessExecutor
 from gaitsim.study.file import cells, parse_study, read_study
 from gaitsim.study.results import first_reached, table
-from gaitsim.study.running import finished, recorded, results, run_cell, run_cells
+from gaitsim.study.running import finished, recorded, repeat_experiment, results, run_cells
 
 SMALL = """
 name = "small"
@@ -146,9 +146,9 @@ def test_the_recorded_generations_are_every_so_many_and_the_last() -> None:
 
 def test_a_longer_run_has_the_shorter_ones_in_it() -> None:
     (cell, *_) = cells(parse_study(SMALL, "small.toml"))
-    whole = run_cell(cell.experiment, 5, 1)
+    whole = repeat_experiment(cell.experiment, 5)
     evolution = cell.experiment.evolution.model_copy(update={"generations": 3})
-    short = run_cell(replace(cell.experiment, evolution=evolution), 5, 1)
+    short = repeat_experiment(replace(cell.experiment, evolution=evolution), 5)
     np.testing.assert_array_equal(whole[:, :3], short)
 
 
