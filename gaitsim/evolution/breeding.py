@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, BitSpace, Genomes, GenomeSpace, Plugin, Selection
 from gaitsim.experiment import Experiment
-from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.registry import Entry, contract_error, plugin_errors
 
 
 class Purpose(IntEnum):
@@ -28,26 +28,19 @@ def stream(seed: int, generation: int, purpose: Purpose, island: int = 0) -> np.
     return np.random.default_rng([seed, generation, purpose, *([island] if island else [])])
 
 
-def initial_population(experiment: Experiment, space: GenomeSpace, island: int = 0) -> Genomes:
-    """Draw generation 1, (population, genes)."""
-    only: Genomes = initial_populations(experiment, space, 1, island)[0]
-    return only
-
-
-def initial_populations(
-    experiment: Experiment, space: GenomeSpace, populations: int, island: int = 0
+def initial_population(
+    experiment: Experiment, space: GenomeSpace, island: int = 0, populations: int = 1
 ) -> Genomes:
-    """Draw generation 1 of several populations, (populations, population, genes)."""
-    size = experiment.evolution.population
+    """Draw generation 1 of one population or of several, (individuals, genes)."""
+    count = populations * experiment.evolution.population
     rng = stream(experiment.seed, 1, Purpose.INITIAL, island)
-    with plugin_errors(experiment.entries["organism"], "drawing genomes"):
-        genomes = space.random(populations * size, rng)
-        belongs = space.contains(genomes) and len(genomes) == populations * size
+    body = experiment.entries["organism"]
+    with plugin_errors(body, "drawing genomes"):
+        genomes = space.random(count, rng)
+        belongs = space.contains(genomes) and len(genomes) == count
     if not belongs:
-        raise contract_error(
-            experiment.entries["organism"], "draws genomes that are not of its own space"
-        )
-    return genomes.reshape(populations, size, space.genes)
+        raise contract_error(body, "draws genomes that are not of its own space")
+    return genomes
 
 
 def warm_start_population(
@@ -83,21 +76,7 @@ def breed(
     generation: int,
     island: int = 0,
 ) -> Genomes:
-    """Breed the population of `generation`, (population, genes), as `breed_each` does several."""
-    bred = breed_each(experiment, space, genomes[None], scores[None], generation, island)
-    only: Genomes = bred[0]
-    return only
-
-
-def breed_each(
-    experiment: Experiment,
-    space: GenomeSpace,
-    genomes: Genomes,
-    scores: NDArray[np.float64],
-    generation: int,
-    island: int = 0,
-) -> Genomes:
-    """Breed several populations that share the random streams of a generation.
+    """Breed a population, or several that share the random streams of a generation.
 
     Elites are copied. Parents are selected and crossed, their children mutated and
     repaired. Children beyond the population's size are dropped.
@@ -105,50 +84,44 @@ def breed_each(
     Args:
         experiment: its scheme and seed.
         space: the genome space.
-        genomes: the populations before, (populations, population, genes); not changed.
-        scores: (populations, population), more is better.
+        genomes: the generation before, (population, genes), or that of several populations,
+            (populations, population, genes); not changed.
+        scores: of these, without the last axis; more is better.
         generation: number of the generation to breed, from 2.
         island: number of the island, which has random streams of its own.
 
     Returns:
-        (populations, population, genes): of each the elites, best first, then the children.
+        In the shape of `genomes`: of each population the elites, best first, then the children.
 
     Raises:
         PluginError: an operator fails or breaks its contract; names its package.
     """
-    populations, size, genes = genomes.shape
-    elites = experiment.evolution.elites
+    *several, size, genes = genomes.shape
+    genomes, scores = genomes.reshape(-1, size, genes), scores.reshape(-1, size)
+    populations, elites = len(genomes), experiment.evolution.elites
     wanted = size - elites
     # Stable, so that of equal scores the first stays first.
     best = np.argsort(-scores, axis=1, kind="stable")[:, :elites]
     selection = _at(experiment, "selection", experiment.selection, generation)
     crossover = _at(experiment, "crossover", experiment.crossover, generation)
     pairs = -(-wanted // crossover.children)
-    # Each operator gets arrays of its own, which it may change.
-    parents = _parents(
-        experiment,
-        selection,
-        scores.copy(),
-        pairs,
-        stream(experiment.seed, generation, Purpose.SELECTION, island),
-    )
+    rng = stream(experiment.seed, generation, Purpose.SELECTION, island)
+    parents = _parents(experiment.entries["selection"], selection, scores, pairs, rng)
     # All populations in one list of individuals, for operators that see rows alone.
     everyone = genomes.reshape(-1, genes)
     rows = (parents + size * np.arange(populations)[:, None, None]).reshape(-1, 2)
+    rng = stream(experiment.seed, generation, Purpose.CROSSOVER, island)
     with plugin_errors(experiment.entries["crossover"], "crossing parents"):
-        children = crossover.cross(
-            everyone[rows[:, 0]],
-            everyone[rows[:, 1]],
-            space,
-            stream(experiment.seed, generation, Purpose.CROSSOVER, island),
-        )
-    _check_children(experiment, "crossover", children, len(rows) * crossover.children, space)
+        children = crossover.cross(everyone[rows[:, 0]], everyone[rows[:, 1]], space, rng)
+    count = len(rows) * crossover.children
+    _check_children(experiment.entries["crossover"], children, count, space)
     # First children of all pairs, then second ones: brought together by population.
     families = children.reshape(crossover.children, populations, pairs, genes)
     families = families.swapaxes(0, 1).reshape(populations, -1, genes)[:, :wanted]
     children = _mutated(experiment, space, families.reshape(-1, genes), generation, island)
     kept = np.take_along_axis(genomes, best[:, :, None], axis=1)
-    return np.concatenate([kept, children.reshape(populations, wanted, genes)], axis=1)
+    bred = np.concatenate([kept, children.reshape(populations, wanted, genes)], axis=1)
+    return bred.reshape(*several, size, genes)
 
 
 def _mutated(
@@ -156,18 +129,16 @@ def _mutated(
 ) -> Genomes:
     """Return the genomes mutated and repaired, (individuals, genes)."""
     mutation = _at(experiment, "mutation", experiment.mutation, generation)
+    rng = stream(experiment.seed, generation, Purpose.MUTATION, island)
     with plugin_errors(experiment.entries["mutation"], "mutating children"):
-        mutants = mutation.mutate(
-            genomes, space, stream(experiment.seed, generation, Purpose.MUTATION, island)
-        )
-    _check_children(experiment, "mutation", mutants, len(genomes), space)
-    with plugin_errors(experiment.entries["organism"], "repairing genomes"):
+        mutants = mutation.mutate(genomes, space, rng)
+    _check_children(experiment.entries["mutation"], mutants, len(genomes), space)
+    body = experiment.entries["organism"]
+    with plugin_errors(body, "repairing genomes"):
         mutants = space.repair(mutants)
         belong = space.contains(mutants) and len(mutants) == len(genomes)
     if not belong:
-        raise contract_error(
-            experiment.entries["organism"], "repairs genomes to ones that are not of its space"
-        )
+        raise contract_error(body, "repairs genomes to ones that are not of its space")
     return mutants
 
 
@@ -181,7 +152,7 @@ def _at(experiment: Experiment, kind: str, plugin: _Scheduled, generation: int) 
 
 
 def _parents(
-    experiment: Experiment,
+    entry: Entry,
     selection: Selection,
     scores: NDArray[np.float64],
     pairs: int,
@@ -189,52 +160,36 @@ def _parents(
 ) -> NDArray[np.intp]:
     """Select parents in every population, (populations, pairs, 2), and check the indices."""
     populations, size = scores.shape
-    with plugin_errors(experiment.entries["selection"], "selecting parents"):
+    lent = scores.copy()  # each operator gets arrays of its own, which it may change
+    with plugin_errors(entry, "selecting parents"):
         if populations == 1:
-            parents = selection.parents(scores[0], pairs, rng)
+            parents = selection.parents(lent[0], pairs, rng)
         else:
-            parents = selection.parents_each(scores, pairs, rng)
+            parents = selection.parents_each(lent, pairs, rng)
     shape = (pairs, 2) if populations == 1 else (populations, pairs, 2)
-    _check_form(experiment, "selection", parents, shape, np.dtype(np.intp))
+    _check_form(entry, parents, shape, np.dtype(np.intp))
     if not ((parents >= 0) & (parents < size)).all():
-        raise contract_error(
-            experiment.entries["selection"],
-            f"chose the parents {parents.min()} to {parents.max()}",
-            f"indices from 0 to {size - 1}",
-        )
+        chosen = f"chose the parents {parents.min()} to {parents.max()}"
+        raise contract_error(entry, chosen, f"indices from 0 to {size - 1}")
     return parents.reshape(populations, pairs, 2)
 
 
-def _check_children(
-    experiment: Experiment, kind: str, children: Genomes, count: int, space: GenomeSpace
-) -> None:
+def _check_children(entry: Entry, children: Genomes, count: int, space: GenomeSpace) -> None:
     """Check that repairing can bring the genomes of crossover or mutation into the space."""
-    _check_form(experiment, kind, children, (count, space.genes), space.dtype)
+    _check_form(entry, children, (count, space.genes), space.dtype)
     if children.dtype.kind == "f" and not np.isfinite(children).all():
-        raise contract_error(
-            experiment.entries[kind], "returned genes that are not finite", "finite genes"
-        )
+        raise contract_error(entry, "returned genes that are not finite", "finite genes")
     if isinstance(space, BitSpace) and not (children <= 1).all():
-        raise contract_error(
-            experiment.entries[kind], "returned genes that are not bits", "0 and 1"
-        )
+        raise contract_error(entry, "returned genes that are not bits", "0 and 1")
 
 
 def _check_form(
-    experiment: Experiment,
-    kind: str,
-    result: object,
-    shape: tuple[int, ...],
-    dtype: np.dtype[np.generic],
+    entry: Entry, result: object, shape: tuple[int, ...], dtype: np.dtype[np.generic]
 ) -> None:
     """Check the shape and dtype that the contract of an operator requires."""
-    if isinstance(result, np.ndarray) and result.shape == shape and result.dtype == dtype:
-        return
-    actual = (
-        f"shape {result.shape}, dtype {result.dtype}"
-        if isinstance(result, np.ndarray)
-        else type(result).__name__
-    )
-    raise contract_error(
-        experiment.entries[kind], f"returned {actual}", f"an array of shape {shape}, dtype {dtype}"
-    )
+    actual = type(result).__name__
+    if isinstance(result, np.ndarray):
+        if result.shape == shape and result.dtype == dtype:
+            return
+        actual = f"shape {result.shape}, dtype {result.dtype}"
+    raise contract_error(entry, f"returned {actual}", f"an array of shape {shape}, dtype {dtype}")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution.breeding import breed_each, initial_populations
+from gaitsim.evolution.breeding import breed, initial_population
 from gaitsim.evolution.islands import migrated
 from gaitsim.experiment import Experiment
 
@@ -44,14 +44,15 @@ def evolve_repeats(
     scores = np.empty((populations, population))
     for number in range(1, experiment.evolution.generations + 1):
         if number == 1:
-            genomes = initial_populations(experiment, space, populations)
+            genomes = initial_population(experiment, space, populations=populations)
+            genomes = genomes.reshape(populations, population, space.genes)
         else:
             if islands.immigrants and (number - 1) % islands.every == 0:
                 each = zip(np.split(genomes, repeats), np.split(scores, repeats), strict=True)
                 arrived = [migrated(islands, *repeat) for repeat in each]
                 genomes, scores = map(np.concatenate, zip(*arrived, strict=True))
-            genomes = breed_each(experiment, space, genomes, scores, number)
-        everyone = genomes.reshape(populations * population, space.genes)
+            genomes = breed(experiment, space, genomes, scores, number)
+        everyone = genomes.reshape(-1, space.genes)
         scores = evaluate(everyone).scores.reshape(populations, population)
         best = np.maximum(best, scores.reshape(repeats, -1).max(axis=1))
         yield best

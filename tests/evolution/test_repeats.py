@@ -3,8 +3,7 @@ import pytest
 from scipy.stats import mannwhitneyu
 
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import breed, evolve
-from gaitsim.evolution.breeding import breed_each, initial_population, initial_populations
+from gaitsim.evolution import breed, evolve, initial_population
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment, load_experiment, parse_assignments
 
@@ -22,10 +21,9 @@ def test_one_repeat_is_bred_as_a_run_is(name: str) -> None:
     experiment = small(name)
     space = experiment.space()
     genomes = initial_population(experiment, space)
-    np.testing.assert_array_equal(initial_populations(experiment, space, 1)[0], genomes)
     scores = np.random.default_rng(0).normal(size=9)
     np.testing.assert_array_equal(
-        breed_each(experiment, space, genomes[None], scores[None], 2)[0],
+        breed(experiment, space, genomes[None], scores[None], 2)[0],
         breed(experiment, space, genomes, scores, 2),
     )
 
@@ -34,9 +32,9 @@ def test_one_repeat_is_bred_as_a_run_is(name: str) -> None:
 def test_each_repeat_keeps_its_own_elite(name: str) -> None:
     experiment = small(name)
     space = experiment.space()
-    genomes = initial_populations(experiment, space, 7)
+    genomes = initial_population(experiment, space, populations=7).reshape(7, 9, -1)
     scores = np.random.default_rng(0).normal(size=(7, 9))
-    bred = breed_each(experiment, space, genomes, scores, 2)
+    bred = breed(experiment, space, genomes, scores, 2)
     assert bred.shape == genomes.shape
     for before, after, row in zip(genomes, bred, scores, strict=True):
         np.testing.assert_array_equal(after[0], before[row.argmax()])
@@ -48,7 +46,7 @@ def test_children_come_from_parents_of_their_own_repeat() -> None:
     space = experiment.space()
     genomes = np.zeros((5, 9, space.genes), dtype=np.uint8)
     genomes[[1, 3], :, ::6] = 1  # in these repeats every leg points back, in the others none
-    bred = breed_each(experiment, space, genomes, np.zeros((5, 9)), 2)
+    bred = breed(experiment, space, genomes, np.zeros((5, 9)), 2)
     np.testing.assert_array_equal(bred, genomes)
 
 
