@@ -15,13 +15,13 @@ from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Se
 from gaitsim.errors import ContractError, ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, load_entry, plugin_errors
-from gaitsim.testing.report import Finding, Report, advice, error
+from gaitsim.testing.report import Finding, Report, advice, error, reported
 from gaitsim.testing.rules.bits import digest
 from gaitsim.testing.rules.bodies import body_rules, moved_by, some_genomes
-from gaitsim.testing.rules.common import spaces
+from gaitsim.testing.rules.common import fitting
 from gaitsim.testing.rules.declared import declared, rebuilt, round_trip
 from gaitsim.testing.rules.fitnesses import fitness_rules
-from gaitsim.testing.rules.operators import crossover_rules, mutation_rules
+from gaitsim.testing.rules.operators import operator_rules
 from gaitsim.testing.rules.partners import partner
 from gaitsim.testing.rules.presets import preset_rules, two_generations
 from gaitsim.testing.rules.selections import selection_rules
@@ -93,14 +93,14 @@ def _rules(
     model = load_entry(entry)
     before = _global_randomness()
     with plugin_errors(entry, "declaring its options"):
-        declarations = list(declared(model))
-    yield from declarations
+        wrong = yield from reported(declared(model))
     on_status("taking its options")
-    plugin = _made(entry, model, options)
+    with plugin_errors(entry, "taking its options"):
+        # Without options as Python does it, which does not check the defaults; else as a file.
+        plugin = rebuilt(model, dict(options)) if options else model()
     with plugin_errors(entry, "writing its options"):
-        problems = list(round_trip(entry.kind, plugin))
-    yield from problems
-    if any(finding.level == "error" for finding in (*declarations, *problems)):
+        wrong |= yield from reported(round_trip(entry.kind, plugin))
+    if wrong:
         return
     yield from _of_kind(entry, plugin, figures, on_status)
     if _global_randomness() != before:
@@ -129,12 +129,6 @@ def _imported(entry: Entry, figures: dict[str, float]) -> Iterator[Finding]:
             )
 
 
-def _made(entry: Entry, model: type[Plugin], options: Mapping[str, Any]) -> Plugin:
-    with plugin_errors(entry, "taking its options"):
-        # Without options as Python does it, which does not check the defaults; else as a file.
-        return rebuilt(model, dict(options)) if options else model()
-
-
 def _of_kind(
     entry: Entry, plugin: Plugin, figures: dict[str, float], on_status: OnStatus
 ) -> Iterator[Finding]:
@@ -147,10 +141,10 @@ def _of_kind(
         case Selection():
             doing, rules = "selecting parents", selection_rules(plugin, figures)
         case Crossover():
-            doing, rules = "crossing parents", crossover_rules(plugin, figures)
+            doing, rules = "crossing parents", operator_rules(plugin, figures)
         case _:
             assert isinstance(plugin, Mutation)
-            doing, rules = "mutating children", mutation_rules(plugin, figures)
+            doing, rules = "mutating children", operator_rules(plugin, figures)
     on_status(doing)
     with plugin_errors(entry, doing):
         yield from rules
@@ -188,11 +182,12 @@ def _computed(entry: Entry, plugin: Plugin) -> object:
         return plugin.terms(moved_by(*found)) if found else []
     if isinstance(plugin, Selection):
         return plugin.parents(np.sin(np.arange(30.0)), 20, rng)
+    assert isinstance(plugin, Crossover | Mutation)
     parts = []
-    for space in spaces().values():
+    for _, space in fitting(plugin):
         genomes = some_genomes(space, 8)
-        if isinstance(plugin, Crossover) and isinstance(space, plugin.spaces):
+        if isinstance(plugin, Crossover):
             parts.append(plugin.cross(genomes, genomes[::-1].copy(), space, rng))
-        elif isinstance(plugin, Mutation) and isinstance(space, plugin.spaces):
+        else:
             parts.append(plugin.mutate(genomes, space, rng))
     return parts

@@ -1,7 +1,8 @@
 """The findings of a check: what the contract expects, what the plugin did, and how to fix it."""
 
-from collections.abc import Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 from gaitsim.registry import Entry
@@ -36,14 +37,17 @@ class Finding:
         return "\n".join(lines)
 
 
-def error(rule: str, expected: str, actual: str, fix: str) -> Finding:
-    """Return a finding that breaks the contract."""
-    return Finding("error", rule, expected, actual, fix)
+error = partial(Finding, "error")
+advice = partial(Finding, "advice")
 
 
-def advice(rule: str, expected: str, actual: str, fix: str) -> Finding:
-    """Return a finding that breaks nothing."""
-    return Finding("advice", rule, expected, actual, fix)
+def reported(findings: Iterable[Finding]) -> Generator[Finding, None, bool]:
+    """Yield the findings; return whether an error is among them, on which later rules depend."""
+    wrong = False
+    for finding in findings:
+        wrong |= finding.level == "error"
+        yield finding
+    return wrong
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,8 @@ class Report:
 
     def __str__(self) -> str:
         """The verdict on one line, then each finding."""
-        verdict = "passes" if self.ok else f"fails: {_count(len(self.errors), 'error')}"
+        errors = len(self.errors)
+        verdict = f"fails: {errors} error{'s' * (errors > 1)}" if errors else "passes"
         if self.advice:
             verdict += f", {len(self.advice)} of advice"
         return "\n".join([f"{self.entry} {verdict}", *map(str, self.findings)])
@@ -88,16 +93,8 @@ class Report:
     def to_json(self) -> dict[str, Any]:
         """Return the report for JSON."""
         return {
-            "kind": self.entry.kind,
-            "name": self.entry.name,
-            "package": self.entry.package,
-            "version": self.entry.version,
-            "target": self.entry.target,
+            **asdict(self.entry),
             "ok": self.ok,
             "findings": [asdict(finding) for finding in self.findings],
             "figures": dict(self.figures),
         }
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("s" if number != 1 else "")

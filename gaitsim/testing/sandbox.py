@@ -11,7 +11,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, replace
-from enum import Enum
 from queue import Empty, SimpleQueue
 from typing import Any, Self
 
@@ -25,18 +24,11 @@ _START = 120.0  # seconds for a child to start
 _DAY = 86_400
 
 
-class Ending(Enum):
-    """How an examination ended without an answer: the rule that it breaks, and the fix."""
-
-    TIMEOUT = "time limit", "look for an endless loop at that step, or give it more --seconds"
-    EXIT = "process", "let nothing in the plugin end the process"
-
-
 class _NoAnswer(Exception):
     """The child did not answer in time, or has ended."""
 
-    def __init__(self, ending: Ending, actual: str) -> None:
-        self.finding = error(ending.value[0], "an examination that ends", actual, ending.value[1])
+    def __init__(self, rule: str, actual: str, fix: str) -> None:
+        self.finding = error(rule, "an examination that ends", actual, fix)
 
 
 class _Child:
@@ -104,10 +96,14 @@ class _Child:
             try:
                 answer = self._answers.get(timeout=max(end - time.monotonic(), 0))
             except Empty:
-                actual = f"it was still {self._doing} after {seconds:g} s"
-                raise _NoAnswer(Ending.TIMEOUT, actual) from None
+                raise _NoAnswer(
+                    "time limit",
+                    f"it was still {self._doing} after {seconds:g} s",
+                    "look for an endless loop at that step, or give it more --seconds",
+                ) from None
             if answer is None:
-                raise _NoAnswer(Ending.EXIT, self._last_words(process))
+                fix = "let nothing in the plugin end the process"
+                raise _NoAnswer("process", self._last_words(process), fix)
             if "doing" not in answer:
                 return answer
             self._doing = answer["doing"]

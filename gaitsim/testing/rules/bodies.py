@@ -9,7 +9,7 @@ import numpy as np
 from gaitsim.contracts import BitSpace, Channel, Genomes, GenomeSpace, Motion, Organism, RealSpace
 from gaitsim.experiment.model import space_of
 from gaitsim.registry import Entry, contract_error
-from gaitsim.testing.report import Finding, advice, error
+from gaitsim.testing.report import Finding, advice, error, reported
 from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.repeats import repeated
 from gaitsim.testing.rules.views import drawn, measured, played
@@ -25,16 +25,12 @@ _REAL = "biuf"  # kinds of dtype that are real numbers
 def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Iterator[Finding]:
     """Check all rules for a body with its current options, up to one that others depend on."""
     space = space_of(entry, body)
-    found = list(_space(body, space))
-    yield from found
-    if any(finding.level == "error" for finding in found):
+    if (yield from reported(_space(body, space))):
         return
     genomes = some_genomes(space)
     motion, seconds = _timed(body, genomes)
     figures["first_call_seconds"] = seconds
-    found = list(_motion(body, motion))
-    yield from found
-    if found:
+    if (yield from reported(_motion(body, motion))):
         return
     assert isinstance(motion, Motion)
     yield from _channels(body, motion)
@@ -85,19 +81,15 @@ def _space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
             "it changes them",
             "let 'repair_bits' return a genome unchanged that it has repaired before",
         )
-    if not same(space.random(5, np.random.default_rng(3)), space.random(5, _rng())) or not same(
-        body.genome_space().random(5, _rng()), space.random(5, _rng())
-    ):
+    spaces = space, space, body.genome_space()
+    first, *others = (one.random(5, np.random.default_rng(3)) for one in spaces)
+    if not all(same(first, other) for other in others):
         yield error(
             "genome space",
             "the same genomes from the same generator, whenever genome_space() is called",
             "others",
             "draw from the given generator alone",
         )
-
-
-def _rng() -> np.random.Generator:
-    return np.random.default_rng(3)
 
 
 def _timed(body: Organism, genomes: Genomes) -> tuple[object, float]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Plugin, RealSpace
+from gaitsim.contracts import BitSpace, Crossover, Genomes, GenomeSpace, Mutation, Plugin, RealSpace
 from gaitsim.testing.report import Finding, error
 
 GENERATIONS = (1, 2, 1000, 1_000_000)
@@ -39,6 +39,11 @@ def spaces() -> dict[str, GenomeSpace]:
         "bits": BitSpace(tuple("abcdefg")),
         "bits with a repair": BitSpace(tuple("abcdefg"), _at_most_half),
     }
+
+
+def fitting(operator: Crossover | Mutation) -> Iterator[tuple[str, GenomeSpace]]:
+    """Yield the spaces that an operator declares to work on."""
+    return ((what, space) for what, space in spaces().items() if isinstance(space, operator.spaces))
 
 
 def schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:

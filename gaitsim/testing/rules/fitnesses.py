@@ -1,12 +1,12 @@
 """Rules for a fitness: its terms, and the channels that it reads."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from gaitsim.contracts import Array, Fitness, Motion, Organism
 from gaitsim.registry import Entry
-from gaitsim.testing.report import Finding, advice, error
+from gaitsim.testing.report import Finding, advice, error, reported
 from gaitsim.testing.rules.bits import differing, same
 from gaitsim.testing.rules.bodies import COUNT, moved_by, some_genomes
 from gaitsim.testing.rules.partners import partner
@@ -45,9 +45,7 @@ def fitness_rules(
     on_status(f"evaluating {found[0]}, or that was still moving")
     motion, watched = moved_by(*found), _Watched(moved_by(*found))
     terms: object = fitness.terms(watched)
-    problems = list(_terms(terms))
-    yield from problems
-    if problems:
+    if (yield from reported(_terms(terms))):
         return
     assert isinstance(terms, dict)
     given = {name: np.array(term) for name, term in terms.items()}
@@ -129,7 +127,7 @@ def _repeats(
     for chosen in ([2], [4, 1, 0]):
         part = fitness.terms(body.move(genomes[chosen]))
         name = differing(
-            {name: _rows(term, chosen) for name, term in given.items()},
+            {name: term[chosen] for name, term in given.items()},
             {name: np.array(term) for name, term in part.items()},
         )
         if name:
@@ -140,8 +138,3 @@ def _repeats(
                 "use nothing of the whole population, such as its best or its mean",
             )
             return
-
-
-def _rows(term: Array, chosen: Sequence[int]) -> Array:
-    rows: Array = term[list(chosen)]
-    return rows

@@ -7,58 +7,35 @@ import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, Mutation
 from gaitsim.errors import PluginError
-from gaitsim.testing.report import Finding, error
+from gaitsim.testing.report import Finding, error, reported
 from gaitsim.testing.rules.bits import same
-from gaitsim.testing.rules.common import ANEW, array, rate, schedule, spaces
+from gaitsim.testing.rules.common import ANEW, array, fitting, rate, schedule
 
 
-def crossover_rules(crossover: Crossover, figures: dict[str, float]) -> Iterator[Finding]:
-    """Check all rules for a crossover with its current options."""
-    yield from schedule(crossover, Crossover)
-    for what, space in _fitting(crossover):
-        for pairs in (1, 9):
-            random = np.random.default_rng(1)
-            parents = [space.random(pairs, random), space.random(pairs, random)]
-            shape = (pairs * crossover.children, space.genes)
-            found = list(_bred("cross()", what, _crossing(crossover, space), parents, shape, space))
-            yield from found
-            if found:
-                return
-        figures["individuals_per_second"] = rate(_crossing(crossover, space), parents, shape[0])
-
-
-def mutation_rules(mutation: Mutation, figures: dict[str, float]) -> Iterator[Finding]:
-    """Check all rules for a mutation with its current options."""
-    found = list(schedule(mutation, Mutation))
-    yield from found
-    if found:
+def operator_rules(operator: Crossover | Mutation, figures: dict[str, float]) -> Iterator[Finding]:
+    """Check all rules for a crossover or a mutation with its current options."""
+    crosses = isinstance(operator, Crossover)
+    if (yield from reported(schedule(operator, Crossover if crosses else Mutation))):
         return
-    for what, space in _fitting(mutation):
-        for count, generation in ((1, 1), (12, 1), (12, 1000)):
-            mutating = _mutating(mutation.at(generation), space)
-            parents = [space.random(count, np.random.default_rng(1))]
-            shape = (count, space.genes)
-            found = list(_bred("mutate()", what, mutating, parents, shape, space))
-            yield from found
-            if found:
+    method, parents_each = ("cross()", 2) if crosses else ("mutate()", 1)
+    for what, space in fitting(operator):
+        for count, generation in ((1, 1), (9, 1), (9, 1000)):
+            scheduled, random = operator.at(generation), np.random.default_rng(1)
+            parents = [space.random(count, random) for _ in range(parents_each)]
+            children = scheduled.children if isinstance(scheduled, Crossover) else 1
+            shape, breed = (count * children, space.genes), _breeding(scheduled, space)
+            if (yield from reported(_bred(method, what, breed, parents, shape, space))):
                 return
-        figures["individuals_per_second"] = rate(mutating, parents, count)
+        figures["individuals_per_second"] = rate(breed, parents, shape[0])
 
 
-def _fitting(plugin: Crossover | Mutation) -> Iterator[tuple[str, GenomeSpace]]:
-    for what, space in spaces().items():
-        if isinstance(space, plugin.spaces):
-            yield what, space
-
-
-def _crossing(crossover: Crossover, space: GenomeSpace) -> Callable[..., object]:
-    return lambda mothers, fathers: crossover.cross(
-        mothers, fathers, space, np.random.default_rng(7)
-    )
-
-
-def _mutating(mutation: Mutation, space: GenomeSpace) -> Callable[..., object]:
-    return lambda genomes: mutation.mutate(genomes, space, np.random.default_rng(7))
+def _breeding(operator: Crossover | Mutation, space: GenomeSpace) -> Callable[..., object]:
+    """Return the function that breeds from genomes of parents, with the same random numbers."""
+    if isinstance(operator, Crossover):
+        return lambda mothers, fathers: operator.cross(
+            mothers, fathers, space, np.random.default_rng(7)
+        )
+    return lambda genomes: operator.mutate(genomes, space, np.random.default_rng(7))
 
 
 def _bred(
@@ -80,9 +57,7 @@ def _bred(
             "declare in 'spaces' those that it works on: (RealSpace,) or (BitSpace,)",
         )
         return
-    problems = list(array(method, what, children, shape, space.dtype))
-    yield from problems
-    if problems:
+    if (yield from reported(array(method, what, children, shape, space.dtype))):
         return
     if not all(map(same, lent, parents)):
         yield error(

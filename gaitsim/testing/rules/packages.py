@@ -33,13 +33,6 @@ class Chosen:
     path: tuple[str, ...] = ()
 
 
-def installed() -> tuple[Entry, ...]:
-    """All plugins and presets that are installed, whatever state they are in."""
-    return tuple(
-        entry for kind in CHECKED for claims in registry.entries(kind).values() for entry in claims
-    )
-
-
 @contextmanager
 def chosen(reference: str | Path | None) -> Iterator[Chosen]:
     """Find the plugins of a plugin's name, a package's name or a package's folder; None is all.
@@ -51,7 +44,9 @@ def chosen(reference: str | Path | None) -> Iterator[Chosen]:
         PluginError: nothing has that name.
         GaitsimError: the folder has no package with gaitsim entry points.
     """
-    everything = installed()
+    everything = tuple(
+        entry for kind in CHECKED for claims in registry.entries(kind).values() for entry in claims
+    )
     if reference is None:
         yield Chosen(everything)
         return

@@ -31,14 +31,6 @@ def partner(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
 
 def _candidates(entry: Entry) -> Iterator[tuple[Entry, dict[str, object]]]:
     bodies = {name: claims[0] for name, claims in entries("organism").items() if len(claims) == 1}
-    own = (entry.package, "gaitsim")
-    order = sorted(
-        bodies,
-        key=lambda name: (
-            own.index(bodies[name].package) if bodies[name].package in own else 2,
-            name,
-        ),
-    )
     # As its own experiments set the body up, which may decide which channels there are.
     for name, claims in entries(EXPERIMENTS).items():
         if claims[0].package == entry.package:
@@ -47,5 +39,8 @@ def _candidates(entry: Entry) -> Iterator[tuple[Entry, dict[str, object]]]:
                 section = dict(table["organism"])
                 if table["fitness"][PLUGIN] == entry.name:
                     yield bodies[section.pop(PLUGIN)], section
-    for name in order:
-        yield bodies[name], {}
+    for body in sorted(
+        bodies.values(),
+        key=lambda body: (body.package != entry.package, body.package != "gaitsim", body.name),
+    ):
+        yield body, {}

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Selection
-from gaitsim.testing.report import Finding, advice, error
+from gaitsim.testing.report import Finding, advice, error, reported
 from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.common import ANEW, array, rate, schedule
 
@@ -25,9 +25,7 @@ def selection_rules(selection: Selection, figures: dict[str, float]) -> Iterator
     yield from schedule(selection, Selection)
     for what, scores in cases.items():
         for pairs in (1, 21):
-            found = list(_selected(selection, what, scores, pairs))
-            yield from found
-            if found:
+            if (yield from reported(_selected(selection, what, scores, pairs))):
                 return
     parents = selection.parents(random.copy(), 500, np.random.default_rng(2))
     if random[parents].mean() <= random.mean():
