@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli.cluster import cluster, warn
-from gaitsim.cli.console import notice, output, print_json, table, wrote
+from gaitsim.cli.console import notice, output, print_json, print_table, wrote
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Dask, Json, Set, Workers
 from gaitsim.cli.progress_bar import Progress
@@ -127,10 +127,7 @@ def _print(folder: Path, findings: Findings, command: str) -> None:
     console = output()
     for title, columns, rows in tables(findings):
         console.print(f"\n{title}", style="bold")
-        made = table(*columns)
-        for row in rows:
-            made.add_row(*row)
-        console.print(made, markup=False)
+        print_table(columns, rows)
     console.print(f"\n{methods(findings)}\n", style="dim", markup=False)
     console.print(f"Report: {folder / REPORT}", markup=False)
     console.print(f"Again:  {command}", markup=False, soft_wrap=True)

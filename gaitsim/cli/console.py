@@ -6,13 +6,14 @@ With `GAITSIM_PROGRESS=json`, standard error is JSON lines for programs: one obj
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import TextType
 
 from gaitsim.cli.streams import machine_readable, results
 from gaitsim.render.terminal.text import visible_lines
@@ -80,16 +81,13 @@ def finite(value: Any) -> Any:
     return value
 
 
-def table(*columns: str, title: str = "", numbers: tuple[str, ...] = ()) -> Table:
-    """An empty table in the house style; columns in `numbers` are aligned right."""
-    made = Table(
-        box=None, title=title or None, title_justify="left", pad_edge=False, header_style="bold"
-    )
+def print_table(
+    columns: Iterable[TextType], rows: Iterable[Sequence[TextType]], numbers: Container[str] = ()
+) -> None:
+    """Print a table to standard output; columns in `numbers` are aligned right."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
     for name in columns:
-        made.add_column(name, justify="right" if name in numbers else "left", no_wrap=False)
-    return made
-
-
-def number(value: float, digits: int = 3) -> str:
-    """A number with a true minus sign aligned for people, such as '−0.123'."""
-    return f"{value:z.{digits}f}".replace("-", "−")
+        table.add_column(name, justify="right" if str(name) in numbers else "left")
+    for row in rows:
+        table.add_row(*row)
+    output().print(table, markup=False)

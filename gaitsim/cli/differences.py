@@ -9,7 +9,7 @@ from rich.text import Text
 
 from gaitsim.choices import Axis, Quantity, Theme
 from gaitsim.cli.cells import LINES, lines
-from gaitsim.cli.console import echo, output, print_json, table
+from gaitsim.cli.console import echo, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.render.plots import THEMES, check_target
 from gaitsim.render.plots.overlay import plot_overlay
@@ -86,9 +86,8 @@ def _show(compared: Sequence[ComparedRun], quantity: str, by: str) -> None:
         for line in lines(*picture, styles):
             console.print(line, end="\n", no_wrap=True, crop=False)
         console.print()
-    made = table("")
-    for head in heads:
-        made.add_column(head)
-    for row in comparison_table(compared):
-        made.add_row(row.key, *(Text(visible(value)) for value in row.values))
-    console.print(made, markup=False)
+    rows = comparison_table(compared)
+    print_table(
+        ["", *heads],
+        ([Text(text) for text in (row.key, *map(visible, row.values))] for row in rows),
+    )

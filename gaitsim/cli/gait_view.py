@@ -5,10 +5,10 @@ import math
 import numpy as np
 from rich.text import Text
 
-from gaitsim.cli.console import number, output, table
+from gaitsim.cli.console import output, print_table
 from gaitsim.gait import Footfalls, GaitAnalysis
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.text import number, visible
 
 WIDTH = 80
 SIGNS = 62  # of a row of the diagram, the foot's name before it
@@ -48,28 +48,21 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
     for line in diagram(found, frame_rate):
         console.print(line, no_wrap=True, crop=False)
     console.print()
-    made = table(
-        "foot",
-        "duty factor",
-        "stance s",
-        "swing s",
-        "steps",
-        "phase",
-        "consistency",
-        numbers=("duty factor", "stance s", "swing s", "steps", "phase", "consistency"),
-    )
+    rows = []
     for index in shown_feet(len(found.feet)):
-        foot, phase, consistency = found.feet[index], found.phases[index], found.consistency[index]
-        made.add_row(
+        foot = found.feet[index]
+        row = (
             _short(foot.name),
             number(foot.duty_factor, 2),
             _or_dash(foot.stance, 3),
             _or_dash(foot.swing, 3),
             str(len(foot.touch_downs)),
-            _or_dash(float(phase), 2),
-            _or_dash(float(consistency), 2),
+            _or_dash(found.phases[index], 2),
+            _or_dash(found.consistency[index], 2),
         )
-    console.print(made, markup=False)
+        rows.append(row)
+    numbers = "duty factor", "stance s", "swing s", "steps", "phase", "consistency"
+    print_table(["foot", *numbers], rows, numbers)
     if len(found.feet) > FEET:
         console.print(f"and {len(found.feet) - FEET} more feet; --json has them all")
     console.print()
@@ -122,10 +115,10 @@ def _start(found: Footfalls) -> int:
 
 def _print_travel(gait: GaitAnalysis) -> None:
     travel, found = gait.travel, gait.footfalls
-    made = table("measure", "value", "", "what it is", numbers=("value",))
+    rows = []
 
     def add(name: str, value: float | None, unit: str, meaning: str, digits: int = 3) -> None:
-        made.add_row(name, _or_dash(value, digits), unit, meaning)
+        rows.append([name, _or_dash(value, digits), unit, meaning])
 
     add("speed", travel.speed, "m/s", f"displacement over {travel.seconds:.2f} s")
     add("forward", travel.forward, "m", "displacement along x")
@@ -139,24 +132,13 @@ def _print_travel(gait: GaitAnalysis) -> None:
     if found is not None:
         add("Froude number", travel.froude, "", "speed² / (g · height of the centre)", 4)
         add("slip ratio", found.slip.ratio, "", "slide of standing feet over length of path")
-        add(
-            "least margin",
-            _millimetres(float(found.margin.min())),
-            "mm",
-            "static stability, worst moment",
-            1,
-        )
-        add(
-            "median margin",
-            _millimetres(float(np.median(found.margin))),
-            "mm",
-            "static stability, half of the time above",
-            1,
-        )
+        least, median = 1000 * found.margin.min(), 1000 * np.median(found.margin)
+        add("least margin", least, "mm", "static stability, worst moment", 1)
+        add("median margin", median, "mm", "static stability, half of the time above", 1)
         add("unsupported", 100 * float(np.mean(found.margin < 0)), "%", _unsupported(found), 1)
     if travel.joint_travel is not None:
         add("joint travel", travel.joint_travel, "rad/m", "all joints, a metre; no energy", 1)
-    output().print(made, markup=False)
+    print_table(["measure", "value", "", "what it is"], rows, numbers=["value"])
 
 
 def _unsupported(found: Footfalls) -> str:
@@ -167,10 +149,6 @@ def _unsupported(found: Footfalls) -> str:
 
 def _degrees(value: float | None) -> float | None:
     return None if value is None else math.degrees(value)
-
-
-def _millimetres(value: float) -> float | None:
-    return 1000 * value if math.isfinite(value) else None
 
 
 def _or_dash(value: float | None, digits: int) -> str:

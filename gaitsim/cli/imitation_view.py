@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from math import degrees, sqrt
 from pathlib import Path
-from typing import Any
 
-from gaitsim.cli.console import notice, number, output, table
+from gaitsim.cli.console import notice, output, print_table
 from gaitsim.imitation.imitating import Result
 from gaitsim.imitation.results import Files
 from gaitsim.individual import Individual
+from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import command
 
 ENOUGH = 0.9  # of the way forward
@@ -44,7 +44,7 @@ def print_results(results: Sequence[Result], files: Files, preset: str = "") -> 
             "of angle or speed"
         )
         console.print()
-        console.print(_side_by_side(expert, first.played), markup=False)
+        _print_side_by_side(expert, first.played)
         kept = first.forward_kept
         if kept is not None:
             console.print(f"It keeps {kept:.1%} of its expert's way forward.")
@@ -53,38 +53,44 @@ def print_results(results: Sequence[Result], files: Files, preset: str = "") -> 
                 notice(f"A gait that lasts may need another training: {again}")
     if len(results) > 1:
         console.print()
-        console.print(_activations(results), markup=False)
+        _print_activations(results)
     console.print()
     for path in files.values():
         console.print(str(path), markup=False, soft_wrap=True)
 
 
-def _side_by_side(expert: Individual, imitator: Individual) -> Any:
-    made = table("", "expert", "imitator", "unit", numbers=("expert", "imitator"))
-    made.add_row("score", number(expert.score), number(imitator.score), "")
-    for name, value in expert.terms.items():
-        other = imitator.terms.get(name)
-        made.add_row(f"  {name}", number(value), "" if other is None else number(other), "")
-    for name, measured in expert.measurements.items():
-        other = imitator.measures.get(name)
-        reached = "" if other is None else number(other)
-        made.add_row(name, number(measured.value), reached, measured.unit)
-    return made
+def _print_side_by_side(expert: Individual, imitator: Individual) -> None:
+    rows: list[tuple[str, float, float | None, str]]
+    rows = [("score", expert.score, imitator.score, "")]
+    rows += [(f"  {name}", one, imitator.terms.get(name), "") for name, one in expert.terms.items()]
+    rows += [
+        (name, measured.value, imitator.measures.get(name), measured.unit)
+        for name, measured in expert.measurements.items()
+    ]
+    print_table(
+        ["", "expert", "imitator", "unit"],
+        [
+            [name, number(one), "" if other is None else number(other), unit]
+            for name, one, other, unit in rows
+        ],
+        numbers=["expert", "imitator"],
+    )
 
 
-def _activations(results: Sequence[Result]) -> Any:
-    columns = ("next frame", "on its own", "forward", "score")
-    made = table("activation", *columns, numbers=columns)
+def _print_activations(results: Sequence[Result]) -> None:
+    rows = []
     for result in results:
         kept = result.forward_kept
-        made.add_row(
+        row = (
             result.settings.activation,
             _degrees(result.one_step),
             _degrees(result.free_running),
             "" if kept is None else f"{kept:.1%}".replace("-", "−"),
             "" if result.played is None else number(result.played.score),
         )
-    return made
+        rows.append(row)
+    numbers = "next frame", "on its own", "forward", "score"
+    print_table(["activation", *numbers], rows, numbers)
 
 
 def _degrees(mean_square: float) -> str:

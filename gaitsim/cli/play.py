@@ -10,13 +10,13 @@ from rich.text import Text
 
 from gaitsim.choices import TerminalView
 from gaitsim.cli.cells import BODY, lines
-from gaitsim.cli.console import number, output
+from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import BestOf, RunName
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.body import Figure, picture
-from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.text import number, visible
 from gaitsim.render.terminal.view import Viewpoint
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot

@@ -15,10 +15,10 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gaitsim.cli.console import echo, notice, number, output, print_json, table
+from gaitsim.cli.console import echo, notice, output, print_json
 from gaitsim.evolution import Generation
 from gaitsim.render.terminal.sparkline import sparkline
-from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.files.history import MEAN, island_bests, row
 from gaitsim.runs.writer import RunWriter
 
@@ -274,12 +274,10 @@ class LiveView(Display):
         fit = (width - max(map(len, cells))) // (cell + 2) - 1
         shown = min(max(fit, 1), len(best))
         columns = [*(f"#{rank + 1}" for rank in range(shown)), "mean"]
-        made = table("", *columns, numbers=(*columns,))
-        made.columns[0].overflow = "ellipsis"
-        for column in made.columns:
-            column.no_wrap = True
-        for column in made.columns[1:]:
-            column.min_width = cell
+        made = Table(box=None, pad_edge=False, header_style="bold")
+        made.add_column("", no_wrap=True, overflow="ellipsis")
+        for name in columns:
+            made.add_column(name, justify="right", no_wrap=True, min_width=cell)
         hidden = len(cells) - max(rows, 3)
         names = [*cells][: -hidden - 1] if hidden > 0 else [*cells]
         for name in names:

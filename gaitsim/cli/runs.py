@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitsim.cli.console import echo, notice, number, output, print_json, table
+from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError
-from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.files.folder import EXPERIMENT, RUNS, command, find_run
 from gaitsim.runs.overview import Overview, RunsWatcher
 from gaitsim.runs.removal import delete_run
@@ -46,14 +46,13 @@ def runs(
     elif not found:
         output().print(f"No runs in {root}. Start one: gaitsim run spider", markup=False)
     else:
-        made = table(
-            "run", "body", "fitness", "generation", "best", "state", numbers=("generation", "best")
-        )
+        rows = []
         for row in found:
             best = "" if row["best"] is None else number(row["best"], 4)
             done = f"{row['generation']}/{row['generations']}"
-            made.add_row(row["run"], row["organism"], row["fitness"], done, best, row["state"])
-        output().print(made, markup=False)
+            rows.append([row["run"], row["organism"], row["fitness"], done, best, row["state"]])
+        columns = "run", "body", "fitness", "generation", "best", "state"
+        print_table(columns, rows, numbers=["generation", "best"])
 
 
 def _check(root: Path) -> None:

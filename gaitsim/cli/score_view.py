@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.text import Text
 
-from gaitsim.cli.console import number, output, table
+from gaitsim.cli.console import output, print_table
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.text import number, visible
 
 TIMES = 4  # columns of the terms over time
 _MOVED = 1e-9  # relative tolerance between the recorded and the replayed score
@@ -24,36 +24,34 @@ def print_score_breakdown(
     console = output()
     console.print(f"\nWhy it scored {number(individual.replayed_score, 4)}", style="bold")
     _warn_if_moved(individual)
-    note = ""
     try:
         over_time = terms_over_time(individual)
     except GaitsimError as error:
         console.print(
             Text(f"Terms over time are not available: {visible(error.what)}", style="yellow")
         )
-        made = table("term", "value", numbers=("value",))
-        for name, value in individual.replayed_terms.items():
-            made.add_row(visible(name), number(value))
+        terms = individual.replayed_terms.items()
+        rows = [[visible(name), number(value)] for name, value in terms]
+        print_table(["term", "value"], rows, numbers=["value"])
     else:
         chosen = np.unique(np.linspace(0, len(over_time.seconds) - 1, TIMES + 1).astype(int)[1:])
         heads = [f"{over_time.seconds[index]:.1f} s" for index in chosen]
-        made = table("term, had it ended at", *heads, numbers=tuple(heads))
-        for name, values in over_time.terms.items():
-            made.add_row(visible(name), *(number(values[index]) for index in chosen))
+        rows = [
+            [visible(name), *map(number, values[chosen])]
+            for name, values in over_time.terms.items()
+        ]
+        print_table(["term, had it ended at", *heads], rows, numbers=heads)
         if not over_time.timed:
-            note = "The fitness reads nothing over time: terms are of the whole motion."
-    console.print(made, markup=False)
-    if note:
-        console.print(note)
+            console.print("The fitness reads nothing over time: terms are of the whole motion.")
     if individual.generation:
         first, found = term_changes(history, individual.generation)
         heads = [f"best of {first}", f"of {individual.generation}", f"mean of {first}", "mean then"]
-        made = table("term, generation", *heads, numbers=tuple(heads))
-        for change in found:
-            row = (change.first, change.last, change.mean_first, change.mean_last)
-            made.add_row(visible(change.name), *map(number, row))
+        rows = [
+            [visible(one.name), *map(number, (one.first, one.last, one.mean_first, one.mean_last))]
+            for one in found
+        ]
         console.print()
-        console.print(made, markup=False)
+        print_table(["term, generation", *heads], rows, numbers=heads)
     words = summarise(individual.replayed_terms, history, individual.generation or None)
     if words:
         console.print()
@@ -78,15 +76,12 @@ def print_robustness(found: Robustness) -> None:
     console = output()
     console.print("\nRobustness to perturbations", style="bold")
     if found.perturbations:
-        made = table("the same, but", "score", "falls by", "", numbers=("score", "falls by"))
-        for perturbation in found.perturbations:
-            made.add_row(
-                visible(perturbation.name),
-                number(perturbation.score),
-                f"{100 * perturbation.fall:.0f} %",
-                Text(perturbation.sign, style="red"),
-            )
-        console.print(made, markup=False)
+        rows = [
+            (visible(p.name), number(p.score), f"{100 * p.fall:.0f} %", Text(p.sign, style="red"))
+            for p in found.perturbations
+        ]
+        numbers = "score", "falls by"
+        print_table(["the same, but", *numbers, ""], rows, numbers)
         console.print(
             f"Shares of {number(found.worth)}, what the score is worth; draws by chance are "
             "means of ten."

@@ -7,10 +7,11 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from gaitsim.cli.console import echo, notice, number, output, print_json, table
+from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json, RunName
 from gaitsim.cli.summary import champion_of, print_champion, to_dict
 from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import command, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -120,13 +121,15 @@ def _print_stages(run: RunSnapshot, history: Mapping[str, NDArray[np.float64]]) 
     console = output()
     stages = run.stages
     if len(stages) > 1:
-        made = table("stage", "generations", "best", "changed", numbers=("stage", "best"))
+        rows = []
         for stage in stages:
             best = history["best"][stage.first - 1 : stage.last].max()
             changed = "; ".join(map(str, stage.changes))
-            made.add_row(str(stage.number), f"{stage.first} to {stage.last}", number(best), changed)
+            span = f"{stage.first} to {stage.last}"
+            rows.append([str(stage.number), span, number(best), changed])
         console.print()
-        console.print(made, markup=False)
+        columns = "stage", "generations", "best", "changed"
+        print_table(columns, rows, numbers=["stage", "best"])
     if run.pending:
         changed = "; ".join(map(str, run.pending))
         console.print(f"from generation {stages[-1].last + 1} on: {changed}", markup=False)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli.cluster import cluster, warn
-from gaitsim.cli.console import notice, output, table, wrote
+from gaitsim.cli.console import notice, output, print_table, wrote
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Dask, Workers
 from gaitsim.cli.progress_bar import Progress
@@ -76,12 +76,8 @@ def study(
             lock.release()
     console = output()
     if study.target is not None:
-        columns, rows = summary(study, found)
-        made = table(*columns)
-        for row in rows:
-            made.add_row(*row)
         console.print(f"\n{title(study)}", style="bold")
-        console.print(made, markup=False)
+        print_table(*summary(study, found))
         console.print(RULE, style="dim")
     wrote(folder / TABLE)
     console.print(f"\nTable: {folder / TABLE}", markup=False)

@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from gaitsim.cli.console import number, output, print_json, table
+from gaitsim.cli.console import output, print_json, print_table
 from gaitsim.individual import Individual
+from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -83,9 +84,10 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
         f"Champion of generation {champion.generation}, score {number(champion.score, 4)}:"
     )
     if champion.measurements:
-        made = table("measure", "value", "", "what it is", numbers=("value",))
-        for name, (value, unit, meaning) in champion.measurements.items():
-            made.add_row(name, number(value), unit, meaning)
-        console.print(made, markup=False)
+        rows = [
+            (name, number(value), unit, meaning)
+            for name, (value, unit, meaning) in champion.measurements.items()
+        ]
+        print_table(["measure", "value", "", "what it is"], rows, numbers=["value"])
     parts = "  ".join(f"{name} {number(value)}" for name, value in champion.terms.items())
     console.print(f"score = {parts}", markup=False)

@@ -7,11 +7,6 @@ from gaitsim.render.terminal.text import visible
 MINUTE, HOUR, DAY = 60, 3600, 86400
 
 
-def number(value: float, digits: int = 4) -> str:
-    """A number with a true minus sign, such as '−0.1234'."""
-    return f"{value:z.{digits}f}".replace("-", "−")
-
-
 def age(seconds: float) -> str:
     """How long ago, in at most four characters: 'now', '12 s', '5 m', '3 h', '2 d'."""
     if seconds < 5:

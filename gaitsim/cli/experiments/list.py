@@ -1,6 +1,6 @@
 """`gaitsim experiments list`."""
 
-from gaitsim.cli.console import output, table
+from gaitsim.cli.console import print_table
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.registry.presets import read_preset
@@ -10,10 +10,11 @@ from gaitsim.toml import parse
 
 def list_() -> None:
     """List the presets of all installed packages."""
-    made = table("name", "what it is", "package")
-    for name, claims in entries(EXPERIMENTS).items():
-        made.add_row(name, _describe(name), " and ".join(claim.package for claim in claims))
-    output().print(made, markup=False)
+    rows = [
+        (name, _describe(name), " and ".join(claim.package for claim in claims))
+        for name, claims in entries(EXPERIMENTS).items()
+    ]
+    print_table(["name", "what it is", "package"], rows)
 
 
 def _describe(name: str) -> str:

@@ -1,6 +1,6 @@
 """`gaitsim plugins list`."""
 
-from gaitsim.cli.console import notice, output, table
+from gaitsim.cli.console import notice, print_table
 from gaitsim.registry import KINDS, entries, unreadable
 
 
@@ -11,12 +11,12 @@ def list_() -> None:
 
     gaitsim plugins list
     """
-    made = table("kind", "name", "package")
+    rows = []
     for kind in KINDS:
         for name, claims in entries(kind).items():
             packages = " and ".join(claim.source for claim in claims)
             conflict = "  (conflict: cannot be used)" if len(claims) > 1 else ""
-            made.add_row(kind, name, packages + conflict)
-    output().print(made, markup=False)
+            rows.append([kind, name, packages + conflict])
+    print_table(["kind", "name", "package"], rows)
     for folder in unreadable():
         notice(f"Warning: the entry points of {folder} cannot be read; reinstall its package.")

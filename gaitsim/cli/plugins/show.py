@@ -6,16 +6,10 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from gaitsim.cli.console import output, table
+from gaitsim.cli.console import output, print_table
 from gaitsim.contracts import Organism
 from gaitsim.errors import PluginError, nearest
-from gaitsim.registry import (
-    KINDS,
-    entries,
-    find,
-    load_class,
-    options,
-)
+from gaitsim.registry import KINDS, entries, find, load_class, options
 from gaitsim.render.terminal.text import visible_lines
 
 
@@ -40,7 +34,6 @@ def show(
 
 
 def _show(kind: str, name: str) -> None:
-
     plugin = load_class(kind, name)
     console = output()
     console.print(Text.assemble((name, "bold"), f"  {kind} of {find(kind, name).source}"))
@@ -48,16 +41,13 @@ def _show(kind: str, name: str) -> None:
     if not plugin.model_fields:
         console.print("\nIt has no options.")
     else:
-        made = table("option", "default", "allowed", "meaning")
-        for option, field in plugin.model_fields.items():
-            made.add_row(
-                option, options.default(field), options.allowed(field), options.meaning(field)
-            )
+        rows = [
+            (option, options.default(field), options.allowed(field), options.meaning(field))
+            for option, field in plugin.model_fields.items()
+        ]
         console.print()
-        console.print(made, markup=False)
+        print_table(["option", "default", "allowed", "meaning"], rows)
     if issubclass(plugin, Organism):
-        made = table("channel", "axes", "unit", "meaning")
-        for channel, declared in plugin.channels.items():
-            made.add_row(channel, declared.shape, declared.units, declared.help)
+        rows = [(name, one.shape, one.units, one.help) for name, one in plugin.channels.items()]
         console.print()
-        console.print(made, markup=False)
+        print_table(["channel", "axes", "unit", "meaning"], rows)

@@ -1,8 +1,13 @@
-"""Text from plugins, files and users, made safe to print in a terminal."""
+"""Text for terminals: numbers, and what plugins, files and users wrote, made safe to print."""
 
 import unicodedata
 
 _ESCAPED = ("Cc", "Cf", "Cs")  # control and format characters, and lone surrogates
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with a true minus sign, such as '−0.123'."""
+    return f"{value:z.{digits}f}".replace("-", "−")
 
 
 def visible(text: str) -> str:

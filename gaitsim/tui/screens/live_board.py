@@ -17,8 +17,7 @@ from textual.widgets import Static
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best
-from gaitsim.render.terminal.text import visible_lines
-from gaitsim.tui.formatting import number
+from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.screens import live_formatting as formatting
 from gaitsim.tui.screens.live_source import ChampionMover, LiveState
 from gaitsim.tui.widgets.canvas import BodyCanvas
@@ -189,7 +188,7 @@ class Board(Vertical):
             self.canvas.set_skeleton(None, str(found))
         else:
             self.canvas.set_skeleton(found)
-        said = f"champion of generation {best.generation:,}: {number(best.score)}"
+        said = f"champion of generation {best.generation:,}: {number(best.score, 4)}"
         self._champion.show([Text(said, end="", no_wrap=True)])
 
     def _theme(self) -> formatting.Styles:

@@ -8,9 +8,10 @@ from rich.text import Text
 
 from gaitsim.live.protocol import Event, Snapshot
 from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.history import MEAN
 from gaitsim.runs.follow import HistoryBuffer
-from gaitsim.tui.formatting import clip, duration, number
+from gaitsim.tui.formatting import clip, duration
 
 Styles = dict[str, Style]  # by the name of a state, event or part, from the theme
 
@@ -96,7 +97,7 @@ def table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles)
         line = Text(_left(label, name) + " ", Style(bold=score), no_wrap=True, end="")
         line.append(curve.ljust(room), styles["spark-score" if score else "spark"])
         for value in (_last(course, mean), *values):
-            line.append((number(value, 3) if math.isfinite(value) else "–").rjust(VALUE))
+            line.append((number(value) if math.isfinite(value) else "–").rjust(VALUE))
         lines.append(line)
     return islands(snapshot, width, styles) + lines
 
@@ -116,7 +117,7 @@ def islands(snapshot: Snapshot, width: int, styles: Styles) -> list[Text]:
         if beside:
             line.append((head if first == 0 else "").ljust(len(head)), styles["dim"])
         for best in bests[first : first + fit]:
-            text = number(best, 3) if math.isfinite(best) else "–"
+            text = number(best) if math.isfinite(best) else "–"
             line.append(text.rjust(VALUE), styles["spark-score"] if best == most else "")
         lines.append(line)
     return lines

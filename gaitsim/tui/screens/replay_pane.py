@@ -12,8 +12,8 @@ from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
 from gaitsim.errors import GaitsimError
-from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.tui.formatting import clip, clip_name, number
+from gaitsim.render.terminal.text import number, visible, visible_lines
+from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.replay_loading import Shown, load
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
@@ -167,7 +167,7 @@ class ReplayPane(Vertical):
             title.append(f"  {'generation ' if wide else ''}{shown.generation}")
             title.append(f"/{shown.last}", "dim")
             title.append(" ★" if shown.generation == shown.champion else "")
-            title.append(f"  {'score ' if wide else ''}{number(shown.individual.score)}")
+            title.append(f"  {'score ' if wide else ''}{number(shown.individual.score, 4)}")
             if shown.stage[1] > 1 and wide:
                 title.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
         if self._loading is not None:
@@ -199,10 +199,10 @@ class ReplayPane(Vertical):
         shown = self.shown
         assert shown is not None, "something was read"
         rows = [
-            (name, f"{number(one.value)} {one.unit}".rstrip())
+            (name, f"{number(one.value, 4)} {one.unit}".rstrip())
             for name, one in shown.measurements.items()
         ]
-        terms = [(name, number(value)) for name, value in shown.individual.terms.items()]
+        terms = [(name, number(value, 4)) for name, value in shown.individual.terms.items()]
         text = Text(no_wrap=True, overflow="ellipsis")
         for heading, lines in (("measures", rows), ("terms of the score", terms)):
             if lines:

@@ -11,8 +11,9 @@ from textual.message import Message
 from textual.widgets import DataTable
 
 from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.text import number
 from gaitsim.runs.overview import Overview
-from gaitsim.tui.formatting import age, clip, clip_name, number
+from gaitsim.tui.formatting import age, clip, clip_name
 
 STATES = {
     "running": ("● running", "success"),
@@ -193,7 +194,7 @@ class RunTable(DataTable[Text]):
             case "generation":
                 text = f"{run.generation}/{run.generations}" if run.generations else ""
             case "best":
-                text = "" if run.best is None else number(run.best)
+                text = "" if run.best is None else number(run.best, 4)
             case "curve":
                 text, style = sparkline(run.curve, width), self.app.theme_variables["primary"]
             case "state":
