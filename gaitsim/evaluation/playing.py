@@ -54,11 +54,11 @@ def play(experiment: Experiment, joint_angles: ArrayLike) -> Motion:
             "the joint angles hold values that are not finite", allowed="radians, all finite"
         )
     with plugin_errors(entry, "playing joint angles"):
-        motion = check_motion(experiment, organism.play(angles))
+        motion = check_motion(entry, organism.play(angles))
         shape = np.shape(motion["joint_angles"])
     if shape != angles.shape:
         raise contract_error(
-            experiment.entries["organism"],
+            entry,
             f"played to joint_angles of the shape {shape}",
             f"that of what it was given, {angles.shape}",
         )

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Motion
 from gaitsim.experiment import Experiment
-from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.registry import Entry, contract_error, plugin_errors
 
 Scores = NDArray[np.float64]
 
@@ -36,11 +36,11 @@ def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     """
     # The body gets a copy, so that its changes reach neither the search nor the checkpoint. It is
     # writable, as Numba compiles once more for arrays that are not.
-    lent = genomes.copy()
-    with plugin_errors(experiment.entries["organism"], "moving a population"):
+    lent, body = genomes.copy(), experiment.entries["organism"]
+    with plugin_errors(body, "moving a population"):
         motion: object = experiment.organism.move(lent)
     if not np.array_equal(lent, genomes):
-        raise contract_error(experiment.entries["organism"], "changes the genomes that it is given")
+        raise contract_error(body, "changes the genomes that it is given")
     evaluation = evaluate_motion(experiment, motion, len(genomes))
     # A channel may be a view of them.
     if not np.array_equal(lent, genomes):
@@ -54,25 +54,24 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
     """
-    moved = check_motion(experiment, motion)
+    body, fitness = experiment.entries["organism"], experiment.entries["fitness"]
+    moved = check_motion(body, motion)
     _check_channels(experiment, moved, population)
-    with plugin_errors(experiment.entries["fitness"], "evaluating a population"):
+    with plugin_errors(fitness, "evaluating a population"):
         returned = experiment.fitness.terms(moved)
     if not isinstance(returned, dict) or not returned:
         raise contract_error(
-            experiment.entries["fitness"],
-            f"returned {returned!r:.80} from terms()",
-            "a dict with terms",
+            fitness, f"returned {returned!r:.80} from terms()", "a dict with terms"
         )
     terms = {
-        (name := _name(experiment, key)): _term(experiment, name, term, population)
+        (name := _name(fitness, key)): _term(fitness, name, term, population)
         for key, term in returned.items()
     }
     scores = np.zeros(population)
     with np.errstate(over="ignore", invalid="ignore"):
         for term in terms.values():  # in the fitness's own order, on which the last bit depends
             scores += term
-    reasons = _failures(experiment, moved)
+    reasons = _failures(body, moved)
     scores[list(reasons)] = -np.inf
     for index in np.flatnonzero(~np.isfinite(scores)).tolist():
         if index in reasons:
@@ -83,12 +82,12 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
     return Evaluation(scores, terms, reasons)
 
 
-def _failures(experiment: Experiment, motion: Motion) -> dict[int, str]:
+def _failures(body: Entry, motion: Motion) -> dict[int, str]:
     """Return the reasons of the body for failed individuals, by index."""
     for index, reason in motion.failures.items():
         if not (isinstance(index, int) and 0 <= index < motion.population and str(reason)):
             raise contract_error(
-                experiment.entries["organism"],
+                body,
                 f"reports {reason!r:.80} as the failure of the individual {index!r:.80}",
                 f"an int from 0 to {motion.population - 1}, and a text",
             )
@@ -99,44 +98,41 @@ def _failures(experiment: Experiment, motion: Motion) -> dict[int, str]:
     }
 
 
-def check_motion(experiment: Experiment, motion: object) -> Motion:
+def check_motion(body: Entry, motion: object) -> Motion:
     """Return what a body returned, if it is a motion.
 
     Raises:
         PluginError: it is not; names the body's package.
     """
     if not isinstance(motion, Motion):
-        raise contract_error(
-            experiment.entries["organism"], f"moved to a {type(motion).__name__}", "a Motion"
-        )
+        raise contract_error(body, f"moved to a {type(motion).__name__}", "a Motion")
     return motion
 
 
 def _check_channels(experiment: Experiment, motion: Motion, population: int) -> None:
-    """Let the body compute the channels that the fitness reads, and check their shape."""
+    """Let the body compute the channels that the fitness reads, and check their axes."""
+    body, channels = experiment.entries["organism"], experiment.organism.channels
     for name in experiment.fitness.needs:
-        with plugin_errors(experiment.entries["organism"], f"computing the channel {name!r}"):
+        with plugin_errors(body, f"computing the channel {name!r}"):
             shape = np.shape(motion[name])
-        if shape[:1] != (population,):
+        if shape[:1] != (population,) or not channels[name].fits(shape):
             raise contract_error(
-                experiment.entries["organism"],
+                body,
                 f"gave the channel {name!r} the shape {shape}",
-                f"(population, …) with a population of {population}",
+                f"{channels[name].shape}, as declared, with a population of {population}",
             )
 
 
-def _name(experiment: Experiment, name: object) -> str:
+def _name(fitness: Entry, name: object) -> str:
     """Return the name of a term as a plain str: files take no subclass, such as a StrEnum."""
     if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
         raise contract_error(
-            experiment.entries["fitness"],
-            f"names a term {name!r:.80}",
-            "a printable text, 200 characters",
+            fitness, f"names a term {name!r:.80}", "a printable text, 200 characters"
         )
     return str.__str__(name)
 
 
-def _term(experiment: Experiment, name: str, term: object, population: int) -> Scores:
+def _term(fitness: Entry, name: str, term: object, population: int) -> Scores:
     try:
         # A copy: a fitness may return the same array again and again.
         values = np.array(term)
@@ -145,13 +141,11 @@ def _term(experiment: Experiment, name: str, term: object, population: int) -> S
         values = values.astype(np.float64, copy=False)
     except (TypeError, ValueError):
         raise contract_error(
-            experiment.entries["fitness"],
-            f"gave {term!r:.80} for the term {name!r}",
-            "real numbers",
+            fitness, f"gave {term!r:.80} for the term {name!r}", "real numbers"
         ) from None
     if values.shape != (population,):
         raise contract_error(
-            experiment.entries["fitness"],
+            fitness,
             f"gave the term {name!r} the shape {values.shape}",
             f"(population,) = ({population},)",
         )

@@ -11,11 +11,7 @@ from gaitsim.registry.entry_points import (
     unreadable,
 )
 from gaitsim.registry.loading import load_class, load_entry, scan
-from gaitsim.registry.plugin_context import (
-    contract_error,
-    plugin_context,
-    plugin_errors,
-)
+from gaitsim.registry.plugin_context import contract_error, plugin_context, plugin_errors
 
 __all__ = [
     "EXPERIMENTS",

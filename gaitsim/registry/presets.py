@@ -4,9 +4,8 @@ An entry point of the group `gaitsim.experiments` or `gaitsim.studies` has the f
 its value is the package that contains `<name>.toml`.
 """
 
-import sys
-from importlib.machinery import ModuleSpec
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 
 from gaitsim.registry import EXPERIMENTS, Entry, contract_error, find, plugin_errors
@@ -28,29 +27,12 @@ def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
 
 
 def _read(entry: Entry, file: str) -> str | None:
-    for folder in _folders(entry.target):
-        if (folder / file).is_file():
-            return (folder / file).read_text(encoding="utf-8-sig")
+    # An import would run the package's code, so only its folders are found.
+    top, *inner = entry.target.split(".")
+    spec = find_spec(top)
+    for folder in (spec and spec.submodule_search_locations) or ():
+        path = Path(folder, *inner, file)
+        if path.is_file():
+            return path.read_text(encoding="utf-8-sig")
     resource = files(entry.target) / file
     return resource.read_text(encoding="utf-8-sig") if resource.is_file() else None
-
-
-def _folders(package: str) -> list[Path]:
-    """Find the folders of a package as an import would, but without importing it."""
-    path: list[str] | None = None
-    parts = package.split(".")
-    for count in range(1, len(parts) + 1):
-        spec = _spec(".".join(parts[:count]), path)
-        if spec is None or spec.submodule_search_locations is None:
-            return []
-        path = list(spec.submodule_search_locations)
-    return [Path(folder) for folder in path or []]
-
-
-def _spec(name: str, path: list[str] | None) -> ModuleSpec | None:
-    for finder in sys.meta_path:
-        find_spec = getattr(finder, "find_spec", None)
-        spec: ModuleSpec | None = find_spec(name, path) if find_spec else None
-        if spec is not None:
-            return spec
-    return None

@@ -98,7 +98,9 @@ def moves_to(**channels):
 
 
 def lazily(function):
-    return lambda self, genomes: Motion(4.0, {"joint_angles": genomes}, {("reach",): function})
+    return lambda self, genomes: Motion(
+        4.0, {"joint_angles": genomes[:, None]}, {("reach",): function}
+    )
 
 
 def shift(self, genomes):
@@ -113,14 +115,18 @@ def fail(*arguments):
 BODIES = {
     "it raises": (fail, "moving a population: ZeroDivisionError: by nought"),
     "no motion": (lambda *arguments: None, "moved to a NoneType"),
-    "a missing channel": (moves_to(joint_angles=GENOMES), "computing the channel 'reach'"),
+    "a missing channel": (moves_to(joint_angles=GENOMES[:, None]), "computing the channel 'reach'"),
     "a channel of others": (
-        moves_to(joint_angles=GENOMES, reach=np.zeros(5)),
+        moves_to(joint_angles=GENOMES[:, None], reach=np.zeros(5)),
         r"channel 'reach' the shape \(5,\)",
     ),
     "a channel of none": (
-        moves_to(joint_angles=GENOMES, reach=1.0),
+        moves_to(joint_angles=GENOMES[:, None], reach=1.0),
         r"channel 'reach' the shape \(\)",
+    ),
+    "a channel with an axis that is not declared": (
+        moves_to(joint_angles=GENOMES[:, None], reach=GENOMES),
+        r"channel 'reach' the shape \(4, 3\)",
     ),
     "a channel that raises later": (lazily(fail), "the channel 'reach': ZeroDivisionError"),
     "changed genomes": (shift, "changes the genomes that it is given"),
@@ -138,7 +144,7 @@ def test_a_body_that_breaks_its_contract_is_named(puppet, puppets, monkeypatch, 
 
 def test_a_fitness_that_changes_the_motion_is_named(puppet, puppets, monkeypatch):
     def view(self, genomes):
-        return Motion(4.0, {"joint_angles": genomes, "reach": genomes[:, 0].copy()})
+        return Motion(4.0, {"joint_angles": genomes[:, None], "reach": genomes[:, 0].copy()})
 
     monkeypatch.setattr(puppets.Puppet, "move", view)
 
