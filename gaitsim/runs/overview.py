@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
@@ -69,46 +71,31 @@ class Overview:
 class Curve:
     """The best score over the generations of a history that grows.
 
-    Neighbours are merged, the better one kept, once there are `POINTS` of them.
-
     Attributes:
         seconds: how long the generations took.
     """
 
     def __init__(self) -> None:
-        self._clear()
-
-    def _clear(self) -> None:
-        self._points: list[float] = []
-        self._stride = 1
-        self._count = 0
+        self._best = np.empty(0)
         self.seconds = 0.0
 
     @property
     def points(self) -> tuple[float, ...]:
-        """The best score, every `stride` generations the best of them."""
-        return tuple(self._points)
+        """The best score of every `stride` generations; NaN where all failed."""
+        stride = 1
+        while len(self._best) >= POINTS * stride:
+            stride *= 2
+        return tuple(np.fmax.reduceat(self._best, np.arange(0, len(self._best), stride)).tolist())
 
     def extend(self, rows: Rows) -> None:
-        """Add rows of the history; those from generation 1 on replace all."""
+        """Add rows of the history; rows from generation 1 on replace all."""
         if not rows or not len(rows["generation"]):
             return
         if rows["generation"][0] == 1:
-            self._clear()
+            self._best, self.seconds = np.empty(0), 0.0
         self.seconds += float(rows["seconds"].sum())
-        for best in rows["best"].tolist():
-            self._add(best if math.isfinite(best) else math.nan)
-
-    def _add(self, best: float) -> None:
-        if self._count % self._stride == 0:
-            self._points.append(best)
-        elif not self._points[-1] >= best:  # NaN gives way to any number
-            self._points[-1] = best if not math.isnan(best) else self._points[-1]
-        self._count += 1
-        if len(self._points) == POINTS and self._count % self._stride == 0:
-            pairs = zip(self._points[::2], self._points[1::2], strict=True)
-            self._points = [a if a >= b or math.isnan(b) else b for a, b in pairs]
-            self._stride *= 2
+        best = np.where(np.isfinite(rows["best"]), rows["best"], np.nan)
+        self._best = np.concatenate([self._best, best])
 
 
 class RunsWatcher:

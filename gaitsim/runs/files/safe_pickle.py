@@ -26,10 +26,10 @@ import pickletools
 import stat
 import struct
 from pathlib import Path
-from typing import Any, NoReturn, cast
+from typing import Any, NoReturn
 
 from gaitsim.errors import CheckpointError, RunError
-from gaitsim.runs.files.pickle_stack import MAX_DEPTH, OpcodeStack, RefusedError
+from gaitsim.runs.files.pickle_stack import OpcodeStack, RefusedError
 
 MAGIC = b"GAITSIM\0"
 VERSION = 2
@@ -44,8 +44,6 @@ MAX_OPCODES = 1_000_000
 
 _FIELDS = struct.Struct("<8sIQ")
 _DIGEST = slice(_FIELDS.size, HEADER)
-
-_SCALARS = {str, int, float, bool, type(None), bytes}
 
 
 class SchemaVersionError(CheckpointError):
@@ -74,16 +72,13 @@ def dumps(content: dict[str, Any]) -> bytes:
     # and the reader needs to follow no references.
     pickler.fast = True
     try:
-        size = _size(content, 0)
         pickler.dump(content)
         with file.getbuffer() as view:
             _FIELDS.pack_into(view, 0, MAGIC, VERSION, len(view) - HEADER)
             view[_DIGEST] = _digest(view)
         data = file.getvalue()
-        # No value has more than four opcodes, so that most content is far from every limit.
-        if size > MAX_OPCODES // 4:
-            _scan(data)
-    except Exception as error:  # so many ways has the pickler to say no
+        _scan(data)
+    except Exception as error:  # the pickler raises about anything
         raise ValueError(f"no checkpoint can hold this: {error}") from error
     if len(data) > MAX_BYTES:
         raise ValueError(f"no checkpoint can hold {len(data):,} bytes, only {MAX_BYTES:,}")
@@ -167,30 +162,6 @@ def _older(path: Path, version: int, content: dict[str, Any]) -> SchemaVersionEr
         allowed=f"format {VERSION}",
         remedy=f"open it with {writer}, or begin a new run with its experiment.toml: gaitsim run",
     )
-
-
-def _size(value: object, depth: int) -> int:
-    """How many values `value` consists of, each 64 characters of text counted as one more.
-
-    What has a size is let pass by `_scan`, up to its limits. Looking at the values takes
-    a tenth of the time of looking at their opcodes, and a checkpoint is written every
-    generation.
-
-    Raises:
-        RefusedError: a type, a depth, a key or a number that no checkpoint has.
-    """
-    kind = type(value)
-    if kind is not dict and kind is not list:
-        if kind not in _SCALARS:
-            raise RefusedError(f"{value!r:.80} is a {kind.__name__}")
-        return 1 + _text_length(value) // 64
-    if depth >= MAX_DEPTH:
-        raise RefusedError(f"it is more than {MAX_DEPTH} containers deep")
-    if not isinstance(value, dict):
-        return 1 + sum(_size(item, depth + 1) for item in cast(list[object], value))
-    if any(type(key) is not str for key in value):
-        raise RefusedError("a key is not a string")
-    return 1 + sum(_size(k, depth + 1) + _size(v, depth + 1) for k, v in value.items())
 
 
 def _digest(data: memoryview) -> bytes:
