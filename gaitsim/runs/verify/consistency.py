@@ -1,6 +1,5 @@
 """Whether the files of a run agree with one another."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -45,6 +44,19 @@ def checksum(run: RunSnapshot, generation: int, part: str) -> bytes | None:
         return None
     found: bytes = run.checksums[generation - 1][part].tobytes()
     return None if found == NONE else found
+
+
+def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
+    """Return which parts of a generation, `genomes` or `scores`, have another checksum."""
+    parts = {
+        "genomes": genomes_checksum(generation.genomes),
+        "scores": scores_checksum(generation.evaluation),
+    }
+    return [
+        part
+        for part, found in parts.items()
+        if checksum(run, generation.number, part) not in (None, found)
+    ]
 
 
 def without_checksum(run: RunSnapshot) -> int:
@@ -103,10 +115,7 @@ def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
             yield generation, f"stage is {found['stage']:g} in {HISTORY} alone"
         expected = checksum(run, generation, "row")
         if expected is not None and expected != row_checksum(found, best_record(run, generation)):
-            yield (
-                generation,
-                f"its row of {HISTORY} or its record of {BESTS} was changed",
-            )
+            yield generation, f"its row of {HISTORY} or its record of {BESTS} was changed"
 
 
 def _of_checkpoint(
@@ -117,12 +126,8 @@ def _of_checkpoint(
         return
     generation = restored(checkpoint)
     number = generation.number
-    for part, expected in (
-        ("genomes", genomes_checksum(generation.genomes)),
-        ("scores", scores_checksum(generation.evaluation)),
-    ):
-        if checksum(run, number, part) not in (None, expected):
-            yield number, f"the {part} in {name} are not those recorded in {CHECKSUMS}"
+    for part in wrong_checksums(run, generation):
+        yield number, f"the {part} in {name} are not those recorded in {CHECKSUMS}"
     space = run.experiment_at(number).space()
     diversity = float(space.diversity(generation.genomes))
     for what in row_differences(run, replace(generation, diversity=diversity)):
@@ -160,13 +165,13 @@ def _of_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 
 
 def row_differences(run: RunSnapshot, generation: Generation) -> list[str]:
-    """What a generation's row and best record are not as recorded, a text each."""
+    """Return how a generation's row and best record differ from the recorded ones."""
     number = generation.number
     then, now = row_of(run, number), row(generation)
     found = [
-        f"{HISTORY}: {name} is {then[name]!r}, but {float(now.get(name, np.nan))!r}"
-        for name in then
-        if name != "seconds" and not _same(then[name], now.get(name, np.nan))
+        f"{HISTORY}: {name} is {value!r}, but {float(now.get(name, np.nan))!r}"
+        for name, value in then.items()
+        if name != "seconds" and not np.array_equal(value, now.get(name, np.nan), equal_nan=True)
     ]
     found += [f"{HISTORY} lacks the column {name}" for name in now if name not in then]
     best, genome = run.bests[number - 1], generation.genomes[generation.best]
@@ -177,14 +182,7 @@ def row_differences(run: RunSnapshot, generation: Generation) -> list[str]:
     wrong = np.flatnonzero(run.islands[number - 1] != islands)
     if len(wrong) and len(islands) > 1:
         found.append(f"{ISLANDS}: the best score of island {wrong[0] + 1} is another")
-    genes = np.flatnonzero(best["genome"] != genome)
-    if len(genes):
-        at = genes[0]
-        found.append(
-            f"{BESTS}: gene {at + 1} is {best['genome'][at].item()!r}, but {genome[at].item()!r}"
-        )
+    for at in np.flatnonzero(best["genome"] != genome)[:1]:
+        then_gene, gene = best["genome"][at].item(), genome[at].item()
+        found.append(f"{BESTS}: gene {at + 1} is {then_gene!r}, but {gene!r}")
     return found
-
-
-def _same(one: float, other: float) -> bool:
-    return one == other or (math.isnan(one) and math.isnan(other))

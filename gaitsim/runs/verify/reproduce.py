@@ -1,58 +1,50 @@
 """Reproduce recorded generations of a run, and report what differs from the record."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from gaitsim.errors import CheckpointError
+from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evolution import Generation, evolve, island_map
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.checksums import genomes_checksum, scores_checksum
-from gaitsim.runs.files.folder import CHECKPOINT, PREVIOUS, champion_file
+from gaitsim.runs.files.folder import CHECKPOINT, PREVIOUS
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.resume import restored
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.start import start_genome
-from gaitsim.runs.verify.consistency import checksum, row_differences
+from gaitsim.runs.verify.consistency import row_differences, wrong_checksums
 
 Judges = Callable[[Experiment], Evaluator]
 """Makes an evaluator of an experiment."""
+Evaluate = Callable[[Genomes], Evaluation]
 
 
-def reproduce_all(run: RunSnapshot, judges: Judges) -> Iterator[tuple[Generation, list[str]]]:
+Reproduced = Iterator[tuple[int, bool, list[str]]]
+"""Each generation's number, whether it was fully reproduced, and what differs from the record."""
+
+
+def reproduce_all(run: RunSnapshot, judges: Judges) -> Reproduced:
     """Evolve the whole run again, from its file alone, stage by stage.
-
-    Yields:
-        Each generation, and what differs from the record.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
     """
     last: Generation | None = None
     for stage in run.stages:
-        for generation in _goes_on(run, last, stage.last, judges):
-            yield generation, differences(run, generation)
+        for generation in _evolve(run, last, stage.last, judges):
+            yield generation.number, True, _differences(run, generation)
             last = generation
 
 
-def reproduce_some(
-    run: RunSnapshot, generations: list[int], judges: Judges
-) -> Iterator[tuple[int, bool, list[str]]]:
+def reproduce_some(run: RunSnapshot, generations: list[int], judges: Judges) -> Reproduced:
     """Reproduce some generations, fully where the population that they were bred from is stored.
 
-    That is the first one, and the last one out of the checkpoint before it. Of any other, the
-    best individual is re-evaluated.
-
-    Args:
-        run: the run.
-        generations: in order.
-        judges: evaluators.
-
-    Yields:
-        Each one's number, whether it was fully reproduced, and what differs from the record.
+    This is so for the first one, and for the last one with the checkpoint before it. Of any
+    other generation, the best individual is re-evaluated.
 
     Raises:
         GaitsimError: an experiment has problems, or a plugin fails.
@@ -62,70 +54,57 @@ def reproduce_some(
         if number == run.generation and run.previous is not None:
             before = restored(run.previous)
         if number == 1 or before is not None:
-            (generation,) = _goes_on(run, before, number, judges)
-            yield number, True, differences(run, generation)
+            (generation,) = _evolve(run, before, number, judges)
+            yield number, True, _differences(run, generation)
             continue
         with judges(run.experiment_at(number)) as evaluator:
-            found = _best_again(run, number, evaluator.evaluate)
+            found = _best_differences(run, number, evaluator.evaluate)
             if number == run.generation:
-                found += _population_again(run, evaluator.evaluate)
+                again = evaluator.evaluate(run.finished.genomes)
+                found += _score_differences(run.finished, CHECKPOINT, again)
         yield number, False, found
 
 
-def _goes_on(
+def _evolve(
     run: RunSnapshot, last: Generation | None, until: int, judges: Judges
 ) -> Iterator[Generation]:
-    """The generations after `last` up to `until`, all of one stage."""
+    """Yield the generations after `last` up to `until`, all of one stage."""
     stage = run.stage_at(until)
-    experiment = endless(run.experiment_at(until), until)
+    experiment = _endless(run.experiment_at(until), until)
     start = start_genome(run, experiment) if last is None else None
     with judges(experiment) as evaluator:
-        if last is not None and last.number < stage.first and stage.number > 1:
+        if last is not None and last.number < stage.first:
             progress = last.progress.next_stage(
-                experiment.evolution,
-                reevaluated=stage.reevaluated,
-                population=len(last.genomes),
+                experiment.evolution, reevaluated=stage.reevaluated, population=len(last.genomes)
             )
-            last = (
-                last.reevaluated(evaluator.evaluate, progress)
-                if stage.reevaluated
-                else replace(last, progress=progress)
-            )
+            last = replace(last, progress=progress)
+            if stage.reevaluated:
+                last = last.reevaluated(evaluator.evaluate, progress)
         yield from evolve(experiment, evaluator.evaluate, last, start, island_map(evaluator))
 
 
-def endless(experiment: Experiment, generations: int) -> Experiment:
-    """The same experiment, to be stopped by nothing before so many generations."""
+def _endless(experiment: Experiment, generations: int) -> Experiment:
+    """Return the experiment without any stop condition but the number of generations."""
     never = {"target_score": None, "max_evaluations": None, "stagnation": None}
     evolution = experiment.evolution.model_copy(update={"generations": generations, **never})
     return replace(experiment, evolution=evolution)
 
 
-def differences(run: RunSnapshot, again: Generation) -> list[str]:
-    """What a generation that was made again is not as recorded, a text each."""
-    number = again.number
-    found = []
-    for part, expected in (
-        ("genomes", genomes_checksum(again.genomes)),
-        ("scores", scores_checksum(again.evaluation)),
-    ):
-        if checksum(run, number, part) not in (None, expected):
-            found.append(f"the {part} of the population are others")
-    found += row_differences(run, again)
-    if number == run.generation:
-        found += _unlike(run.finished, CHECKPOINT, again)
-    elif run.previous is not None and number == run.previous.generation:
-        found += _unlike(run.previous, PREVIOUS, again)
-    champion = run.champions.get(number)
-    if isinstance(champion, CheckpointError):
-        found.append(champion.what)
-    elif champion is not None and not np.array_equal(champion.genome, again.genomes[again.best]):
-        found.append(f"{champion_file(number)} holds another genome")
+def _differences(run: RunSnapshot, again: Generation) -> list[str]:
+    """Return how a reproduced generation differs from the record.
+
+    Champions are left out: `consistency` compares them with the record.
+    """
+    found = [
+        f"the {part} of the population are others" for part in wrong_checksums(run, again)
+    ] + row_differences(run, again)
+    for checkpoint, name in ((run.finished, CHECKPOINT), (run.previous, PREVIOUS)):
+        if checkpoint is not None and checkpoint.generation == again.number:
+            found += _checkpoint_differences(checkpoint, name, again)
     return found
 
 
-def _unlike(checkpoint: Checkpoint, name: str, again: Generation) -> list[str]:
-    """What of a checkpoint is not as in its generation made again."""
+def _checkpoint_differences(checkpoint: Checkpoint, name: str, again: Generation) -> list[str]:
     found = []
     if checkpoint.genomes.shape != again.genomes.shape:
         found.append(f"{name}: the population has another size")
@@ -133,7 +112,7 @@ def _unlike(checkpoint: Checkpoint, name: str, again: Generation) -> list[str]:
         individuals, genes = np.nonzero(checkpoint.genomes != again.genomes)
         if len(genes):
             found.append(f"{name}: gene {genes[0] + 1} of individual {individuals[0]} is another")
-        found += _unlike_scores(checkpoint, name, again.evaluation)
+        found += _score_differences(checkpoint, name, again.evaluation)
     if checkpoint.best_score != again.progress.best_score:
         found.append(f"{name}: the best score so far is another")
     if checkpoint.stagnation != again.progress.stagnation:
@@ -141,7 +120,7 @@ def _unlike(checkpoint: Checkpoint, name: str, again: Generation) -> list[str]:
     return found
 
 
-def _unlike_scores(checkpoint: Checkpoint, name: str, again: Evaluation) -> list[str]:
+def _score_differences(checkpoint: Checkpoint, name: str, again: Evaluation) -> list[str]:
     found = []
     wrong = np.flatnonzero(checkpoint.scores != again.scores)
     if len(wrong):
@@ -153,25 +132,16 @@ def _unlike_scores(checkpoint: Checkpoint, name: str, again: Evaluation) -> list
     return found
 
 
-def _best_again(run: RunSnapshot, number: int, evaluate: Callable[..., Evaluation]) -> list[str]:
-    """Return what differs when a generation's best individual is re-evaluated."""
-    best = run.bests[number - 1]
+def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> list[str]:
+    """Re-evaluate a generation's best individual, and return what differs from the record."""
+    best, kept = run.bests[number - 1], best_terms(run.history, number)
     genome = best["genome"].astype(run.experiment_at(number).space().dtype)
-    evaluation = evaluate(genome[None])
-    found = []
-    then, now = float(best["score"]), float(evaluation.scores[0])
-    if then != now:
-        found.append(f"the score of its best individual is {then!r}, but {now!r}")
-    kept = best_terms(run.history, number)
-    for term, values in evaluation.terms.items():
-        value = float(values[0])
-        if not np.isnan(value) and kept.get(term) != value:
-            found.append(
-                f"the term {term} of its best individual is {kept.get(term)!r}, but {value!r}"
-            )
-    return found
-
-
-def _population_again(run: RunSnapshot, evaluate: Callable[..., Evaluation]) -> list[str]:
-    checkpoint = run.finished
-    return _unlike_scores(checkpoint, CHECKPOINT, evaluate(checkpoint.genomes))
+    again = evaluate(genome[None])
+    then = {"score": float(best["score"])} | {f"term {name}": kept[name] for name in kept}
+    now = {"score": float(again.scores[0])}
+    now |= {f"term {name}": float(values[0]) for name, values in again.terms.items()}
+    return [
+        f"the {what} of its best individual is {then.get(what)!r}, but {value!r}"
+        for what, value in now.items()
+        if not math.isnan(value) and then.get(what) != value
+    ]

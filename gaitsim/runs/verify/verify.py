@@ -1,4 +1,4 @@
-"""Whether a run comes out the same again, to the last bit."""
+"""Verify that a run can be reproduced to the last bit."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from gaitsim.runs.verify.consistency import disagreements, edited_options, witho
 from gaitsim.runs.verify.reproduce import reproduce_all, reproduce_some
 
 SAMPLES = 10
-"""How many generations are made again where none are asked for."""
+"""Number of generations that are reproduced by default."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of verifying a run.
+    """The result of verifying a run.
 
     Attributes:
         last: the run's last generation.
@@ -67,13 +67,13 @@ def verify(
     begin: Callable[[int], None] = lambda total: None,
     advance: Callable[[], None] = lambda: None,
 ) -> Verdict:
-    """See whether a run's files agree, then make generations again and compare them.
+    """Check that a run's files agree, then reproduce generations and compare them.
 
     Args:
-        run: it; what a process adds to it meanwhile is left out.
-        generations: which to make again; None for some.
-        everything: evolve all of it again instead, up to the first difference.
-        workers: how many work at a time; None for another number than is usual.
+        run: the run; generations that a process adds meanwhile are left out.
+        generations: which to reproduce; None for a sample.
+        everything: evolve the whole run again instead, up to the first difference.
+        workers: how many work at a time; None for another number than the default.
         begin: called with the number of generations to reproduce.
         advance: called after each one.
 
@@ -93,33 +93,28 @@ def verify(
                 where="--generations",
                 allowed=f"1 to {last}",
             )
-    found: Mapping[int, Sequence[str]] = disagreements(run)
+    found = disagreements(run)
 
     def judges(experiment: Experiment) -> Evaluator:
-        return Evaluator(experiment, workers or unusual(experiment))
+        # Another number of workers than the run's default: the result must not depend on it.
+        return Evaluator(experiment, workers or (1 if experiment.organism.threads else 2))
 
     begin(last if everything else len(asked))
-    whole: list[int] = []
-    best: list[int] = []
-    if everything:
-        for generation, wrong in reproduce_all(run, judges):
-            whole.append(generation.number)
-            advance()
-            if wrong:
-                found = _merged(found, generation.number, wrong)
+    reproduced: dict[bool, list[int]] = {True: [], False: []}
+    again = reproduce_all(run, judges) if everything else reproduce_some(run, asked, judges)
+    for number, wholly, wrong in again:
+        reproduced[wholly].append(number)
+        advance()
+        if wrong:
+            found.setdefault(number, []).extend(wrong)
+            if everything:
                 break
-    else:
-        for number, wholly, wrong in reproduce_some(run, asked, judges):
-            (whole if wholly else best).append(number)
-            advance()
-            if wrong:
-                found = _merged(found, number, wrong)
     origins = read_provenance(run.path)
     return Verdict(
         last=last,
-        whole=tuple(whole),
-        best=tuple(best),
-        differences=found,
+        whole=tuple(reproduced[True]),
+        best=tuple(reproduced[False]),
+        differences=dict(sorted(found.items())),
         without_checksum=without_checksum(run),
         warning=run.warning,
         damaged=run.damaged,
@@ -127,15 +122,3 @@ def verify(
         origins=tuple(origins),
         elsewhere=tuple(differences(origins, current_versions(run.experiment_at(last)))),
     )
-
-
-def unusual(experiment: Experiment) -> int:
-    """Return a number of workers that differs from the default of a run."""
-    return 1 if experiment.organism.threads else 2
-
-
-def _merged(
-    found: Mapping[int, Sequence[str]], number: int, wrong: Sequence[str]
-) -> dict[int, Sequence[str]]:
-    both = {**found, number: [*found.get(number, ()), *wrong]}
-    return dict(sorted(both.items()))
