@@ -1,7 +1,7 @@
-"""The files of a run that get a record a generation: history, bests, islands and checksums."""
+"""The files of a run with one record per generation: history, bests, islands and checksums."""
 
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Self
 
@@ -10,12 +10,7 @@ import numpy as np
 from gaitsim.evolution import Generation
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files import history
-from gaitsim.runs.files.append_only import (
-    AppendOnlyFile,
-    AppendOnlyHistory,
-    AppendOnlyIslands,
-    padded,
-)
+from gaitsim.runs.files.append_only import AppendOnlyFile, AppendOnlyHistory
 from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.checksums import RECORD, checksums
 from gaitsim.runs.files.folder import BESTS, CHECKSUMS, HISTORY, ISLANDS, ends_early
@@ -36,27 +31,33 @@ class RecordFiles:
     def __init__(self, path: Path, experiment: Experiment, done: int) -> None:
         self._layout = history.record_type(experiment.space())
         self._number = number = experiment.islands.number
-        rows, bests, islands = path / HISTORY, path / BESTS, path / ISLANDS
-        lines = history.line_ends(rows)
-        islands_lines = history.line_ends(islands) if number > 1 else []
-        stored = {
-            HISTORY: max(len(lines) - 1, 0),
-            ISLANDS: max(len(islands_lines) - 1, 0) if number > 1 else done,
-            BESTS: bests.stat().st_size // self._layout.itemsize if bests.exists() else 0,
-        }
+        tables = (HISTORY, ISLANDS) if number > 1 else (HISTORY,)
+        ends = {name: history.line_ends(path / name) for name in tables}
+        stored = {name: max(len(found) - 1, 0) for name, found in ends.items()}
+        bests = path / BESTS
+        stored[BESTS] = bests.stat().st_size // self._layout.itemsize if bests.exists() else 0
         for name, count in stored.items():
             if count < done:
                 raise ends_early(path, name, count, done)
-        kept = done + 1 if done else 0
+        keep = {name: found[done] if done else 0 for name, found in ends.items()}
+        size = RECORD.itemsize
         with ExitStack() as held, writing(path):
-            self._history = AppendOnlyHistory(rows, lines[:kept])
-            held.callback(self._history.close)
-            self._bests = AppendOnlyFile(bests, done * self._layout.itemsize)
-            held.callback(self._bests.close)
-            self._islands = AppendOnlyIslands(islands, number, islands_lines[:kept])
-            held.callback(self._islands.close)
-            self._checksums = padded(path / CHECKSUMS, done, RECORD.itemsize)
-            held.callback(self._checksums.close)
+            self._history = held.enter_context(
+                closing(AppendOnlyHistory(path / HISTORY, keep[HISTORY]))
+            )
+            self._bests = held.enter_context(
+                closing(AppendOnlyFile(bests, done * self._layout.itemsize))
+            )
+            # A power cut may have lost the last ones; zeros mark those.
+            self._checksums = held.enter_context(
+                closing(AppendOnlyFile(path / CHECKSUMS, done * size, size))
+            )
+            if number > 1:
+                self._islands = held.enter_context(
+                    closing(AppendOnlyFile(path / ISLANDS, keep[ISLANDS]))
+                )
+                if not done:
+                    self._islands.append(history.line(history.islands_header(number)).encode())
             self._held = held.pop_all()
 
     def __enter__(self) -> Self:
@@ -74,7 +75,9 @@ class RecordFiles:
         kept = record.tobytes() + history.islands_record(islands)
         self._history.append(row)
         self._bests.append(record.tobytes())
-        self._islands.append(generation.number, islands)
+        if self._number > 1:
+            row_of_islands = history.line([generation.number, *islands.tolist()])
+            self._islands.append(row_of_islands.encode())
         # Not forced to disk, which would take as long as everything else here. If a power cut
         # loses one, only `gaitsim verify` misses it.
         self._checksums.append(
