@@ -28,10 +28,8 @@ from gaitsim.runs.files.folder import (
     ISLANDS,
     PREVIOUS,
     START,
-    champion_file,
     command,
     ends_early,
-    kept_champions,
     unfinished,
 )
 from gaitsim.runs.files.history import header, read_history, read_islands, used_terms
@@ -193,18 +191,6 @@ class RunFiles:
             RunError: they cannot be read.
         """
         return read_checksums(self.path / CHECKSUMS)[: self.generation]
-
-    @cached_property
-    def champions(self) -> dict[int, Champion | CheckpointError]:
-        """The saved champions by generation; the error of one that cannot be read."""
-        found: dict[int, Champion | CheckpointError] = {}
-        for generation in kept_champions(self.path):
-            try:
-                if generation <= self.generation:
-                    found[generation] = read_champion(self.path / champion_file(generation))
-            except CheckpointError as error:
-                found[generation] = error
-        return found
 
     @cached_property
     def start(self) -> Champion | None:

@@ -1,9 +1,8 @@
-"""Resume plan: what a run folder needs to continue, checked, changed where asked.
+"""Resume plan: what a run folder needs to continue, checked, and changed on request.
 
-Nothing is written here but the changed experiment, as the last step, at one stroke. A change
-that matters begins a stage with the next generation. Until that is written, the stage is only
-the difference between `experiment.toml` and the checkpoint: whoever opens the run finds it
-there, whether a program was killed meanwhile or not, and another change replaces it.
+Nothing is written here. A change that matters begins a stage with the next generation. Until
+that generation is written, the stage is only the difference between `experiment.toml` and the
+checkpoint. It survives a killed process, and another change replaces it.
 """
 
 from collections.abc import Sequence
@@ -34,9 +33,9 @@ class ResumePlan:
         last: the last generation, with the progress that the next one starts from; None
             before the first.
         start: the genome that the initial population is made of, (genes,); None draws it.
-        stages: those that have ended, that which `changes` end counted.
-        changes: that begin a stage; () where none begins.
-        warnings: what a user should know about how the run was found.
+        stages: the stages that have ended, including the one that `changes` end.
+        changes: the changes that begin a stage; () where none begins.
+        warning: problems found with the run that do not prevent it from continuing, or ''.
     """
 
     experiment: Experiment
@@ -44,7 +43,7 @@ class ResumePlan:
     start: Array | None
     stages: tuple[Stage, ...]
     changes: tuple[Change, ...]
-    warnings: tuple[str, ...]
+    warning: str
 
     @property
     def reevaluates(self) -> bool:
@@ -62,14 +61,14 @@ def plan_resume(
     """Plan how a run continues, without writing anything.
 
     Args:
-        run: locked or not.
+        run: the run, locked or not.
         overrides: values of options by key.
-        generations: how far it is to go; None as far as planned.
-        any_version: whether other versions of packages than before will do.
+        generations: the last generation to evolve; None as planned.
+        any_version: whether to accept other versions of packages than before.
 
     Raises:
         ExperimentError: the experiment has problems, or would have them with the overrides.
-        RunError: the run is damaged, was made with other versions, or would not continue.
+        RunError: the run is damaged, was made with other versions, or would evolve nothing.
     """
     further = {} if generations is None else {"evolution.generations": generations}
     given = {**further, **(overrides or {})}
@@ -77,47 +76,31 @@ def plan_resume(
     if checkpoint is None:
         experiment = run.experiment_with(given)
         check_size(experiment)
-        plan = ResumePlan(experiment, None, start_genome(run, experiment), (), (), ())
-    else:
-        experiment = _changed(run, checkpoint, given)
-        plan = _begun(run, checkpoint, experiment, any_version=any_version)
-        warnings = [run.warning] if run.warning else []
-        if plan.changes and not overrides:
-            warnings.append(
-                f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
-                f"({', '.join(map(str, plan.changes))}): the run continues under the new options"
-            )
-        if plan.changes and overrides:
-            _hold_goal(run, plan)
-        plan = replace(plan, warnings=(*warnings, *plan.warnings))
-    return plan
-
-
-def _hold_goal(run: RunSnapshot, plan: ResumePlan) -> None:
-    """Refuse a stage that would end before its first generation."""
-    last = plan.last
-    assert last is not None, "a stage follows another"
-    reason = stop_reason(plan.experiment.evolution, last.number, last.progress, len(last.genomes))
-    if reason:
-        raise RunError(
-            f"no generation would be evolved under these changes: {reason}",
-            where=f"{run.path}, at generation {last.number}",
-            remedy=f"raise the limit, for instance with --generations {last.number + 100}",
-        )
-
-
-def _begun(
-    run: RunSnapshot, checkpoint: Checkpoint, experiment: Experiment, *, any_version: bool
-) -> ResumePlan:
-    warnings = _compare_versions(run, experiment, checkpoint, any_version=any_version)
+        return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "")
+    experiment = _changed(run, checkpoint, given)
+    warnings = [run.warning] if run.warning else []
+    numpy_changed = _compare_versions(run, experiment, checkpoint, any_version=any_version)
     found = pending(checkpoint, experiment)
-    last = restored(checkpoint)
-    last = replace(last, progress=next_progress(checkpoint, experiment.evolution, found))
+    progress = next_progress(checkpoint, experiment.evolution, found)
+    last = replace(restored(checkpoint), progress=progress)
     stages = checkpoint.stages
     if found:
         ended = Stage(checkpoint.generation, checkpoint.experiment, checkpoint.versions)
         stages = (*stages, ended)
-    return ResumePlan(experiment, last, None, stages, found, tuple(warnings))
+        reason = stop_reason(experiment.evolution, last.number, progress, len(last.genomes))
+        if overrides and reason:
+            raise RunError(
+                f"no generation would be evolved under these changes: {reason}",
+                where=f"{run.path}, at generation {last.number}",
+                remedy=f"raise the limit, for instance with --generations {last.number + 100}",
+            )
+        if not overrides:
+            warnings.append(
+                f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
+                f"({', '.join(map(str, found))}): the run continues under the new options"
+            )
+    warnings += [numpy_changed] if numpy_changed else []
+    return ResumePlan(experiment, last, None, stages, found, "; ".join(warnings))
 
 
 def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
@@ -135,7 +118,9 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
     if experiment.evolution.population != population:
         problems.append(_other_size(population))
     if experiment.islands.number != number:
-        problems.append(_other_islands(number))
+        more = "; topology, every and migrants may be changed" if number > 1 else ""
+        what = "a resumed run keeps its islands"
+        problems.append(_kept(what, "islands.number", f"{number:,}{more}"))
     wrong = genome_mismatch(experiment, checkpoint.genomes, checkpoint.experiment, "the population")
     if wrong:
         problems.append(
@@ -167,32 +152,26 @@ def _asked_size(overrides: Overrides, population: int) -> list[GaitsimError]:
     return [_other_size(population)] if differs else []
 
 
-def _other_islands(number: int) -> GaitsimError:
-    return GaitsimError(
-        "a resumed run keeps its islands",
-        where="command line, key islands.number",
-        allowed=f"{number:,}; topology, every and migrants may be changed"
-        if number > 1
-        else f"{number:,}",
-        remedy="begin a run of its own with 'gaitsim run'; --from starts it from this one",
-    )
-
-
 def _other_size(population: int) -> GaitsimError:
+    what = "the population of a resumed run keeps its size"
+    return _kept(what, POPULATION, f"{population:,}")
+
+
+def _kept(what: str, key: str, allowed: str) -> GaitsimError:
     return GaitsimError(
-        "the population of a resumed run keeps its size",
-        where=f"command line, key {POPULATION}",
-        allowed=f"{population:,}",
+        what,
+        where=f"command line, key {key}",
+        allowed=allowed,
         remedy="begin a run of its own with 'gaitsim run'; --from starts it from this one",
     )
 
 
 def _compare_versions(
     run: RunSnapshot, experiment: Experiment, checkpoint: Checkpoint, *, any_version: bool
-) -> list[str]:
-    """Refuse other versions of what is used before and after; what to warn of.
+) -> str:
+    """Refuse other versions of the packages in use; return a warning, or ''.
 
-    What only former stages used makes no difference any more.
+    Packages that only former stages used make no difference.
     """
     now = versions(experiment)
     changed = {
@@ -207,7 +186,7 @@ def _compare_versions(
             remedy="install those versions, or resume with these by --any-version: "
             "the rest may then not be what it would have been",
         )
-    return [f"another version of {numpy}: the last bits may differ"] if numpy else []
+    return f"another version of {numpy}: the last bits may differ" if numpy else ""
 
 
 def restored(checkpoint: Checkpoint) -> Generation:

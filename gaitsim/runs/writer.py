@@ -3,8 +3,9 @@
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from gaitsim.contracts import Genomes
 from gaitsim.errors import RunError
@@ -31,7 +32,7 @@ from gaitsim.runs.resume import ResumePlan, plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 
 REASONS_KEPT = 1000
-"""Of how many failed individuals a checkpoint says why."""
+"""Maximum number of failure reasons in a checkpoint."""
 
 
 class RunWriter:
@@ -41,9 +42,10 @@ class RunWriter:
         run: the run as it was opened.
         experiment: of the generations to come.
         last: the last finished generation; None before the first.
-        changes: of the experiment, by which a stage begins; () where none does.
+        changes: of the experiment, which begin a stage; () where none begins.
         stage: number of the stage of the next generation, from 1.
-        warning: what a user should know about how the run was found, or ''.
+        warning: problems found with the run that do not prevent it from continuing, or ''.
+        reevaluates: whether a stage begins whose population has not been re-evaluated yet.
     """
 
     def __init__(
@@ -53,8 +55,8 @@ class RunWriter:
         self.path, self.run = run.path, run
         self.experiment, self.last, self.changes = plan.experiment, plan.last, plan.changes
         self.stage = len(plan.stages) + 1
-        self.warning = "; ".join(plan.warnings)
-        self._start, self._stages, self._unscored = plan.start, plan.stages, plan.reevaluates
+        self.warning, self.reevaluates = plan.warning, plan.reevaluates
+        self._start, self._stages = plan.start, plan.stages
         self._files, self._held = files, held
         self._noted = False
 
@@ -104,22 +106,17 @@ class RunWriter:
 
     @property
     def done(self) -> str:
-        """Why no generation is to be evolved any more, or ''."""
+        """Why the run evolves no further generation, or ''."""
         last = self.last
         if last is None:
             return ""
         evolution = self.experiment.evolution
         return stop_reason(evolution, last.number, last.progress, len(last.genomes))
 
-    @property
-    def reevaluates(self) -> bool:
-        """Whether a stage begins whose population is still to be re-evaluated."""
-        return self._unscored
-
     def begin(self, evaluate: Callable[[Genomes], Evaluation]) -> None:
-        """Begin the stage, if one begins: re-evaluate the population if its scores changed.
+        """Re-evaluate the population if a stage with other scores begins.
 
-        Writes nothing. Done twice, it does no more than once.
+        Writes nothing. A second call does nothing.
 
         Args:
             evaluate: scores a population under `experiment`.
@@ -127,9 +124,9 @@ class RunWriter:
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
         """
-        if self._unscored and self.last is not None:
+        if self.reevaluates and self.last is not None:
             self.last = self.last.reevaluated(evaluate, self.last.progress)
-        self._unscored = False
+        self.reevaluates = False
 
     def evolve(
         self, evaluate: Callable[[Genomes], Evaluation], parallel_map: ParallelMap | None = None
@@ -158,7 +155,7 @@ class RunWriter:
         Raises:
             RunError: it cannot be written; the run stands as of the generation before.
         """
-        if self._unscored:
+        if self.reevaluates:
             raise ValueError("a stage begins with begin()")
         values = history.row(generation)
         terms = generation.evaluation.terms
@@ -186,8 +183,7 @@ class RunWriter:
         best = generation.best
         terms = generation.evaluation.terms
         champion = Champion(
-            experiment=self._toml,
-            versions=self._versions,
+            **self._made_with,
             generation=generation.number,
             genome=generation.genomes[best],
             score=float(generation.scores[best]),
@@ -200,10 +196,9 @@ class RunWriter:
 
     def _checkpoint(self, generation: Generation) -> Checkpoint:
         evaluation, progress = generation.evaluation, generation.progress
-        reasons = list(evaluation.reasons.items())[:REASONS_KEPT]
+        reasons = islice(evaluation.reasons.items(), REASONS_KEPT)
         return Checkpoint(
-            experiment=self._toml,
-            versions=self._versions,
+            **self._made_with,
             generation=generation.number,
             evaluations=progress.evaluations,
             genomes=generation.genomes,
@@ -217,9 +212,5 @@ class RunWriter:
         )
 
     @cached_property
-    def _versions(self) -> dict[str, str]:
-        return versions(self.experiment)
-
-    @cached_property
-    def _toml(self) -> str:
-        return self.experiment.to_toml()
+    def _made_with(self) -> dict[str, Any]:
+        return {"experiment": self.experiment.to_toml(), "versions": versions(self.experiment)}

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitsim.errors import CheckpointError
 from gaitsim.evolution import Generation
-from gaitsim.runs.files.checkpoint import Checkpoint
+from gaitsim.runs.files.checkpoint import Checkpoint, read_champion
 from gaitsim.runs.files.checksums import NONE, genomes_checksum, row_checksum, scores_checksum
 from gaitsim.runs.files.folder import (
     BESTS,
@@ -17,6 +17,7 @@ from gaitsim.runs.files.folder import (
     ISLANDS,
     PREVIOUS,
     champion_file,
+    kept_champions,
 )
 from gaitsim.runs.files.history import best_terms, island_bests, islands_record, row
 from gaitsim.runs.resume import restored
@@ -148,10 +149,14 @@ def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 
 def _of_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
     """The champions with the bests and the history."""
-    for generation, champion in run.champions.items():
+    for generation in kept_champions(run.path):
+        if generation > run.generation:
+            continue
         name = champion_file(generation)
-        if isinstance(champion, CheckpointError):
-            yield generation, champion.what
+        try:
+            champion = read_champion(run.path / name)
+        except CheckpointError as error:
+            yield generation, error.what
             continue
         best = run.bests[generation - 1]
         if champion.generation != generation:
