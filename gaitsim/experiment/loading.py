@@ -1,10 +1,10 @@
 """Experiments from presets, files and texts."""
 
+import os
 from pathlib import Path
 
-from gaitsim import toml
 from gaitsim.contracts import GenomeSpace
-from gaitsim.errors import ExperimentError, GaitsimError, PluginError
+from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment.model import Experiment, space_of
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides
 from gaitsim.experiment.reader import Reader
@@ -16,7 +16,7 @@ LARGEST = 1_000_000  # bytes of an experiment file
 def load_experiment(
     reference: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
 ) -> Experiment:
-    """The experiment of a preset's name or a TOML file's path.
+    """Return the experiment of a preset's name or a TOML file's path.
 
     Args:
         reference: a preset's name, or a path; a path has a '/' or ends with '.toml'.
@@ -29,11 +29,14 @@ def load_experiment(
     """
     path = Path(reference)
     if path.suffix == ".toml" or path.name != reference:
-        return parse_experiment(_read(path), str(path), overrides, place)
+        shown, listed = "'gaitsim experiments show spider'", "'gaitsim experiments list'"
+        text = read_file(path, "experiment", shown, f"name a preset: {listed}")
+        return parse_experiment(text, str(path), overrides, place)
     try:
         text = read_preset(reference)
     except PluginError as error:
-        here = [file for file in (path, Path(f"{reference}.toml")) if _is_file(file)]
+        # os.path, unlike pathlib, answers for names that no file can have, too.
+        here = [file for file in (path, f"{reference}.toml") if os.path.isfile(file)]  # noqa: PTH113
         if here:
             hint = f"for the file of that name, ./{here[0]}"
             error.remedy = f"{error.remedy} or, {hint}" if error.remedy else hint
@@ -41,30 +44,14 @@ def load_experiment(
     return parse_experiment(text, f"preset {reference}", overrides, place)
 
 
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # a name that no file can have
-        return False
-
-
-def _read(path: Path) -> str:
-    return read_file(
-        path,
-        "an experiment",
-        "'gaitsim experiments show spider'",
-        "name a preset: 'gaitsim experiments list'",
-    )
-
-
-def read_file(path: Path, what: str, preset: str, listed: str) -> str:
-    """The text of a TOML file that a user names.
+def read_file(path: Path, noun: str, preset: str, remedy: str) -> str:
+    """Return the text of a TOML file that a user names.
 
     Args:
         path: the file.
-        what: a noun for messages: 'an experiment'.
-        preset: how a file to start from is got.
-        listed: how the bundled files are listed.
+        noun: what the file describes, for messages: 'experiment'.
+        preset: how to get a file to start from.
+        remedy: what to try beside another path.
 
     Raises:
         GaitsimError: it cannot be read, is no text, or too large.
@@ -74,7 +61,7 @@ def read_file(path: Path, what: str, preset: str, listed: str) -> str:
             data = file.read(LARGEST + 1)
         if len(data) > LARGEST:
             raise GaitsimError(
-                f"{path} is too large for {what} file",
+                f"the {noun} file {path} is too large",
                 allowed=f"at most {LARGEST:,} bytes",
                 remedy=f"start from {preset}",
             )
@@ -87,28 +74,24 @@ def read_file(path: Path, what: str, preset: str, listed: str) -> str:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise GaitsimError(
-            f"cannot read the {what.rsplit(maxsplit=1)[-1]} file {path}: {reason}",
-            remedy=f"check the path, or {listed}",
+            f"cannot read the {noun} file {path}: {reason}",
+            remedy=f"check the path, or {remedy}",
         ) from None
 
 
 def parse_experiment(
     text: str, source: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
 ) -> Experiment:
-    """The experiment that a TOML text describes, after `overrides`.
+    """Return the experiment that a TOML text describes, after `overrides`.
 
     Raises:
         ExperimentError: with all the problems of file and overrides.
     """
-    try:
-        data = toml.parse(text, source)
-    except GaitsimError as error:
-        raise ExperimentError([error]) from None
-    return Reader(source, overrides, place).read(data)
+    return Reader(text, source, overrides, place).read()
 
 
 def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
-    """The name and the genome space of the body that an experiment's TOML text describes.
+    """Return the name and the genome space of the body that an experiment's TOML text describes.
 
     Unlike `parse_experiment`, it does without the experiment's other plugins.
 
@@ -116,18 +99,14 @@ def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
         ExperimentError: the body has problems, such as a package that is not installed.
         PluginError: the body cannot say what its genomes are.
     """
-    try:
-        data = toml.parse(text, source)
-    except GaitsimError as error:
-        raise ExperimentError([error]) from None
-    entry, organism = Reader(source).read_organism(data)
+    entry, organism = Reader(text, source).read_organism()
     return entry.name, space_of(entry, organism)
 
 
 def with_overrides(
     experiment: Experiment, overrides: Overrides, place: str = COMMAND_LINE
 ) -> Experiment:
-    """The same experiment with options changed.
+    """Return the same experiment with options changed.
 
     Raises:
         ExperimentError: with all the problems of the overrides.

@@ -60,12 +60,9 @@ class Problems:
 
     def of_plugin(self, key: str, error: GaitsimError) -> None:
         """Take note of what a plugin that a key chooses has raised."""
-        where = f"{self.where(key)}: {error.where}" if error.where else self.where(key)
-        self.found.append(
-            type(error)(
-                error.what, where=where, allowed=error.allowed, remedy=error.remedy, key=key
-            )
-        )
+        error.where = f"{self.where(key)}: {error.where}" if error.where else self.where(key)
+        error.key = key
+        self.found.append(error)
 
     def of_options(
         self, section: str, model: type[BaseModel], data: Mapping[str, Any], error: ValidationError

@@ -127,7 +127,7 @@ def read_study(reference: str) -> tuple[Study, str]:
 
 def _read(path: Path) -> str:
     template = "the study.toml that 'gaitsim study millipede-operators' leaves"
-    return read_file(path, "a study", template, "name a bundled study: millipede-operators")
+    return read_file(path, "study", template, "name a bundled study: millipede-operators")
 
 
 def parse_study(text: str, source: str) -> Study:

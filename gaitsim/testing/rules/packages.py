@@ -9,10 +9,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import tomli
-
-from gaitsim import registry
+from gaitsim import registry, toml
 from gaitsim.errors import GaitsimError, PluginError, nearest
+from gaitsim.experiment.loading import read_file
 from gaitsim.registry import EXPERIMENTS, KINDS, STUDIES, Entry
 from gaitsim.testing.report import Finding, error
 
@@ -102,16 +101,9 @@ def _of_folder(folder: Path, metadata: Path) -> Chosen:
 
 
 def _project(file: Path) -> dict[str, Any]:
-    try:
-        data = tomli.loads(file.read_text(encoding="utf-8"))
-    except OSError as problem:
-        raise GaitsimError(
-            f"cannot read {file}: {problem.strerror}",
-            remedy="name the folder of a package, which contains its pyproject.toml",
-        ) from None
-    except ValueError as problem:
-        raise GaitsimError(f"{file} is not valid TOML: {problem}", remedy="correct it") from None
-    return _table(data, "project", file)
+    remedy = "name the folder of a package, which contains its pyproject.toml"
+    text = read_file(file, "project", "'gaitsim plugins new'", remedy)
+    return _table(toml.parse(text, str(file)), "project", file)
 
 
 def _table(data: dict[str, Any], key: str, file: Path) -> dict[str, Any]:

@@ -12,9 +12,8 @@ def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
     """Check that the bits are the same again, alone and in another order, and genomes unchanged."""
     whole = rows(motion, range(len(genomes)))
     lent = genomes.copy()
-    again = body.move(lent)
-    for name in again:  # some channels are computed only when they are read
-        again[name]
+    # Reads all channels, as some are computed only then.
+    again = rows(body.move(lent), range(len(genomes)))
     if not same(lent, genomes):
         yield error(
             "inputs",
@@ -22,7 +21,7 @@ def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
             "move() changes them",
             "work on a copy: genomes.copy()",
         )
-    name = differing(whole, rows(again, range(len(genomes))))
+    name = differing(whole, again)
     if name:
         yield error(
             "determinism",
