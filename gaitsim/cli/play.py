@@ -15,7 +15,8 @@ from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import BestOf, RunName
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.body import Figure, picture
+from gaitsim.render.scene.clip import Clip
+from gaitsim.render.terminal.body import picture
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.render.terminal.view import Viewpoint
 from gaitsim.runs.files.folder import find_run
@@ -59,27 +60,27 @@ def play(
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
     found = RunSnapshot(find_run(run)).individual(generation)
-    figure = Figure(found.skeleton)
+    clip = Clip(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)
     if at is None:
-        _loop(found, figure, camera, speed, once)
+        _loop(found, clip, camera, speed, once)
     else:
-        _still(found, figure, camera, at)
+        _still(found, clip, camera, at)
 
 
-def _still(found: Individual, figure: Figure, camera: Viewpoint, at: float) -> None:
-    if not at <= figure.clip.seconds:
+def _still(found: Individual, clip: Clip, camera: Viewpoint, at: float) -> None:
+    if not at <= clip.seconds:
         raise GaitsimError(
             f"{at:g} s is beyond the motion",
             where="--at",
-            allowed=f"0 to {figure.clip.seconds:g}",
+            allowed=f"0 to {clip.seconds:g}",
         )
     console = output()
     columns, rows = (console.width, min(console.height, 40)) if console.is_terminal else SIZE
-    console.print(_picture(found, figure, camera, at, columns, rows - 1))
+    console.print(_picture(found, clip, camera, at, columns, rows - 1))
 
 
-def _loop(found: Individual, figure: Figure, camera: Viewpoint, speed: float, once: bool) -> None:
+def _loop(found: Individual, clip: Clip, camera: Viewpoint, speed: float, once: bool) -> None:
     console = output()
     if not console.is_terminal:
         raise GaitsimError(
@@ -87,7 +88,7 @@ def _loop(found: Individual, figure: Figure, camera: Viewpoint, speed: float, on
             allowed="a terminal, or --at SECONDS, which prints a still",
             remedy=f"make a video instead: gaitsim video {found.source}",
         )
-    duration = figure.clip.seconds
+    duration = clip.seconds
     start = time.monotonic()
     try:
         with interruptible(), Live(console=console, screen=True, auto_refresh=False) as live:
@@ -97,7 +98,7 @@ def _loop(found: Individual, figure: Figure, camera: Viewpoint, speed: float, on
                     break
                 moment = seconds % duration if duration else 0.0
                 columns, rows = console.size
-                drawn = _picture(found, figure, camera, moment, columns, rows)
+                drawn = _picture(found, clip, camera, moment, columns, rows)
                 live.update(drawn, refresh=True)
                 time.sleep(1 / FPS)
     except KeyboardInterrupt:
@@ -105,12 +106,12 @@ def _loop(found: Individual, figure: Figure, camera: Viewpoint, speed: float, on
 
 
 def _picture(
-    found: Individual, figure: Figure, camera: Viewpoint, seconds: float, columns: int, rows: int
+    found: Individual, clip: Clip, camera: Viewpoint, seconds: float, columns: int, rows: int
 ) -> Group:
     """Return a title line and the body."""
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.name), "bold")
     title.append(f"  generation {found.generation}  score {number(found.score)}")
-    title.append(f"  {seconds:.2f} s of {figure.clip.seconds:.2f} s", "dim")
-    drawn = lines(*picture(figure, seconds, camera, columns, rows - 1), BODY)
+    title.append(f"  {seconds:.2f} s of {clip.seconds:.2f} s", "dim")
+    drawn = lines(*picture(clip, seconds, camera, columns, rows - 1), BODY)
     return Group(Text("\n").join([title, *drawn]))

@@ -11,6 +11,7 @@ from waiting import app_until, strips
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
+from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
 from gaitsim.render.terminal.view import NAMED, Viewpoint
@@ -161,14 +162,14 @@ class TestView:
 
 class TestPicture:
     def test_feet_on_the_ground_are_marked_and_no_others(self):
-        figure = body.Figure(walker())
-        codes, inks = body.picture(figure, 0.0, Viewpoint(), 60, 20)
-        standing = int(figure.skeleton.touching[0].sum())
+        clip = Clip(walker())
+        codes, inks = body.picture(clip, 0.0, Viewpoint(), 60, 20)
+        standing = int(clip.skeleton.touching[0].sum())
         assert (codes == body.STANCE).sum() == standing == 2
         assert set(inks[codes == body.STANCE]) == {body.FOOT + body.LEFT, body.FOOT + body.RIGHT}
 
     def test_left_and_right_have_their_inks(self):
-        _, inks = body.picture(body.Figure(walker()), 0.4, Viewpoint(), 60, 20)
+        _, inks = body.picture(Clip(walker()), 0.4, Viewpoint(), 60, 20)
         limbs = inks[(inks >= body.BODY) & (inks < body.FOOT)]
         assert set((limbs - body.BODY) % body.SIDES) == {body.MIDDLE, body.LEFT, body.RIGHT}
 
@@ -178,24 +179,24 @@ class TestPicture:
         assert body.sides(names).tolist() == expected
 
     def test_a_body_that_is_followed_stays_in_the_middle(self):
-        figure = body.Figure(walker(speed=5.0))
+        clip = Clip(walker(speed=5.0))
         for seconds in (0.5, 1.5, 2.5):
-            _, inks = body.picture(figure, seconds, Viewpoint(), 60, 20)
+            _, inks = body.picture(clip, seconds, Viewpoint(), 60, 20)
             assert abs(np.argwhere(inks >= body.BODY).mean(axis=0)[1] - 30) < 6
 
     def test_the_whole_way_is_in_the_picture(self):
-        figure = body.Figure(walker(speed=5.0))
+        clip = Clip(walker(speed=5.0))
         middles = []
         for seconds in (0.0, 3.0):
-            _, inks = body.picture(figure, seconds, Viewpoint(follow=False).named("side"), 60, 20)
+            _, inks = body.picture(clip, seconds, Viewpoint(follow=False).named("side"), 60, 20)
             middles.append(np.argwhere(inks >= body.BODY).mean(axis=0)[1])
         assert 1 < middles[0] < 12
         assert 48 < middles[1] < 59
 
     def test_the_ground_stays_while_the_camera_stands(self):
-        figure = body.Figure(walker())
+        clip = Clip(walker())
         view = Viewpoint(follow=False).named("top")
-        grounds = [body.picture(figure, seconds, view, 60, 20) for seconds in (0.0, 0.1)]
+        grounds = [body.picture(clip, seconds, view, 60, 20) for seconds in (0.0, 0.1)]
         both = (grounds[0][1] == body.GROUND) & (grounds[1][1] == body.GROUND)
         assert both.sum() > 50
         assert (grounds[0][0][both] == grounds[1][0][both]).all()
@@ -204,25 +205,25 @@ class TestPicture:
     @pytest.mark.parametrize("follow", [True, False])
     def test_any_size_can_be_drawn(self, columns, rows, follow):
         view = Viewpoint(follow=follow)
-        codes, inks = body.picture(body.Figure(walker()), 1.0, view, columns, rows)
+        codes, inks = body.picture(Clip(walker()), 1.0, view, columns, rows)
         assert codes.shape == inks.shape == (rows, columns)
 
     @pytest.mark.parametrize("frames", [1, 2])
     def test_a_body_without_extent_can_be_drawn(self, frames):
-        figure = body.Figure(Skeleton(np.zeros((frames, 1, 2, 3)), ("point",), 1.0))
+        clip = Clip(Skeleton(np.zeros((frames, 1, 2, 3)), ("point",), 1.0))
         for name in NAMED:
-            assert body.picture(figure, 0.0, Viewpoint().named(name), 20, 8)[0].shape == (8, 20)
+            assert body.picture(clip, 0.0, Viewpoint().named(name), 20, 8)[0].shape == (8, 20)
 
     def test_numbers_that_are_not_finite_are_refused(self):
         segments = np.zeros((2, 1, 2, 3))
         segments[1, 0, 0, 0] = np.nan
         with pytest.raises(GaitsimError, match="not finite"):
-            body.Figure(Skeleton(segments, ("limb",), 1.0))
+            Clip(Skeleton(segments, ("limb",), 1.0))
 
     @pytest.mark.parametrize("shape", [(0, 1, 2, 3), (3, 0, 2, 3)])
     def test_nothing_to_draw_is_refused(self, shape):
         with pytest.raises(GaitsimError, match="nothing to draw"):
-            body.Figure(Skeleton(np.zeros(shape), ("limb",) * shape[1], 1.0))
+            Clip(Skeleton(np.zeros(shape), ("limb",) * shape[1], 1.0))
 
 
 class TestWidget:

@@ -72,16 +72,21 @@ def fitting(box: Points, view: str, width: float, height: float) -> tuple[float,
     """
     right, up, _ = axes(*VIEWS[view])
     if view == "orbit":
-        # The widest that it gets from any side.
-        wide = 2 * float(np.hypot(box[:, 0], box[:, 1]).max())
-        tall = float(np.ptp(box @ up)) + 0.2 * wide
-        middle = np.array([0.0, 0.0, (box[:, 2].min() + box[:, 2].max()) / 2])
+        wide, tall, middle = all_round(box, up)
+        tall += 0.2 * wide
     else:
         across, above = box @ right, box @ up
         wide, tall = float(np.ptp(across)), float(np.ptp(above))
         middle = right * (across.min() + across.max()) / 2 + up * (above.min() + above.max()) / 2
     scale = min(width / max(wide, 1e-9), height / max(tall, 1e-9))
     return scale, middle
+
+
+def all_round(box: Points, up: Points) -> tuple[float, float, Points]:
+    """Return the greatest width of a body from any side, its height along `up`, and its middle."""
+    wide = 2 * float(np.hypot(box[:, 0], box[:, 1]).max())
+    middle = np.array([0.0, 0.0, (box[:, 2].min() + box[:, 2].max()) / 2])
+    return wide, float(np.ptp(box @ up)), middle
 
 
 def steadied(path: Points, frame_rate: float, seconds: float = 0.2) -> Points:

@@ -1,6 +1,6 @@
 """One body over time as a scene shows it: poses between frames, and the aim of the camera."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
+from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.anatomy import Anatomy, anatomy
 from gaitsim.render.scene.camera import steadied
 
@@ -43,15 +44,38 @@ class Clip:
         skeleton: whose numbers are finite.
         title: the first line.
         details: the second.
+
+    Raises:
+        GaitsimError: the skeleton cannot be drawn.
     """
 
     skeleton: Skeleton
     title: str = ""
     details: str = ""
-    flies: bool = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "flies", self.skeleton.contacts is None)
+        segments, contacts = self.skeleton.segments, self.skeleton.contacts
+        if not segments.size:
+            raise GaitsimError(
+                f"the body has nothing to draw: {segments.shape[0]} frames of "
+                f"{segments.shape[1]} segments",
+                allowed="a skeleton of one frame and one segment or more",
+            )
+        places = (segments, self.skeleton.path, *(() if self.flies else (contacts,)))
+        if not all(np.isfinite(one).all() for one in places):
+            raise GaitsimError(
+                "the body's skeleton holds numbers that are not finite",
+                remedy="tell the author of the body; another generation may be drawn",
+            )
+        if not 0 < self.skeleton.frame_rate < np.inf:
+            raise GaitsimError(
+                f"the body moves at {self.skeleton.frame_rate} frames a second", allowed="above 0"
+            )
+
+    @property
+    def flies(self) -> bool:
+        """Whether it has no feet."""
+        return self.skeleton.contacts is None
 
     @cached_property
     def anatomy(self) -> Anatomy:

@@ -1,14 +1,10 @@
 """A body on the ground at one moment, in braille dots."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Skeleton
-from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
@@ -32,52 +28,8 @@ BOLD = 150  # dots of a picture's height from which lines are two dots wide
 TRAIL = 80  # points of a path that are drawn, at most
 
 
-@dataclass(frozen=True, eq=False)
-class Figure:
-    """A skeleton, ready to be drawn at any moment.
-
-    Attributes:
-        skeleton: whose numbers are finite.
-
-    Raises:
-        GaitsimError: it cannot be drawn.
-    """
-
-    skeleton: Skeleton
-
-    def __post_init__(self) -> None:
-        segments = self.skeleton.segments
-        if not segments.size:
-            raise GaitsimError(
-                f"the body has nothing to draw: {segments.shape[0]} frames of "
-                f"{segments.shape[1]} segments",
-                allowed="a skeleton of one frame and one segment or more",
-            )
-        if not (np.isfinite(segments).all() and np.isfinite(self.skeleton.path).all()):
-            raise GaitsimError(
-                "the body's skeleton holds numbers that are not finite",
-                remedy="tell the author of the body; another generation may be drawn",
-            )
-
-    @cached_property
-    def clip(self) -> Clip:
-        """The skeleton between its frames."""
-        return Clip(self.skeleton)
-
-    @cached_property
-    def sides(self) -> NDArray[np.intp]:
-        """Of each segment: MIDDLE, LEFT or RIGHT, by its name."""
-        return sides(self.skeleton.names)
-
-    @cached_property
-    def feet(self) -> NDArray[np.intp]:
-        """The same of each contact."""
-        names = self.skeleton.contact_names
-        count = 0 if self.skeleton.contacts is None else self.skeleton.contacts.shape[1]
-        return sides(names) if names else np.full(count, MIDDLE, dtype=np.intp)
-
-
-def sides(names: Sequence[str]) -> NDArray[np.intp]:
+@lru_cache(16)
+def sides(names: tuple[str, ...]) -> NDArray[np.intp]:
     """Return the side of each thing by the first word of its name, such as 'L1 femur'.
 
     A skeleton says nothing else of sides; names without one are in the middle.
@@ -87,18 +39,17 @@ def sides(names: Sequence[str]) -> NDArray[np.intp]:
 
 
 def picture(
-    figure: Figure, seconds: float, view: Viewpoint, columns: int, rows: int
+    clip: Clip, seconds: float, view: Viewpoint, columns: int, rows: int
 ) -> tuple[NDArray[np.uint32], Inks]:
     """A body at a moment: the characters as code points, and their inks, both (rows, columns)."""
     dots = empty(columns, rows)
     height, width = dots.shape
     if not dots.size:
         return cells(dots)
-    clip = figure.clip
     pose = clip.at(seconds)
     eye = camera(view, clip, pose, width, height)
     _ground(dots, eye, clip)
-    limbs, shades = _limbs(eye, pose.segments, figure.sides, height)
+    limbs, shades = _limbs(eye, pose.segments, sides(clip.skeleton.names), height)
     track = _track(eye, clip, pose, height)
     draw_lines(dots, np.concatenate([track, limbs]), np.append(np.full(len(track), TRACK), shades))
     codes, inks = cells(dots, behind=TRACK)
@@ -106,7 +57,9 @@ def picture(
         feet = _flat(eye, pose.contacts[pose.touching], height)[0]
         at = np.rint((feet - (0.5, 1.5)) / (2, 4)).astype(np.intp)
         inside = ((at >= 0) & (at < (columns, rows))).all(axis=1)
-        at, side = at[inside], figure.feet[pose.touching][inside]
+        at = at[inside]
+        names = clip.skeleton.contact_names or ("",) * len(pose.contacts)
+        side = sides(names)[pose.touching][inside]
         codes[at[:, 1], at[:, 0]] = STANCE
         inks[at[:, 1], at[:, 0]] = FOOT + side
     return codes, inks

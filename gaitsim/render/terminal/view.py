@@ -4,16 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, axes
+from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, all_round, axes
 from gaitsim.render.scene.clip import Clip, Pose
 
 FILLED = 0.88, 0.80  # shares of a picture's width and height that a body fills
 CLOSEST, FARTHEST = 16.0, 1 / 16
 SMALLEST = 1e-6  # metres: a body that is a point is drawn as if it were so large
 
-NAMED: dict[str, tuple[float, float]] = {
-    name: VIEWS[name] for name in ("iso", "side", "top") if name in VIEWS
-} | {"front": (0.0, 12.0)}
+NAMED = {**{name: VIEWS[name] for name in ("iso", "side", "top")}, "front": (0.0, 12.0)}
 
 
 @dataclass(frozen=True)
@@ -70,12 +68,8 @@ def camera(view: Viewpoint, clip: Clip, pose: Pose, width: int, height: int) -> 
     right, up, ahead = axes(view.azimuth, view.elevation)
     if view.follow:
         # As wide from every side, so that a body does not grow and shrink as it is turned.
-        box = clip.box
-        wide = 2 * float(np.hypot(box[:, 0], box[:, 1]).max())
-        tall = float(np.ptp(box @ up))
-        middle = (box[:, 2].min() + box[:, 2].max()) / 2
-        target = pose.aim + np.array([0.0, 0.0, middle])
-        reach = wide / 2
+        wide, tall, middle = all_round(clip.box, up)
+        target, reach = pose.aim + middle, wide / 2
     else:
         box = _way(clip)
         across, above = box @ right, box @ up
@@ -84,10 +78,8 @@ def camera(view: Viewpoint, clip: Clip, pose: Pose, width: int, height: int) -> 
         reach = float(np.linalg.norm(np.ptp(box, axis=0))) / 2
     scale = min(FILLED[0] * width / max(wide, SMALLEST), FILLED[1] * height / max(tall, SMALLEST))
     return Camera(
-        target=np.asarray(target, dtype=np.float64),
-        right=right,
-        up=up,
-        ahead=ahead,
+        np.asarray(target, dtype=np.float64),
+        *(right, up, ahead),
         distance=DISTANCE * max(reach, SMALLEST),
         scale=scale * view.zoom,
         centre=np.array([(width - 1) / 2, (height - 1) / 2]),

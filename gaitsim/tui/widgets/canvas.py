@@ -13,6 +13,7 @@ from textual.reactive import reactive
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
+from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.view import Viewpoint
 from gaitsim.tui.widgets.cells import Cells, Picture
@@ -83,31 +84,18 @@ class BodyCanvas(Cells, can_focus=True):
     speed: reactive[float] = reactive(1.0, repaint=False, init=False)
 
     class Moved(Message):
-        """The moment that is shown is another one.
+        """The moment that a canvas shows is another one."""
 
-        Attributes:
-            canvas: that shows it.
-            seconds: since the motion began.
-        """
-
-        def __init__(self, canvas: "BodyCanvas", seconds: float) -> None:
+        def __init__(self, canvas: "BodyCanvas") -> None:
             super().__init__()
-            self.canvas, self.seconds = canvas, seconds
-
-        @property
-        def control(self) -> "BodyCanvas":
-            return self.canvas
+            self.canvas = canvas
 
     class ViewChanged(Message):
         """The camera was moved."""
 
-        def __init__(self, canvas: "BodyCanvas", view: Viewpoint) -> None:
+        def __init__(self, view: Viewpoint) -> None:
             super().__init__()
-            self.canvas, self.view = canvas, view
-
-        @property
-        def control(self) -> "BodyCanvas":
-            return self.canvas
+            self.view = view
 
     def __init__(
         self,
@@ -119,7 +107,7 @@ class BodyCanvas(Cells, can_focus=True):
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
-        self._figure: body.Figure | None = None
+        self._body: Clip | None = None
         self._message = message
         self._clock, self._fps = clock, fps
         self._then = 0.0
@@ -132,10 +120,10 @@ class BodyCanvas(Cells, can_focus=True):
 
         One that cannot be drawn shows why.
         """
-        self._figure, self._message = None, message
+        self._body, self._message = None, message
         if skeleton is not None:
             try:
-                self._figure = body.Figure(skeleton)
+                self._body = Clip(skeleton)
             except GaitsimError as error:
                 self._message = str(error)
         if self.seconds > self.duration:
@@ -145,32 +133,32 @@ class BodyCanvas(Cells, can_focus=True):
     @property
     def skeleton(self) -> Skeleton | None:
         """What is shown."""
-        return self._figure.skeleton if self._figure else None
+        return self._body.skeleton if self._body else None
 
     @property
     def duration(self) -> float:
         """Seconds from the first frame to the last."""
-        return self._figure.clip.seconds if self._figure else 0.0
+        return self._body.seconds if self._body else 0.0
 
     @property
     def frames(self) -> int:
         """How many there are."""
-        return len(self._figure.skeleton.segments) if self._figure else 0
+        return len(self._body.skeleton.segments) if self._body else 0
 
     @property
     def frame(self) -> int:
         """The frame that is shown, or the one that was before."""
-        if self._figure is None:
+        if self._body is None:
             return 0
         # A moment that is a frame's but for rounding is that frame's.
-        at = int(self.seconds * self._figure.skeleton.frame_rate + 1e-6)
+        at = int(self.seconds * self._body.skeleton.frame_rate + 1e-6)
         return min(at, self.frames - 1)
 
     def show_frame(self, frame: int) -> None:
         """Show a frame; those outside of the motion are its ends."""
-        if self._figure is not None:
+        if self._body is not None:
             frame = min(max(frame, 0), self.frames - 1)
-            self.seconds = frame / self._figure.skeleton.frame_rate
+            self.seconds = frame / self._body.skeleton.frame_rate
 
     def on_mount(self) -> None:
         self._timer = self.set_interval(1 / self._fps, self._tick, pause=not self.playing)
@@ -179,10 +167,10 @@ class BodyCanvas(Cells, can_focus=True):
     def _tick(self) -> None:
         now = self._clock()
         elapsed, self._then = now - self._then, now
-        if self._figure is None or not self.duration or self.screen is not self.app.screen:
+        if self._body is None or not self.duration or self.screen is not self.app.screen:
             return
         self.seconds = (self.seconds + elapsed * self.speed) % self.duration
-        self.post_message(self.Moved(self, self.seconds))
+        self.post_message(self.Moved(self))
 
     def watch_playing(self, playing: bool) -> None:
         if not self.is_mounted:
@@ -199,14 +187,14 @@ class BodyCanvas(Cells, can_focus=True):
     def watch_view(self, view: Viewpoint) -> None:
         self.redraw()
         if self.is_mounted:
-            self.post_message(self.ViewChanged(self, view))
+            self.post_message(self.ViewChanged(view))
 
     def words(self) -> str:
-        return "" if self._figure else self._message
+        return "" if self._body else self._message
 
     def picture(self, columns: int, rows: int) -> Picture:
-        assert self._figure is not None, "else there are words"
-        return body.picture(self._figure, self.seconds, self.view, columns, rows)
+        assert self._body is not None, "else there are words"
+        return body.picture(self._body, self.seconds, self.view, columns, rows)
 
     def ink_styles(self) -> list[Style]:
         """Of ground, track, limbs by shade and side, feet by side."""

@@ -59,7 +59,7 @@ class FootfallStrip(Cells):
             self._rate = skeleton.frame_rate
             self._touching = np.asarray(touching, dtype=np.bool_)
             self._names = tuple(map(_plain, skeleton.contact_names or map(str, range(1, feet + 1))))
-            self._sides = sides(skeleton.contact_names or [""] * feet)
+            self._sides = sides(skeleton.contact_names or ("",) * feet)
         else:
             self._touching = np.empty((0, 0), dtype=np.bool_)
         self.display = self.feet > 0
