@@ -1,16 +1,14 @@
 """The `gaitsim` command and its subcommands."""
 
-from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import typer
 
-from gaitsim.cli.help import LazyGroup
+from gaitsim.cli.help import group
 
-
-class _Commands(LazyGroup):
-    package = "gaitsim.cli"
-    lines: ClassVar[Mapping[str, str]] = {
+app = group(
+    "gaitsim.cli",
+    {
         "run": "Evolve a gait and keep the run on disk.",
         "resume": "Continue a run exactly as if it had never stopped, or with other options.",
         "fork": "Copy a run, to continue the copy with other options.",
@@ -30,13 +28,8 @@ class _Commands(LazyGroup):
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets.",
         "plugins": "List, show and check plugins, and create new ones.",
-    }
-
-
-app = typer.Typer(
+    },
     name="gaitsim",
-    cls=_Commands,
-    no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},

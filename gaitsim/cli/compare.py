@@ -1,7 +1,6 @@
 """`gaitsim compare`."""
 
 import shlex
-import sys
 from math import isfinite
 from pathlib import Path
 from shutil import rmtree
@@ -11,8 +10,8 @@ import typer
 
 from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.console import notice, output, print_json, print_table, wrote
-from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import Dask, Json, Set, Workers
+from gaitsim.cli.interrupts import all_or_nothing
+from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Executor
@@ -44,8 +43,8 @@ def compare(
         float | None,
         typer.Option(help="Score that counts as success. Default: the lowest of the medians."),
     ] = None,
-    generations: Annotated[int | None, typer.Option(help="How many generations.")] = None,
-    population: Annotated[int | None, typer.Option(help="Individuals a generation.")] = None,
+    generations: Generations = None,
+    population: Population = None,
     set_: Set = None,
     workers: Workers = None,
     dask: Dask = None,
@@ -76,15 +75,12 @@ def compare(
     name = "-against-".join(one.name for one in loaded.values())[:150]
     with cluster(dask, workers) as executor:
         folder = create_folder(out or Path("comparisons") / name, texts)
-        try:
-            with interruptible():
+        with all_or_nothing():
+            try:
                 findings = analyse(_samples(loaded, repeats, workers, executor, quiet=json), target)
-        except BaseException as error:
-            rmtree(folder, ignore_errors=True)
-            if not isinstance(error, KeyboardInterrupt):
+            except BaseException:
+                rmtree(folder, ignore_errors=True)
                 raise
-            notice("Stopped; nothing was written.")
-            sys.exit(130)
     shown = f"./{folder}" if str(folder).startswith("-") else str(folder)
     again = ["gaitsim", "compare", *(f"{shown}/{text}" for text in texts)]
     again += ["--repeats", str(repeats), *(["--target", str(target)] if target is not None else [])]

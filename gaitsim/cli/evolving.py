@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
+from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.cluster import warn
 from gaitsim.cli.console import notice, status
 from gaitsim.cli.interrupts import Interrupts, interruptible
@@ -22,7 +23,6 @@ from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
 
 SLOW = 1.0  # seconds that may pass in silence
-INTERRUPTED = 130  # exit code, as shells give it
 
 
 def evolve_run(

@@ -7,7 +7,7 @@ import typer
 
 from gaitsim.choices import GaitFormat
 from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.options import BestOf, RunName
+from gaitsim.cli.options import BestOf, ExportFile, RunName
 from gaitsim.cli.parsing import file_format
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
@@ -28,9 +28,7 @@ def export(
             "ends, or mat."
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
-    ] = None,
+    out: ExportFile = None,
     generation: BestOf = None,
     keyframe_ms: Annotated[
         int | None,

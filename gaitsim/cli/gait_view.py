@@ -21,7 +21,7 @@ UNNAMED = ("none", "standing")
 
 
 def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
-    """All of it but the score."""
+    """Print all of it but the score."""
     console = output()
     console.print(individual.title, style="bold", markup=False)
     found = gait.name

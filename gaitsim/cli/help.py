@@ -89,6 +89,12 @@ class LazyGroup(TyperGroup):
         return get_command(app)
 
 
+def group(package: str, lines: Mapping[str, str], **settings: Any) -> typer.Typer:
+    """Return the Typer app of a group of the commands in a package, see `LazyGroup`."""
+    kind = type("Group", (LazyGroup,), {"package": package, "lines": lines})
+    return typer.Typer(cls=kind, no_args_is_help=True, **settings)
+
+
 def arranged(text: str) -> str:
     """Put the examples of a docstring on consecutive lines."""
     before, mark, after = text.partition(_EXAMPLES)

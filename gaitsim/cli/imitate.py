@@ -1,6 +1,5 @@
 """`gaitsim imitate`."""
 
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,9 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPreset
-from gaitsim.cli.console import errors, notice, print_json, wrote
+from gaitsim.cli.console import notice, print_json, status, wrote
 from gaitsim.cli.imitation_view import print_results
-from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Json, RunName
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
@@ -97,8 +96,6 @@ def imitate(
     if compare_activations:
         names += [name for name in ACTIVATIONS if name != chosen.activation]
     results = _train(expert, [replace(chosen, activation=name) for name in names], quiet=json)
-    if results is None:
-        sys.exit(130)
     files = files_of(out or exports_folder(opened.path), format, compare_activations)
     write_results(results, files)
     wrote(*files.values())
@@ -108,22 +105,18 @@ def imitate(
         print_results(results, files, preset=settings)
 
 
-def _train(expert: Individual, every: list[Settings], quiet: bool) -> list[Result] | None:
-    """Train with each of the settings, with a progress bar; None when the user stopped it."""
+def _train(expert: Individual, every: list[Settings], quiet: bool) -> list[Result]:
+    """Train with each of the settings, with a progress bar."""
     found: list[Result] = []
-    try:
-        with interruptible():
-            start = time.monotonic()
-            with errors().status("Preparing: the first training compiles its kernel …"):
-                prepare()
-            if time.monotonic() - start > 1 and not quiet:
-                notice("Prepared; the compiled kernel is kept for the next training.")
-            for settings in every:
-                label = f"learning, {settings.activation}"
-                log = "" if quiet else f"{label}: {settings.epochs} epochs"
-                with Progress(label, "epochs", settings.epochs, log=log) as progress:
-                    found.append(imitated(expert, settings, progress.advance))
-    except KeyboardInterrupt:
-        notice("Stopped; nothing was written.")
-        return None
+    with all_or_nothing():
+        start = time.monotonic()
+        with status("Preparing: the first training compiles its kernel …"):
+            prepare()
+        if time.monotonic() - start > 1 and not quiet:
+            notice("Prepared; the compiled kernel is kept for the next training.")
+        for settings in every:
+            label = f"learning, {settings.activation}"
+            log = "" if quiet else f"{label}: {settings.epochs} epochs"
+            with Progress(label, "epochs", settings.epochs, log=log) as progress:
+                found.append(imitated(expert, settings, progress.advance))
     return found

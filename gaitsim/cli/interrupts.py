@@ -1,9 +1,13 @@
 """Ctrl-C and SIGTERM: at once, or after the current generation."""
 
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
+
+from gaitsim.cli import INTERRUPTED
+from gaitsim.cli.console import notice
 
 
 class Interrupts:
@@ -37,3 +41,14 @@ def interruptible() -> Iterator[Interrupts]:
     finally:
         for number, old in before.items():
             signal.signal(number, old)
+
+
+@contextmanager
+def all_or_nothing() -> Iterator[None]:
+    """End the program when the user stops the block, which then has written nothing."""
+    try:
+        with interruptible():
+            yield
+    except KeyboardInterrupt:
+        notice("Stopped; nothing was written.")
+        sys.exit(INTERRUPTED)

@@ -1,5 +1,6 @@
 """Arguments and options that several commands share."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -7,6 +8,14 @@ import typer
 RunName = Annotated[str, typer.Argument(help="Name of a run under runs/, or its folder.")]
 BestOf = Annotated[
     int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
+]
+ExperimentName = Annotated[
+    str, typer.Argument(help="A preset's name, or the path of a TOML file.", metavar="NAME|FILE")
+]
+Generations = Annotated[int | None, typer.Option(help="How many generations.")]
+Population = Annotated[int | None, typer.Option(help="Individuals a generation.")]
+ExportFile = Annotated[
+    Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
 ]
 Set = Annotated[
     list[str] | None,

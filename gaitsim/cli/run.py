@@ -7,19 +7,16 @@ import typer
 
 from gaitsim.cli.cluster import cluster
 from gaitsim.cli.evolving import evolve_run
-from gaitsim.cli.options import Dask, Json, Set, Workers
+from gaitsim.cli.options import Dask, ExperimentName, Generations, Json, Population, Set, Workers
 from gaitsim.experiment import load_experiment, parse_assignments
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.start import check_start, kept_individual
 
 
 def run(
-    experiment: Annotated[
-        str,
-        typer.Argument(help="A preset's name, or the path of a TOML file.", metavar="NAME|FILE"),
-    ],
-    generations: Annotated[int | None, typer.Option(help="How many generations.")] = None,
-    population: Annotated[int | None, typer.Option(help="Individuals a generation.")] = None,
+    experiment: ExperimentName,
+    generations: Generations = None,
+    population: Population = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all randomness.")] = None,
     set_: Set = None,
     workers: Workers = None,

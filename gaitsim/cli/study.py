@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.console import notice, output, print_table, wrote
 from gaitsim.cli.interrupts import interruptible
@@ -66,7 +67,7 @@ def study(
                 notice(
                     f"Stopped; finished cells are kept. Continue with: {command('study', folder)}"
                 )
-                sys.exit(130)
+                sys.exit(INTERRUPTED)
             found, missing = results(folder, study, every)
             if missing:
                 raise RunError(f"cell {missing[0].index} of {folder} is missing or damaged")

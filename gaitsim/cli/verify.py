@@ -61,28 +61,20 @@ def verify(
             allowed="one of the two",
         )
     opened = RunSnapshot(find_run(run))
-    verdict = _verify(opened, asked_generations(None, generations), all_, workers)
-    if json:
-        _print_json(str(opened.path), verdict)
-    else:
-        _print(str(opened.path), verdict)
-    if not verdict.identical:
-        sys.exit(DIFFERENT)
-
-
-def _verify(
-    run: RunSnapshot, generations: tuple[int, ...], everything: bool, workers: int | None
-) -> Verdict:
-    """Verify with a progress bar."""
-    with interruptible(), Progress(run.path.name, "generations") as progress:
-        return verify_generations(
-            run,
-            generations or None,
-            everything=everything,
+    chosen = asked_generations(None, generations)
+    with interruptible(), Progress(opened.path.name, "generations") as progress:
+        verdict = verify_generations(
+            opened,
+            chosen or None,
+            everything=all_,
             workers=workers,
             begin=progress.expect,
             advance=progress.advance,
         )
+    show = _print_json if json else _print
+    show(str(opened.path), verdict)
+    if not verdict.identical:
+        sys.exit(DIFFERENT)
 
 
 def _print_json(path: str, verdict: Verdict) -> None:

@@ -1,15 +1,13 @@
 """`gaitsim video`."""
 
-import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from gaitsim.choices import Theme, VideoFormat, VideoView
-from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import BestOf, RunName
+from gaitsim.cli.console import echo, wrote
+from gaitsim.cli.interrupts import all_or_nothing
+from gaitsim.cli.options import BestOf, ExportFile, RunName
 from gaitsim.cli.parsing import asked_generations, file_format, pixels
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
@@ -24,9 +22,7 @@ def video(
         VideoFormat | None,
         typer.Option(help="MP4 (H.264) or GIF. Default: as --out ends, or mp4."),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
-    ] = None,
+    out: ExportFile = None,
     generation: BestOf = None,
     generations: Annotated[
         str | None,
@@ -60,15 +56,11 @@ def video(
     if out is not None:
         check_folder(out)
     opened = RunSnapshot(find_run(run))
-    try:
-        with interruptible():
-            made = Video(opened, wanted, settings)
-            path = out or exports_folder(opened.path) / made.name
-            with Progress(path.name, "pictures", len(made)) as progress:
-                made.write(path, progress.advance)
-    except KeyboardInterrupt:
-        notice("Stopped; nothing was written.")
-        sys.exit(130)
+    with all_or_nothing():
+        made = Video(opened, wanted, settings)
+        path = out or exports_folder(opened.path) / made.name
+        with Progress(path.name, "pictures", len(made)) as progress:
+            made.write(path, progress.advance)
     wrote(path)
     width, height = settings.pixels
     echo(

@@ -1,22 +1,15 @@
 """`gaitsim experiments`."""
 
-from collections.abc import Mapping
-from typing import ClassVar
+from gaitsim.cli.help import group
 
-import typer
-
-from gaitsim.cli.help import LazyGroup
-
-
-class _Commands(LazyGroup):
-    package = __name__
-    lines: ClassVar[Mapping[str, str]] = {
+app = group(
+    __name__,
+    {
         "list": "List the presets of all installed packages.",
         "show": "Print an experiment as TOML, with every option, to edit and run.",
-    }
-
-
-app = typer.Typer(cls=_Commands, no_args_is_help=True, add_completion=False)
+    },
+    add_completion=False,
+)
 
 
 @app.callback()

@@ -1,20 +1,15 @@
 """`gaitsim experiments show`."""
 
 import io
-from typing import Annotated
-
-import typer
 
 from gaitsim.cli.console import echo
+from gaitsim.cli.options import ExperimentName
 from gaitsim.cli.streams import results
 from gaitsim.experiment import load_experiment
 
 
 def show(
-    name: Annotated[
-        str,
-        typer.Argument(help="A preset's name, or the path of a TOML file.", metavar="NAME|FILE"),
-    ],
+    name: ExperimentName,
 ) -> None:
     """Print an experiment as TOML, with every option, to edit and run.
 
