@@ -1,5 +1,6 @@
 """Groups that import a command when it is used; the style of `--help` and of usage errors."""
 
+import gc
 import inspect
 from collections.abc import Mapping
 from importlib import import_module
@@ -47,6 +48,7 @@ class Command(TyperCommand):
         """Run the command, its results apart from whatever plugins print."""
         if self.name not in SCREENS:
             streams.isolate_results()
+        gc.enable()  # after the imports, see `main`
         return super().invoke(ctx)
 
 
