@@ -6,7 +6,8 @@ workers, and the spider, which does not. Without `distributed`, Dask is left out
 
 import importlib.util
 import pickle
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from itertools import islice
 
@@ -17,7 +18,7 @@ from timing import medians, milliseconds, print_figure, print_machine, stopwatch
 from gaitsim.contracts import Genomes
 from gaitsim.evaluation import Evaluator, Executor, evaluate
 from gaitsim.evaluation.chunking import CostModel, Overhead, best_plan, measure_overhead
-from gaitsim.evaluation.executors import ThreadExecutor
+from gaitsim.evaluation.executors import Result, Task
 from gaitsim.evaluation.processes import ProcessExecutor
 from gaitsim.evolution import evolve, initial_population
 from gaitsim.experiment import Experiment, load_experiment
@@ -25,12 +26,30 @@ from gaitsim.experiment import Experiment, load_experiment
 WORKERS = 2
 
 
+class Threads(Executor):
+    """Threads, as an evaluator moves a compiled body in."""
+
+    def __init__(self) -> None:
+        self.workers = WORKERS
+        self._pool = ThreadPoolExecutor(WORKERS)
+
+    def each(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Iterator[tuple[int, Result]]:
+        """Yield the results in the order of the tasks."""
+        yield from enumerate(self._pool.map(function, tasks))
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.shutdown()
+
+
 @contextmanager
 def kinds() -> Iterator[dict[str, Executor]]:
     """The ways to share, by name."""
     with ExitStack() as held:
         found: dict[str, Executor] = {
-            "threads": held.enter_context(ThreadExecutor(WORKERS)),
+            "threads": held.enter_context(Threads()),
             "processes": held.enter_context(ProcessExecutor(WORKERS)),
         }
         if importlib.util.find_spec("distributed") is not None:

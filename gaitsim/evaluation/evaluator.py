@@ -6,6 +6,7 @@ nor the order in which they finish changes a bit of the result.
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from typing import Self
@@ -18,9 +19,7 @@ from gaitsim.evaluation.chunking import Scheduler, cuts
 from gaitsim.evaluation.executors import (
     Executor,
     Result,
-    SerialExecutor,
     Task,
-    ThreadExecutor,
     WorkerLostError,
     cores,
 )
@@ -63,9 +62,8 @@ class Evaluator:
         self.experiment = experiment
         threads = experiment.organism.threads
         asked = workers or cores()
-        self._local: Executor = SerialExecutor()
-        if threads and (cluster or asked > 1):
-            self._local = ThreadExecutor(cores() if cluster else asked)
+        self._threads = 1 if not threads else cores() if cluster else asked
+        self._pool = ThreadPoolExecutor(self._threads, "gaitsim") if self._threads > 1 else None
         self._own = None
         if not (cluster or threads or asked == 1):
             # Starting 32 of 1,000 processes on two cores took ten times as long as starting two.
@@ -79,15 +77,14 @@ class Evaluator:
         self._wanted = cluster is not None or workers is not None
         self._scheduler = self._task_scheduler = None
         if remote := cluster or self._own:
-            local = self._local.workers
-            self._scheduler = Scheduler(local, remote, self._wanted, on_warning)
-            self._task_scheduler = Scheduler(local, remote, self._wanted)
+            self._scheduler = Scheduler(self._threads, remote, self._wanted, on_warning)
+            self._task_scheduler = Scheduler(self._threads, remote, self._wanted)
         self._serialized = SerializedExperiment(experiment)
 
     @property
     def workers(self) -> int:
         """How many work at a time if a population is shared; those of a cluster come and go."""
-        return (self._scheduler.remote if self._scheduler else self._local).workers
+        return self._scheduler.remote.workers if self._scheduler else self._threads
 
     @property
     def elsewhere(self) -> bool:
@@ -98,7 +95,8 @@ class Evaluator:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._local.close()
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
         if self._own is not None:
             self._own.close()
 
@@ -142,10 +140,10 @@ class Evaluator:
 
     def _evaluate_locally(self, genomes: Genomes) -> Evaluation:
         start = time.perf_counter()
-        parts = self._local.map(partial(evaluate, self.experiment), self._cut(genomes))
+        parts = self._map_locally(evaluate, self._cut(genomes))
         if self._scheduler is not None:
             seconds = time.perf_counter() - start
-            self._scheduler.cost_model.learn(len(genomes), seconds, self._local.workers)
+            self._scheduler.cost_model.learn(len(genomes), seconds, self._threads)
         return joined(self.experiment, parts)
 
     def map(
@@ -173,7 +171,7 @@ class Evaluator:
             if shared:
                 return self._map_remotely(scheduler, function, tasks)
         start = time.perf_counter()
-        results = self._local.map(partial(function, self.experiment), tasks)
+        results = self._map_locally(function, tasks)
         if scheduler is not None:
             scheduler.cost_model.learn(len(tasks), time.perf_counter() - start)
         return results
@@ -182,11 +180,16 @@ class Evaluator:
         """Return the chunks for this process."""
         if not self.experiment.organism.threads:
             return [genomes]
-        workers = self._local.workers
-        rest = len(genomes) % (workers * IN_CACHE)
+        rest = len(genomes) % (self._threads * IN_CACHE)
         whole = len(genomes) - rest
         full = np.split(genomes[:whole], range(IN_CACHE, whole, IN_CACHE)) if whole else []
-        return [*full, *np.array_split(genomes[whole:], min(workers, rest))] if rest else full
+        return [*full, *np.array_split(genomes[whole:], min(self._threads, rest))] if rest else full
+
+    def _map_locally(
+        self, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
+    ) -> list[Result]:
+        work = partial(function, self.experiment)
+        return list(self._pool.map(work, tasks) if self._pool else map(work, tasks))
 
     def _map_remotely(
         self,

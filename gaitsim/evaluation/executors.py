@@ -1,4 +1,4 @@
-"""One function over many tasks: in this thread, in threads, in processes, on a cluster.
+"""The contract of workers: one function over many tasks, in processes or on a cluster.
 
 Functions, tasks and results are picklable; a function is one of a module, or a
 `functools.partial` of one. An experiment is sent as a `SerializedExperiment`.
@@ -7,7 +7,6 @@ Functions, tasks and results are picklable; a function is one of a module, or a
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Self, TypeVar
 
 from gaitsim.errors import GaitsimError
@@ -81,50 +80,3 @@ class Executor(ABC):
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class SerialExecutor(Executor):
-    """Runs tasks in this thread, one after the other."""
-
-    def each(
-        self, function: Callable[[Task], Result], tasks: Sequence[Task]
-    ) -> Iterator[tuple[int, Result]]:
-        """Run each task when its result is asked for."""
-        for place, task in enumerate(tasks):
-            yield place, function(task)
-
-    def close(self) -> None:
-        """Do nothing: there are no workers."""
-
-
-class ThreadExecutor(Executor):
-    """Runs tasks in threads of this process, for work that releases the interpreter's lock.
-
-    Args:
-        workers: how many.
-    """
-
-    def __init__(self, workers: int) -> None:
-        self.workers = workers
-        self._pool = ThreadPoolExecutor(workers, "gaitsim")
-
-    def each(
-        self, function: Callable[[Task], Result], tasks: Sequence[Task]
-    ) -> Iterator[tuple[int, Result]]:
-        """Submit all tasks to the threads."""
-        places = {self._pool.submit(function, task): place for place, task in enumerate(tasks)}
-        try:
-            while places:
-                for future in wait(places, return_when=FIRST_COMPLETED).done:
-                    yield places.pop(future), future.result()
-        finally:
-            for future in places:
-                future.cancel()
-
-    def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """Return the results in order; `each` has more overhead, for tasks of a millisecond."""
-        return list(self._pool.map(function, tasks))
-
-    def close(self) -> None:
-        """Drop tasks that have not started. A thread ends after its current task."""
-        self._pool.shutdown(wait=False, cancel_futures=True)

@@ -54,11 +54,6 @@ ParallelMap = Callable[
 """Applies a function of an experiment and a task to all tasks, in order, as `Evaluator.map`."""
 
 
-def by_island(islands: Islands, values: Array) -> Array:
-    """Reshape values of all individuals, (individuals, …) -> (islands, population, …)."""
-    return values.reshape(islands.number, -1, *values.shape[1:])
-
-
 def migrated(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes, Scores]:
     """Replace the worst of each island by copies of the best of its neighbours.
 
@@ -137,7 +132,8 @@ def _epochs(
 ) -> list[Epoch]:
     """Return the epoch of each island, after the migration if one is due."""
     islands = experiment.islands
-    populations, values = by_island(islands, genomes), by_island(islands, scores)
+    populations = genomes.reshape(islands.number, -1, genomes.shape[1])
+    values = scores.reshape(islands.number, -1)
     if (first - 1) % islands.every == 0:
         populations, values = migrated(islands, populations, values)
     return [

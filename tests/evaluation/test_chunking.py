@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from in_turn import InTurn
 
 from gaitsim.evaluation.chunking import (
     GAIN,
@@ -10,10 +11,9 @@ from gaitsim.evaluation.chunking import (
     best_plan,
     cuts,
 )
-from gaitsim.evaluation.executors import SerialExecutor
 
 
-class Workers(SerialExecutor):
+class Workers(InTurn):
     def __init__(self, workers):
         self.workers = workers
 

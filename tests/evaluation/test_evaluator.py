@@ -4,12 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from in_turn import InTurn
 
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evaluation import evaluator as module
 from gaitsim.evaluation.chunking import Scheduler
-from gaitsim.evaluation.executors import Executor, SerialExecutor, WorkerLostError
+from gaitsim.evaluation.executors import Executor, WorkerLostError
 from gaitsim.evolution import initial_population
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import plugin_errors
@@ -97,7 +98,7 @@ def chunks(monkeypatch):
     counts, map_ = [], Executor.map
 
     def counted(executor, function, tasks):
-        if type(executor) is not SerialExecutor and isinstance(tasks, list):
+        if isinstance(tasks, list):
             counts.append(len(tasks))
         return map_(executor, function, tasks)
 
@@ -138,7 +139,7 @@ def test_cheap_bodies_are_not_shared_with_one_warning(puppet, chunks):
     assert told[0].startswith("2 workers would not be faster")
 
 
-class Joined(SerialExecutor):
+class Joined(InTurn):
     """Workers that come and go: they do in this thread what they are given."""
 
 
@@ -216,7 +217,7 @@ def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared,
         assert evaluator.workers == 3
         assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
     assert told == ["1,000 workers are more than the cores here can use; 3 are used"]
-    with Evaluator(puppet(), 1000, told.append, SerialExecutor()) as evaluator:
+    with Evaluator(puppet(), 1000, told.append, InTurn()) as evaluator:
         assert evaluator.workers == 1  # a cluster has what it has
     with Evaluator(puppet(), 3, told.append) as evaluator:
         assert evaluator.workers == 3

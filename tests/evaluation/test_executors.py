@@ -13,12 +13,7 @@ from waiting import until
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.executors import (
-    MAX_ATTEMPTS,
-    SerialExecutor,
-    ThreadExecutor,
-    WorkerLostError,
-)
+from gaitsim.evaluation.executors import MAX_ATTEMPTS, WorkerLostError
 from gaitsim.evaluation.processes import ProcessExecutor, hide_main_module
 from gaitsim.evaluation.serialized import SerializedExperiment
 
@@ -31,32 +26,23 @@ def processes():
         yield executor
 
 
-@pytest.fixture(params=["serial", "threads", "processes"])
-def executor(request, processes):
-    if request.param == "processes":
-        yield processes
-        return
-    with SerialExecutor() if request.param == "serial" else ThreadExecutor(2) as made:
-        yield made
+def test_results_come_in_the_tasks_order(processes):
+    assert processes.map(chores.square, range(20)) == [number**2 for number in range(20)]
+    assert processes.map(chores.square, []) == []
+    assert dict(processes.each(chores.square, [3, 4])) == {0: 9, 1: 16}
 
 
-def test_results_come_in_the_tasks_order(executor):
-    assert executor.map(chores.square, range(20)) == [number**2 for number in range(20)]
-    assert executor.map(chores.square, []) == []
-    assert dict(executor.each(chores.square, [3, 4])) == {0: 9, 1: 16}
-
-
-def test_an_exception_of_a_task_leaves_the_workers_usable(executor):
+def test_an_exception_of_a_task_leaves_the_workers_usable(processes):
     with pytest.raises(ValueError, match="is too much"):
-        executor.map(partial(chores.fail_at, 3), range(8))
-    assert executor.map(partial(chores.fail_at, 3), range(3)) == [0, 1, 2]
+        processes.map(partial(chores.fail_at, 3), range(8))
+    assert processes.map(partial(chores.fail_at, 3), range(3)) == [0, 1, 2]
 
 
-def test_closing_the_iterator_drops_the_rest(executor):
-    some = executor.each(chores.square, range(100))
+def test_closing_the_iterator_drops_the_rest(processes):
+    some = processes.each(chores.square, range(100))
     next(some)
     some.close()
-    assert executor.map(chores.square, [5]) == [25]
+    assert processes.map(chores.square, [5]) == [25]
 
 
 def test_all_workers_work(processes):

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from gaitsim.contracts import BitSpace, Channel, Genomes, GenomeSpace, Motion, Organism, RealSpace
+from gaitsim.evaluation.scoring import check_motion
 from gaitsim.experiment.model import space_of
-from gaitsim.registry import Entry, contract_error
+from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, error, reported
 from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.repeats import repeated
@@ -224,7 +225,4 @@ def moved_by(entry: Entry, body: Organism) -> Motion:
     Raises:
         PluginError: the body does not return a motion.
     """
-    motion: object = body.move(some_genomes(space_of(entry, body)))
-    if not isinstance(motion, Motion):
-        raise contract_error(entry, f"moved to a {type(motion).__name__}", "a Motion")
-    return motion
+    return check_motion(entry, body.move(some_genomes(space_of(entry, body))))
