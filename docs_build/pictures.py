@@ -16,7 +16,7 @@ from PIL import Image
 
 import gaitsim as gs
 from gaitsim.render.encoder import encode
-from gaitsim.render.plots import LIGHT, picture
+from gaitsim.render.plots.style import LIGHT, picture
 from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.app import GaitsimApp

@@ -6,7 +6,8 @@ import pytest
 
 from gaitsim import choices, network
 from gaitsim.imitation import learning
-from gaitsim.render import plots, scene, video
+from gaitsim.render import scene, video
+from gaitsim.render.plots import style
 from gaitsim.render.plots.kinds import KINDS
 from gaitsim.render.terminal.view import NAMED
 
@@ -15,7 +16,7 @@ from gaitsim.render.terminal.view import NAMED
     ("chosen", "there"),
     [
         (choices.PlotKind, KINDS),
-        (choices.Theme, plots.THEMES),
+        (choices.Theme, style.THEMES),
         (choices.Theme, scene.THEMES),
         (choices.VideoView, scene.VIEWS),
         (choices.TerminalView, NAMED),

@@ -16,8 +16,8 @@ from gaitsim.gait.files.reader import individual_of, read_gait
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
 from gaitsim.individual import Individual
-from gaitsim.render.plots import check_target
 from gaitsim.render.plots.gait import plot_gait
+from gaitsim.render.plots.style import check_target
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 

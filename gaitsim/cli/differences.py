@@ -11,8 +11,8 @@ from gaitsim.choices import Axis, Quantity, Theme
 from gaitsim.cli.cells import LINES, lines
 from gaitsim.cli.console import echo, output, print_json, print_table
 from gaitsim.cli.options import Json
-from gaitsim.render.plots import THEMES, check_target
 from gaitsim.render.plots.overlay import plot_overlay
+from gaitsim.render.plots.style import THEMES, check_target
 from gaitsim.render.terminal.curves import SAMPLES, Series, plot
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import find_run

@@ -13,9 +13,9 @@ from gaitsim.cli.options import BestOf, RunName
 from gaitsim.cli.parsing import asked_generations, file_format, seconds
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.render.plots import FORMATS, THEMES, check_target, save
-from gaitsim.render.plots.kinds import KINDS, draw, file_stem
+from gaitsim.render.plots.kinds import KINDS, file_stem
 from gaitsim.render.plots.request import NothingToPlotError, Request
+from gaitsim.render.plots.style import FORMATS, THEMES, check_target, save
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -114,7 +114,7 @@ def _plot(
         check_target(out)
     if KINDS[kind].moves:
         request = _with_individuals(request, numbers)
-    figure = draw(kind, request)
+    figure = KINDS[kind].draw(request)
     path = out or exports_folder(request.run.path) / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
     wrote(path)
@@ -136,7 +136,7 @@ def _plot_all(
     with Progress("plots", "kinds", len(KINDS)) as progress:
         for kind in KINDS:
             try:
-                figure = draw(kind, request)
+                figure = KINDS[kind].draw(request)
             except NothingToPlotError as error:
                 notice(f"No plot of the kind {kind}: {error.what}")
             else:

@@ -31,9 +31,9 @@ def write_results(results: Sequence[Result], files: Files) -> None:
     Raises:
         RunError: a file cannot be written.
     """
-    from gaitsim.render.plots import save
     from gaitsim.render.plots.imitation import errors_figure
     from gaitsim.render.plots.labels import heading_of_experiment
+    from gaitsim.render.plots.style import save
 
     first = results[0]
     save_imitator(first.imitation, files["imitator"])

@@ -83,9 +83,9 @@ class RunViews:
         Raises:
             GaitsimError: there is no such kind, or the body has nothing of it.
         """
-        from gaitsim.render.plots import DARK, LIGHT, picture
-        from gaitsim.render.plots.kinds import KINDS, draw
+        from gaitsim.render.plots.kinds import KINDS
         from gaitsim.render.plots.request import Request
+        from gaitsim.render.plots.style import DARK, LIGHT, picture
 
         if kind not in KINDS:
             raise unknown("kind of plot", kind, KINDS)
@@ -94,7 +94,9 @@ class RunViews:
         if KINDS[kind].moves:
             individuals = tuple(self.snapshot.individual(one) for one in generations or (None,))
         shown = tuple(components)
-        figure = draw(kind, Request(self.snapshot, individuals, channel, shown, window, theme))
+        figure = KINDS[kind].draw(
+            Request(self.snapshot, individuals, channel, shown, window, theme)
+        )
         # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
         figure._repr_png_ = lambda: picture(figure, "png", theme, DOTS_PER_INCH)  # type: ignore[attr-defined]
         return figure

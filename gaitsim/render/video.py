@@ -208,8 +208,9 @@ class Video:
 
         from matplotlib.image import imread
 
-        from gaitsim.render.plots import THEMES as PLOT_THEMES
-        from gaitsim.render.plots import fitness_figure, picture
+        from gaitsim.render.plots.fitness import fitness_figure
+        from gaitsim.render.plots.style import THEMES as PLOT_THEMES
+        from gaitsim.render.plots.style import picture
 
         width, height = self.settings.pixels
         edge = round(MARGIN * min(width, height))

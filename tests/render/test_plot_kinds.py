@@ -13,19 +13,19 @@ from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.gait import stability_margin
 from gaitsim.gait.contact import feet_of
-from gaitsim.render.plots import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.components import lines_of
 from gaitsim.render.plots.convergence import plot_convergence
 from gaitsim.render.plots.footfall import footfall_figure
 from gaitsim.render.plots.joints import joints_figure, legs_of
-from gaitsim.render.plots.kinds import KINDS, draw, file_stem
+from gaitsim.render.plots.kinds import KINDS, file_stem
 from gaitsim.render.plots.labels import shortened
 from gaitsim.render.plots.panels import intervals
 from gaitsim.render.plots.path import path_figure, scene_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.scenery import nice
 from gaitsim.render.plots.stability import margin_of, stability_figure
+from gaitsim.render.plots.style import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.plots.terms import terms_figure
 from gaitsim.runs.files.history import terms_of
 from gaitsim.study.comparison import Sample
@@ -89,9 +89,9 @@ def flier(puppet_run, puppets, monkeypatch):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_is_drawn_of_a_walker_and_always_the_same(spider_run, tmp_path, kind):
-    pictures = [picture(draw(kind, asked(spider_run)), "svg", LIGHT) for _ in range(2)]
+    pictures = [picture(KINDS[kind].draw(asked(spider_run)), "svg", LIGHT) for _ in range(2)]
     assert pictures[0] == pictures[1]
-    save(draw(kind, asked(spider_run, theme=DARK)), tmp_path / "dark.png", DARK)
+    save(KINDS[kind].draw(asked(spider_run, theme=DARK)), tmp_path / "dark.png", DARK)
     image = matplotlib.image.imread(tmp_path / "dark.png")
     assert image.shape[1] == 1020  # 86 mm at 300 dots an inch
     assert image[-1, -1, :3] == pytest.approx([21 / 255, 24 / 255, 28 / 255], abs=0.003)
@@ -99,7 +99,7 @@ def test_every_kind_is_drawn_of_a_walker_and_always_the_same(spider_run, tmp_pat
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_drawn_leaves_the_picture(spider_run, kind):
-    figure = draw(kind, asked(spider_run))
+    figure = KINDS[kind].draw(asked(spider_run))
     with styled(LIGHT):
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
@@ -114,9 +114,9 @@ OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
 
 
 def test_users_settings_do_not_change_a_plot(spider_run):
-    plain = picture(draw("terms", asked(spider_run)), "svg", LIGHT)
+    plain = picture(KINDS["terms"].draw(asked(spider_run)), "svg", LIGHT)
     with matplotlib.rc_context(OWN_SETTINGS):
-        assert picture(draw("terms", asked(spider_run)), "svg", LIGHT) == plain
+        assert picture(KINDS["terms"].draw(asked(spider_run)), "svg", LIGHT) == plain
 
 
 def test_users_settings_do_not_change_a_comparison(spider_run, tmp_path):
@@ -352,13 +352,13 @@ def test_the_entries_of_an_axis_are_named(bundled, preset, channel, entries):
 
 
 def test_what_has_directions_has_a_panel_each(bundled):
-    figure = draw("channel", asked(bundled("walker"), channel="load"))
+    figure = KINDS["channel"].draw(asked(bundled("walker"), channel="load"))
     assert [axes.get_ylabel() for axes in figure.axes] == ["load x\n(N)", "load z\n(N)"]
     assert {"near", "far"} <= texts(figure)
 
 
 def test_each_panel_of_a_pose_has_its_own_unit(spider_run):
-    figure = draw("channel", asked(spider_run, channel="pose"))
+    figure = KINDS["channel"].draw(asked(spider_run, channel="pose"))
     assert [axes.get_ylabel() for axes in figure.axes] == ["x (m)", "y (m)", "yaw (rad)"]
 
 
@@ -411,7 +411,7 @@ def test_of_many_trials_the_first_is_drawn(flier):
 
 def test_generations_are_lines_of_one_panel(spider_run):
     request = asked(spider_run, 1, 3, channel="feet", components=("L1", "z"))
-    (axes,) = draw("channel", request).axes
+    (axes,) = KINDS["channel"].draw(request).axes
     first, last = lines(axes)
     assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
     assert np.array_equal(
@@ -430,20 +430,20 @@ def test_a_channel_has_its_unit_and_gaps_where_it_is_not_finite(flier, puppets, 
         return motion
 
     monkeypatch.setattr(puppets.Puppet, "move", move)
-    figure = draw("channel", asked(flier, channel="place", components=("x",)))
+    figure = KINDS["channel"].draw(asked(flier, channel="place", components=("x",)))
     assert "place x (m)" in texts(figure)
     assert all(np.isnan(line.get_ydata()[2:]).all() for line in lines(figure.axes[0]))
 
 
 def test_truth_values_are_bars(flier, spider_run):
-    assert draw("channel", asked(flier, channel="landed")).axes[0].get_ylabel() == "landed"
-    axes = draw("channel", asked(spider_run, channel="stance")).axes[0]
+    assert KINDS["channel"].draw(asked(flier, channel="landed")).axes[0].get_ylabel() == "landed"
+    axes = KINDS["channel"].draw(asked(spider_run, channel="stance")).axes[0]
     assert len(axes.collections) == 8
 
 
 def test_an_unknown_channel_is_refused_with_all_there_are(spider_run):
     with pytest.raises(GaitsimError, match="has no channel 'margins'") as error:
-        draw("channel", asked(spider_run, channel="margins"))
+        KINDS["channel"].draw(asked(spider_run, channel="margins"))
     assert error.value.remedy == "did you mean 'margin'?"
     for name, description in spider_run.experiment.organism.channels.items():
         assert f"{name}: {description}" in error.value.allowed
@@ -452,32 +452,32 @@ def test_an_unknown_channel_is_refused_with_all_there_are(spider_run):
 def test_what_a_channel_lacks_is_refused(flier):
     for component in ("w", "3", "-1", "", "²"):
         with pytest.raises(GaitsimError, match="has no component") as error:
-            draw("channel", asked(flier, channel="place", components=(component,)))
+            KINDS["channel"].draw(asked(flier, channel="place", components=(component,)))
         assert error.value.allowed.startswith("trial 0, trial 1; and x, y, z; or 0 to 2")
     with pytest.raises(GaitsimError, match="has no component '0'"):
-        draw("channel", asked(flier, channel="landed", components=("0",)))
+        KINDS["channel"].draw(asked(flier, channel="landed", components=("0",)))
     with pytest.raises(GaitsimError, match="one value a gait") as error:
-        draw("channel", asked(flier, channel="reach"))
+        KINDS["channel"].draw(asked(flier, channel="reach"))
     assert error.value.allowed == "place, rotation, landed"
 
 
 def test_too_much_for_a_plot_is_refused(spider_run):
     with pytest.raises(GaitsimError, match="9 generations do not fit"):
-        draw("channel", asked(spider_run, *[1] * 9))
+        KINDS["channel"].draw(asked(spider_run, *[1] * 9))
     nobody = asked(spider_run, 1, 2, channel="feet", components=())
-    assert len(draw("channel", nobody).axes) == 24  # as many as there is room for
+    assert len(KINDS["channel"].draw(nobody).axes) == 24  # as many as there is room for
 
 
 @pytest.mark.parametrize("kind", ["footfall", "stability"])
 def test_a_body_without_feet_is_named_and_what_it_would_need(flier, kind):
     with pytest.raises(NothingToPlotError, match="puppet") as error:
-        draw(kind, asked(flier))
+        KINDS[kind].draw(asked(flier))
     assert "contacts" in error.value.allowed
 
 
 def test_a_body_without_joints_is_named_and_what_it_would_need(flier):
     with pytest.raises(NothingToPlotError, match="puppet") as error:
-        draw("joints", asked(flier))
+        KINDS["joints"].draw(asked(flier))
     assert "'joint_angles'" in error.value.allowed
 
 
@@ -496,7 +496,7 @@ def test_a_body_that_breaks_its_contract_is_named(puppet_run, puppets, monkeypat
     run = puppet_run()
     monkeypatch.setattr(puppets.Puppet, "move", wrong)
     with pytest.raises(PluginError, match=says):
-        draw("joints", asked(run))
+        KINDS["joints"].draw(asked(run))
 
 
 @pytest.mark.parametrize(

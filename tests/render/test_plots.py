@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.render.plots import fitness_figure, save
-from gaitsim.render.plots.kinds import draw
+from gaitsim.render.plots.fitness import fitness_figure
+from gaitsim.render.plots.kinds import KINDS
 from gaitsim.render.plots.request import Request
+from gaitsim.render.plots.style import save
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -139,7 +140,7 @@ def test_scores_of_two_stages_are_not_joined(puppet_run, monkeypatch):
     assert [line.get_xdata().tolist() for line in best[:2]] == [[1, 2, 3], [4, 5]]
     assert [text.get_text() for text in axes.texts] == ["stage 2"]
     assert axes.texts[0].xy[0] == 3.5
-    panels = draw("terms", Request(run)).axes
+    panels = KINDS["terms"].draw(Request(run)).axes
     assert all(len(line.get_xdata()) <= 3 for axes in panels for line in axes.lines)
 
 

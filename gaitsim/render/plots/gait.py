@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import Footfalls, GaitAnalysis
-from gaitsim.render.plots import LIGHT, Theme, save, styled
 from gaitsim.render.plots.labels import head, shortened
 from gaitsim.render.plots.panels import bars
-from gaitsim.render.plots.style import WIDTH
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, save, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

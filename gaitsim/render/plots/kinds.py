@@ -43,15 +43,6 @@ KINDS: Mapping[str, Kind] = {
 }
 
 
-def draw(kind: str, request: Request) -> "Figure":
-    """Draw a kind of plot.
-
-    Raises:
-        GaitsimError: the run or its body has nothing to draw.
-    """
-    return KINDS[kind].draw(request)
-
-
 def file_stem(kind: str, request: Request) -> str:
     """Return the name of a plot's file, such as 'channel-margin-generation-138'."""
     if not KINDS[kind].moves:
