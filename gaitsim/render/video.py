@@ -15,6 +15,7 @@ from gaitsim.individual import Individual
 from gaitsim.registry import contract_error
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots.channels import count_trials
+from gaitsim.render.plots.labels import numeral
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -250,7 +251,7 @@ def _clip(shown: Individual, speed: float, alone: bool) -> Clip:
         alone: whether no other is shown beside it.
     """
     name, generation = shown.name, f"generation {shown.generation}"
-    score = f"score {shown.score:.4g}".replace("-", "−")
+    score = f"score {numeral(shown.score)}"
     title, *details = (name, generation, score) if alone else (generation, score, name)
     if (trials := count_trials(shown)) > 1:
         details.append(f"first of {trials} trials")

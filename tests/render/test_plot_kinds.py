@@ -23,10 +23,10 @@ from gaitsim.render.plots.labels import shortened
 from gaitsim.render.plots.panels import intervals
 from gaitsim.render.plots.path import path_figure, scene_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
-from gaitsim.render.plots.scenery import nice
 from gaitsim.render.plots.stability import margin_of, stability_figure
 from gaitsim.render.plots.style import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.plots.terms import terms_figure
+from gaitsim.render.ticks import round_step
 from gaitsim.runs.files.history import terms_of
 from gaitsim.study.comparison import Sample
 
@@ -315,7 +315,7 @@ def test_a_body_that_is_one_point_has_a_path(puppet_run):
     ("least", "step"), [(0.9, 1), (1, 1), (1.1, 2), (0.03, 0.05), (7, 10), (200, 200)]
 )
 def test_steps_of_a_grid_are_round(least, step):
-    assert nice(least) == pytest.approx(step)
+    assert round_step(least) == pytest.approx(step)
 
 
 def test_components_have_names(flier, spider_run):

@@ -4,6 +4,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from gaitsim.contracts import Skeleton
@@ -14,7 +15,6 @@ from gaitsim.render.scene.ground import grid
 from gaitsim.render.scene.labels import DPI, Labels
 from gaitsim.render.scene.layout import inner_edges, tiles
 from gaitsim.render.scene.shapes import hull
-from gaitsim.render.scene.themes import rgb
 
 FRAMES = 21
 
@@ -52,7 +52,9 @@ def cuboid(at=(0.0, 0.0, 0.0)):
 
 def coloured(picture, colour, tolerance=6):
     """Which pixels are of a colour, (height, width)."""
-    return (np.abs(picture[..., :3] - np.round(rgb(colour) * 255)) <= tolerance).all(axis=-1)
+    return (np.abs(picture[..., :3] - np.round(np.array(to_rgb(colour)) * 255)) <= tolerance).all(
+        axis=-1
+    )
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from waiting import strips
 
 from gaitsim.render.terminal import curves
 from gaitsim.render.terminal.curves import Series, frame_of, plot, thinned
-from gaitsim.render.terminal.ticks import labels, ticks
+from gaitsim.render.ticks import labels, ticks
 from gaitsim.tui.widgets.cells import Cells
 from gaitsim.tui.widgets.curves import Curves
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, shortened
 from gaitsim.render.plots.style import LIGHT, WIDTH, save, styled
 from gaitsim.study.comparison import Sample
@@ -22,8 +23,7 @@ def plot_convergence(samples: Mapping[str, Sample], path: Path) -> None:
         figure = Figure(figsize=(1.5 * WIDTH, 3.4))
         axes = figure.subplots()
         for index, (label, sample) in enumerate(samples.items()):
-            finite = np.where(np.isfinite(sample.best), sample.best, np.nan)
-            low, middle, high = np.quantile(finite, [0.25, 0.5, 0.75], axis=0)
+            low, middle, high = np.quantile(finite(sample.best), [0.25, 0.5, 0.75], axis=0)
             style = LIGHT.line(index)
             axes.fill_between(
                 sample.evaluations, low, high, color=style["color"], alpha=0.15, linewidth=0

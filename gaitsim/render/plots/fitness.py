@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, heading_of_experiment, numeral
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.runs.files.folder import kept_champions, unfinished
@@ -62,8 +63,7 @@ def _draw(axes: "Axes", history: History, theme: Theme) -> None:
     if "lower quartile" in history:
         band = "quartiles"
         low, high = history["lower quartile"], history["upper quartile"]
-    for index, part in enumerate(stages(history)):
-        first = index == 0
+    for part in stages(history):
         axes.fill_between(
             generations[part],
             low[part],
@@ -71,21 +71,25 @@ def _draw(axes: "Axes", history: History, theme: Theme) -> None:
             color=blue,
             alpha=0.25,
             linewidth=0,
-            label=band if first else None,
+            label=None if part.start else band,
         )
-        for values, name, colour, style in (
-            (mean, "mean", blue, "--"),
-            (history["best"], "best", orange, "-"),
-        ):
-            axes.plot(
-                generations[part],
-                values[part],
-                color=colour,
-                linestyle=style,
-                label=name if first else None,
-                # A line of one point would not be seen.
-                marker="." if len(generations[part]) == 1 else None,
-            )
+    draw_curve(axes, history, mean, color=blue, linestyle="--", label="mean")
+    draw_curve(axes, history, history["best"], color=orange, linestyle="-", label="best")
+
+
+def draw_curve(
+    axes: "Axes", history: History, values: NDArray[np.float64], label: str | None, **style: Any
+) -> None:
+    """Draw values over the generations, with a gap between stages."""
+    for part in stages(history):
+        axes.plot(
+            history["generation"][part],
+            finite(values[part]),
+            label=None if part.start else label,
+            # A line of one point would not be seen.
+            marker="." if part.stop - part.start == 1 else None,
+            **style,
+        )
 
 
 def _draw_islands(
@@ -95,17 +99,9 @@ def _draw_islands(
     if islands.shape[1] == 1:
         return
     for island, bests in enumerate(islands.T):
-        for index, part in enumerate(stages(history)):
-            axes.plot(
-                history["generation"][part],
-                bests[part],
-                color=theme.colours[1],
-                alpha=0.5,
-                linewidth=0.5,
-                label=f"best of each of {islands.shape[1]} islands"
-                if island + index == 0
-                else None,
-            )
+        label = None if island else f"best of each of {islands.shape[1]} islands"
+        colour = theme.colours[1]
+        draw_curve(axes, history, bests, label, color=colour, alpha=0.5, linewidth=0.5)
 
 
 def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: Theme) -> None:

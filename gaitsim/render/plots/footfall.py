@@ -34,7 +34,8 @@ def footfall_figure(request: Request) -> "Figure":
     touching, names = contacts_of(individual)
     rate = individual.skeleton.frame_rate
     part = window_slice(len(touching), rate, request.window, USUAL)
-    if request.window is None and _landings(touching[part]).max(initial=0) < 2:
+    landings = np.count_nonzero(~touching[part][:-1] & touching[part][1:], axis=0)
+    if request.window is None and max(landings) < 2:
         part = window_slice(len(touching), rate, None)
     shown = touching[part]
     steps, _ = feet_of(touching, names, rate)
@@ -70,12 +71,6 @@ def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, .
     count = skeleton.touching.shape[1]
     names = skeleton.contact_names or tuple(f"foot {foot}" for foot in range(1, count + 1))
     return np.asarray(skeleton.touching, dtype=np.bool_), names
-
-
-def _landings(touching: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return how often each foot comes down, (feet,)."""
-    landings: NDArray[np.intp] = np.count_nonzero(~touching[:-1] & touching[1:], axis=0)
-    return landings
 
 
 def _colour(name: str, theme: Theme) -> str:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import Footfalls, GaitAnalysis
+from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, shortened
 from gaitsim.render.plots.panels import bars
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, save, styled
@@ -80,7 +81,7 @@ def _margin(
 ) -> None:
     """Draw the margin in millimetres, with gaps where no foot is on the ground."""
     seconds = start + (np.arange(len(margin)) + 0.5) / rate
-    values = np.where(np.isfinite(margin), 1000 * margin, np.nan)
+    values = 1000 * finite(margin)
     axes.plot(seconds, values, color=theme.ink)
     axes.fill_between(
         seconds, values, 0, where=values < 0, color=theme.colours[1], alpha=0.3, linewidth=0

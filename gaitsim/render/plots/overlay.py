@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from gaitsim.errors import RunError
+from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, shortened
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
 from gaitsim.study.compare_runs import ComparedRun
@@ -37,8 +36,7 @@ def plot_overlay(
         figure = Figure(figsize=(WIDTH, 2.4))
         axes = figure.subplots()
         for index, one in enumerate(drawn):
-            x, y = one.axis(by), one.history[quantity]
-            y = np.where(np.isfinite(y), y, np.nan)
+            x, y = one.axis(by), finite(one.history[quantity])
             begun = [first - 1 for first, _ in one.stages[1:] if first <= len(x)]
             axes.plot(
                 x,

@@ -10,8 +10,9 @@ from gaitsim.contracts import Skeleton
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import head, heading_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
-from gaitsim.render.plots.scenery import floor, mast, nice, seen
+from gaitsim.render.plots.scenery import floor, mast, seen
 from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.render.ticks import round_step
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,7 +99,7 @@ def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
     across = float(np.ptp(path, axis=0).max())
     factor = 1.0
     if 0 < extent < _SMALLEST * across:
-        factor = nice(_SMALLEST * across / extent)
+        factor = round_step(_SMALLEST * across / extent)
     gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     room = 1.15 * extent * factor
     count = min(_MOMENTS, 1 + int(across / room)) if room > 0 else 1

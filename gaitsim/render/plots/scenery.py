@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.plots.style import Theme
+from gaitsim.render.ticks import round_step
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,12 +39,6 @@ def seen(points: NDArray[np.floating]) -> Floats:
     return flat
 
 
-def nice(step: float) -> float:
-    """Return the least of 1, 2, 5 times a power of ten that is not smaller."""
-    power = 10.0 ** math.floor(math.log10(step))
-    return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= step * (1 - 1e-9))
-
-
 def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -> Floats:
     """Draw a floor under a box, with numbers along its front and its right side.
 
@@ -57,7 +52,7 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
     Returns:
         The floor's corner of least x and y, (2,), on lines of the grid.
     """
-    step = nice(float((high - low).max()) / 9)
+    step = round_step(float((high - low).max()) / 9)
     first = np.floor(low[:2] / step - 0.05)
     last = np.ceil(high[:2] / step + 0.05)
     begin, end, z = first * step, last * step, float(low[2])
@@ -98,7 +93,7 @@ def floor(axes: "Axes", low: Floats, high: Floats, scale: float, theme: Theme) -
 
 def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
     """Draw a scale of heights that stands on a point of the floor, (3,), up to `top` metres."""
-    step = nice((top - float(foot[2])) / 5)
+    step = round_step((top - float(foot[2])) / 5)
     first, last = math.ceil(foot[2] / step - 1e-6), math.ceil(top / step - 1e-6)
     ends = np.array([foot, [*foot[:2], last * step]])
     axes.plot(*seen(ends).T, color=theme.ink, linewidth=0.6)
@@ -125,7 +120,7 @@ def mast(axes: "Axes", foot: Floats, top: float, theme: Theme) -> None:
 
 def _labelled(first: int, last: int, least: float) -> range:
     """Return the lines of a grid to label, far enough apart, 0 among them."""
-    every = int(nice(max(1.0, least)))
+    every = int(round_step(max(1.0, least)))
     return range(math.ceil(first / every) * every, last + 1, every)
 
 
@@ -133,18 +128,13 @@ def _longest(numbers: Iterable[float]) -> float:
     """Return the width of the longest of some numbers, in points."""
     from matplotlib.textpath import TextPath
 
-    paths = [TextPath((0, 0), _printed(f"{number:g}"), size=_SIZE) for number in numbers]
+    paths = [TextPath((0, 0), f"{number:g}".replace("-", "−"), size=_SIZE) for number in numbers]
     return max((float(path.get_extents().x1) for path in paths), default=0.0)
-
-
-def _printed(text: str) -> str:
-    """Put a true minus sign, as axes do."""
-    return text.replace("-", "−")
 
 
 def _write(axes: "Axes", at: Floats, text: str, shift: tuple[float, float], **how: Any) -> None:
     axes.annotate(
-        _printed(text),
+        text.replace("-", "−"),
         (float(at[0]), float(at[1])),
         xytext=shift,
         textcoords="offset points",

@@ -43,7 +43,7 @@ def stability_figure(request: Request) -> "Figure":
         axes, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         axes.plot(times, finite(shown) * _MILLIMETRES, label="margin", **theme.line(0))
         if np.isfinite(shown).any():
-            least = int(np.nanargmin(np.where(np.isfinite(shown), shown, np.nan)))
+            least = int(np.nanargmin(finite(shown)))
             value = float(shown[least]) * _MILLIMETRES
             axes.plot(
                 times[least],

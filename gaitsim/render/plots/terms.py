@@ -2,9 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from gaitsim.render.plots.fitness import mark_stages, set_generations, stages
+from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generations
 from gaitsim.render.plots.labels import head, heading_of_experiment, shortened
 from gaitsim.render.plots.panels import grid
 from gaitsim.render.plots.request import Request
@@ -28,23 +26,14 @@ def terms_figure(request: Request) -> "Figure":
     if not history:
         raise unfinished(request.run.path)
     names = [name for name in history if name not in COLUMNS and MEAN + name in history]
-    generations = history["generation"]
     with styled(theme):
         figure, panels = grid(len(names), WIDTH, columns=2 if len(names) > 1 else 1, height=1.0)
         for axes, name in zip(panels, names, strict=True):
-            for part in stages(history):
-                for values, label, colour, style in (
-                    (history[MEAN + name], "mean of the population", theme.colours[0], "--"),
-                    (history[name], "best individual", theme.colours[1], "-"),
-                ):
-                    axes.plot(
-                        generations[part],
-                        np.where(np.isfinite(values[part]), values[part], np.nan),
-                        color=colour,
-                        linestyle=style,
-                        label=label if part.start == 0 else None,
-                        marker="." if len(generations[part]) == 1 else None,
-                    )
+            for values, label, colour, style in (
+                (history[MEAN + name], "mean of the population", theme.colours[0], "--"),
+                (history[name], "best individual", theme.colours[1], "-"),
+            ):
+                draw_curve(axes, history, values, label, color=colour, linestyle=style)
             low, high = axes.get_ylim()
             if low <= 0 <= high:
                 axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)

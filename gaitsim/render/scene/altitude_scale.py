@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitsim.render.plots.labels import numeral
 from gaitsim.render.scene.ground import steps
 from gaitsim.render.scene.labels import FONT, POINT, SMALLEST
 from gaitsim.render.scene.layout import Place
@@ -68,7 +69,7 @@ class AltitudeScale:
         self._ticks.set_segments([*line, *ticks])
         words = []
         for value, height in zip(number[long] * fine, y[long], strict=True):
-            glyphs = _glyphs(f"{value:.4g} m".replace("-", "−"))
+            glyphs = _glyphs(f"{numeral(value)} m")
             vertices = glyphs.vertices * self._size / 100
             right = self._right - 22 * self._unit - vertices[:, 0].max()
             place = np.array([right, height - 0.36 * self._size])

@@ -13,7 +13,7 @@ from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES, fine_step, grid, shaded
 from gaitsim.render.scene.labels import POINT, Labels, unit_of
 from gaitsim.render.scene.shapes import discs, hull
-from gaitsim.render.scene.themes import Theme, mixed, rgb
+from gaitsim.render.scene.themes import Theme, mixed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,6 +49,7 @@ class Panel:
         middle: Points,
     ) -> None:
         from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+        from matplotlib.colors import to_rgb
         from matplotlib.transforms import Bbox, IdentityTransform
 
         self.clip, self.theme, self.view = clip, theme, view
@@ -57,7 +58,7 @@ class Panel:
         self.unit = unit_of(width, height)
         self.reach = 0.75 * float(np.hypot(width, height))
         self.centre = np.array([left + width / 2, bottom + height * CENTRE])
-        self.colours = {name: rgb(colour) for name, colour in vars(theme).items()}
+        self.colours = {name: np.array(to_rgb(colour)) for name, colour in vars(theme).items()}
         self._frame = Bbox.from_bounds(*place)
         self._figure, self._identity = figure, IdentityTransform()
         self._line = 1.3 * self.unit

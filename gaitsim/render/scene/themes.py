@@ -75,11 +75,6 @@ THEMES = {
 }
 
 
-def rgb(colour: str) -> Colour:
-    """Return '#rrggbb' as numbers."""
-    return np.array([int(colour[place : place + 2], 16) for place in (1, 3, 5)]) / 255
-
-
 def mixed(one: Colour, other: Colour, share: Any) -> NDArray[np.float64]:
     """Mix `one` with a share, a number or (…), of `other`; return (…, 3)."""
     share = np.asarray(share)[..., None]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
-from gaitsim.render.terminal.ticks import round_step
 from gaitsim.render.terminal.view import Viewpoint, camera
+from gaitsim.render.ticks import round_step
 
 # Inks, the higher over the lower.
 GROUND, TRACK = 1, 2

@@ -18,7 +18,7 @@ from gaitsim.render.terminal.braille import (
     draw_points,
     empty,
 )
-from gaitsim.render.terminal.ticks import labels, ticks
+from gaitsim.render.ticks import labels, ticks
 
 AXIS, FIRST = 1, 2  # inks: of axes, and of the last series; the first has the highest
 LEAST = 12, 4  # columns and rows that a plot takes at least

@@ -5,13 +5,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-_ROUND = (1.0, 2.0, 5.0, 10.0)
-
 
 def round_step(least: float) -> float:
-    """The smallest of 1, 2 and 5 times a power of ten that is not below `least` > 0."""
+    """Return the smallest of 1, 2 and 5 times a power of ten that is not below `least` > 0."""
     power = 10.0 ** math.floor(math.log10(least))
-    return next(factor * power for factor in _ROUND if factor * power >= least * 0.999)
+    return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= least * 0.999)
 
 
 def ticks(low: float, high: float, most: int, *, whole: bool = False) -> NDArray[np.float64]:
