@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gaitsim.choices import Axis, Quantity
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.follow import HistoryBuffer, RunFollower
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.differences import Difference, Stages, differences
 
 QUANTITIES = get_args(Quantity)
@@ -83,39 +84,35 @@ class RunsReader:
 
     def __init__(self, paths: Sequence[Path]) -> None:
         names = [path.name for path in paths]
-        labels = [path.name if names.count(path.name) == 1 else str(path) for path in paths]
-        self._runs = [_Reader(label, path) for label, path in zip(labels, paths, strict=True)]
+        self._followed = [(RunFollower(path), HistoryBuffer()) for path in paths]
+        self._latest = [
+            ComparedRun(path.name if names.count(path.name) == 1 else str(path), path)
+            for path in paths
+        ]
 
     def read(self) -> tuple[ComparedRun, ...]:
         """Return the runs as they are now; one that cannot be read has its problem."""
-        return tuple(run.read() for run in self._runs)
+        for place, (follower, history) in enumerate(self._followed):
+            run = follower.poll()
+            if run is not None:
+                self._latest[place] = _read(self._latest[place].label, run, follower, history)
+        return tuple(self._latest)
 
 
-class _Reader:
-    """One of the runs, and what was read of it."""
-
-    def __init__(self, label: str, path: Path) -> None:
-        self._latest = ComparedRun(label, path)
-        self._follower = RunFollower(path)
-        self._history = HistoryBuffer()
-
-    def read(self) -> ComparedRun:
-        run = self._follower.poll()
-        if run is not None:
-            label, path = self._latest.label, self._latest.path
-            try:
-                self._history.extend(self._follower.read_rows(run))
-                stages = run.stages
-                found = tuple((stage.first, stage.outline) for stage in stages)
-                first = run.comparable if stages else 1
-                found = found or ((1, run.outline),)
-                self._latest = ComparedRun(label, path, self._history, found, first)
-            except GaitsimError as error:
-                self._latest = ComparedRun(label, path, problem=error)
-            except OSError as error:
-                problem = RunError(f"cannot read {path}: {error.strerror or error}")
-                self._latest = ComparedRun(label, path, problem=problem)
-        return self._latest
+def _read(
+    label: str, run: RunSnapshot, follower: RunFollower, history: HistoryBuffer
+) -> ComparedRun:
+    """Return a run that has changed; `history` outlasts moments in which it is unreadable."""
+    try:
+        history.extend(follower.read_rows(run))
+        stages = tuple((stage.first, stage.outline) for stage in run.stages)
+        first = run.comparable if stages else 1
+        return ComparedRun(label, follower.path, history, stages or ((1, run.outline),), first)
+    except GaitsimError as error:
+        problem = error
+    except OSError as error:
+        problem = RunError(f"cannot read {follower.path}: {error.strerror or error}")
+    return ComparedRun(label, follower.path, problem=problem)
 
 
 def comparison_table(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:

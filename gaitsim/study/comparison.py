@@ -126,22 +126,19 @@ def analyse(samples: Mapping[str, Sample], target: float | None) -> Findings:
 def methods(findings: Findings) -> str:
     """Return a paragraph for the methods section of a paper."""
     repeats = next(iter(findings.descriptions.values())).n
-    parts = [
+    target = next(iter(findings.reached.values())).target
+    return (
         f"Each of the {len(findings.samples)} experiments was repeated {repeats} times from "
         f"independent random populations (gaitsim {version('gaitsim')}). The outcome of a repeat "
         "is its best score after the last generation. We report medians with "
         f"{CONFIDENCE:.0%} percentile bootstrap confidence intervals ({RESAMPLES:,} resamples) "
         "and quartiles. Pairs were compared by two-sided Mann–Whitney U tests, corrected for "
         f"{len(findings.comparisons)} comparison{'s' * (len(findings.comparisons) != 1)} by "
-        "Holm's procedure, with the Vargha–Delaney A12 as effect size (Arcuri and Briand 2011)."
-    ]
-    target = next(iter(findings.reached.values())).target
-    parts.append(
+        "Holm's procedure, with the Vargha–Delaney A12 as effect size (Arcuri and Briand 2011). "
         f"Success is reaching a best score of {target:.4g}; the expected running time (ERT) is "
         "the number of evaluations spent in all repeats, until success or the end, over the "
         "number of successes (Hansen et al. 2010)."
     )
-    return " ".join(parts)
 
 
 def to_dict(findings: Findings) -> dict[str, object]:

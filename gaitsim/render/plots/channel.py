@@ -1,13 +1,14 @@
 """Plot any channel of the motion over time, of one champion or of several generations."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import Signal, channels_of, read_signal
+from gaitsim.render.plots.channels import Signal, read_signal
 from gaitsim.render.plots.components import Line, finite, lines_of
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import bars, grid
@@ -15,7 +16,6 @@ from gaitsim.render.plots.request import NothingToPlotError, Request, window_sli
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Channels to draw by default, in this order.
@@ -55,7 +55,11 @@ def usual_channel(individual: Individual) -> str:
     Raises:
         NothingToPlotError: none is over time.
     """
-    timed = [name for name, channel in channels_of(individual).items() if channel.over_time]
+    timed = [
+        name
+        for name, channel in individual.experiment.organism.channels.items()
+        if channel.over_time
+    ]
     if not timed:
         raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} has no channel over time",
@@ -94,25 +98,24 @@ def _numbers(
             remedy=f"choose some, such as --component '{signal.entries[0][0]}'",
         )
     columns = 1 if len(panels) <= 3 else 2 if len(panels) <= 8 else 3
-    figure, places = grid(len(panels), WIDTH, columns=columns, height=_height(len(panels)))
+    height = {1: 1.7, 2: 1.2, 3: 1.0}.get(len(panels), 0.75)
+    figure, places = grid(len(panels), WIDTH, columns=columns, height=height)
     for axes, (title, indices) in zip(places, panels.items(), strict=True):
-        drawn: list[tuple[str, Any, int]] = []
-        for which, individual in enumerate(request.individuals):
-            label = f"generation {individual.generation}" if several else ""
-            drawn += [
-                (label or _rest(lines[which][i], title), lines[which][i], which) for i in indices
-            ]
-        for index, (label, line, which) in enumerate(drawn):
-            part, rate = parts[which], signals[which].rate
-            times = np.arange(part.start, part.stop) / rate
-            style = request.theme.line(index)
-            axes.plot(times, finite(line.values[part]), label=label, **style)
+        for index, (which, i) in enumerate(product(range(len(signals)), indices)):
+            line, part = lines[which][i], parts[which]
+            generation = f"generation {request.individuals[which].generation}"
+            label = generation if several else _rest(line, title)
+            times = np.arange(part.start, part.stop) / signals[which].rate
+            axes.plot(times, finite(line.values[part]), label=label, **request.theme.line(index))
         if columns == 1:
             units = [lines[0][i].unit for i in indices]
             axes.set_ylabel(_label(signal.name, title, units, len(panels) > 1))
         elif title:
             axes.set_title(shortened(title, 24), fontsize=7, pad=2)
-        _finish(axes, request.theme)
+        low, high = axes.get_ylim()
+        if low < 0 < high:
+            axes.axhline(0, color=request.theme.ink, linewidth=0.4, zorder=1)
+        axes.margins(x=0)
     figure.supxlabel("time (s)", fontsize=8)
     if columns > 1:
         figure.supylabel(
@@ -121,7 +124,7 @@ def _numbers(
     handles, labels = places[0].get_legend_handles_labels()
     single = len(labels) == 1 and not several
     text = heading_of(request.individuals)
-    head(figure, text, *(((), ()) if single else (handles, labels)))
+    head(figure, text, *(() if single else (handles, labels)))
     return figure
 
 
@@ -159,14 +162,3 @@ def _label(channel: str, title: str, units: Sequence[str], several: bool) -> str
     unit = ", ".join(filter(None, dict.fromkeys(units)))
     said = shortened(name.replace("_", " "), 24)
     return f"{said}{chr(10) if several and not place else ' '}({unit})" if unit else said
-
-
-def _height(panels: int) -> float:
-    return {1: 1.7, 2: 1.2, 3: 1.0}.get(panels, 0.75)
-
-
-def _finish(axes: "Axes", theme: Theme) -> None:
-    low, high = axes.get_ylim()
-    if low < 0 < high:
-        axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
-    axes.margins(x=0)

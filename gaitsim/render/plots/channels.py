@@ -32,11 +32,6 @@ class Signal:
     rate: float
 
 
-def channels_of(individual: Individual) -> Mapping[str, Channel]:
-    """The declared channels of the individual's body."""
-    return individual.experiment.organism.channels
-
-
 def read_values(individual: Individual, name: str) -> NDArray[Any]:
     """Return a channel of the individual, without the axis of the population.
 
@@ -44,7 +39,8 @@ def read_values(individual: Individual, name: str) -> NDArray[Any]:
         GaitsimError: the body has no such channel; lists those that it has.
         PluginError: the body cannot compute it, or it has other axes than declared.
     """
-    entry, channels = individual.experiment.entries["organism"], channels_of(individual)
+    experiment = individual.experiment
+    entry, channels = experiment.entries["organism"], experiment.organism.channels
     if name not in channels:
         raise GaitsimError(
             f"{entry} has no channel {name!r}",
@@ -66,7 +62,7 @@ def read_values(individual: Individual, name: str) -> NDArray[Any]:
 
 def count_trials(individual: Individual) -> int:
     """Return from how many starts the individual moved; its skeleton shows the first."""
-    for name, channel in channels_of(individual).items():
+    for name, channel in individual.experiment.organism.channels.items():
         if "trials" in channel.axes:
             return int(read_values(individual, name).shape[channel.axes.index("trials")])
     return 1

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.render.plots.channels import channels_of, read_signal
+from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import grid, intervals, shade
@@ -27,7 +27,7 @@ def joints_figure(request: Request) -> "Figure":
         GaitsimError: the window holds none of the motion.
     """
     individual, theme = request.individual, request.theme
-    if "joint_angles" not in channels_of(individual):
+    if "joint_angles" not in individual.experiment.organism.channels:
         raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} has no joint angles to plot",
             where=str(individual.source),
@@ -68,7 +68,7 @@ def joints_figure(request: Request) -> "Figure":
             handles.append(Patch(facecolor=theme.faint, alpha=0.5))
             labels.append("stance")
         one = len(legs) == len(names) > 1 or labels == [""]
-        head(figure, heading_of([individual]), *(((), ()) if one else (handles, labels)))
+        head(figure, heading_of([individual]), *(() if one else (handles, labels)))
     return figure
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import channels_of, read_values
+from gaitsim.render.plots.channels import read_values
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.footfall import contacts_of
 from gaitsim.render.plots.labels import head, heading_of
@@ -75,7 +75,7 @@ def stability_figure(request: Request) -> "Figure":
 
 def margin_of(individual: Individual) -> NDArray[np.float64]:
     """Return the static stability margin, (frames,), metres; −inf without a foot on the ground."""
-    channel = channels_of(individual).get("margin")
+    channel = individual.experiment.organism.channels.get("margin")
     if channel is not None and channel.axes == ("frames",):
         return np.asarray(read_values(individual, "margin"), dtype=np.float64)
     from gaitsim.gait import stability_margin
