@@ -11,7 +11,6 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play
 from gaitsim.gait.files.writer import Gait, gait_of
 from gaitsim.imitation.file import Imitation
-from gaitsim.imitation.imitator import mean_square
 from gaitsim.imitation.learning import Settings, learn
 from gaitsim.individual import Individual
 
@@ -94,7 +93,7 @@ def imitate(
         imitation=Imitation(performed, commanded, imitator, settings.seed),
         errors=errors,
         one_step=imitator.one_step_error(gait.angles),
-        free_running=mean_square(commanded - gait.angles),
+        free_running=float(np.mean((commanded - gait.angles) ** 2)),
         played=played,
         beyond_limits=beyond,
     )

@@ -51,9 +51,4 @@ class Imitator:
 
     def one_step_error(self, expert: Angles) -> float:
         """Return the mean squared error of the next frame, given the expert's, rad²."""
-        return mean_square(self.predict(expert[:-1]) - expert[1:])
-
-
-def mean_square(values: NDArray[np.float64]) -> float:
-    """Return the mean square of some values."""
-    return float(np.mean(values**2))
+        return float(np.mean((self.predict(expert[:-1]) - expert[1:]) ** 2))

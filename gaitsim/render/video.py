@@ -243,13 +243,7 @@ class Video:
 
 
 def _clip(shown: Individual, speed: float, alone: bool) -> Clip:
-    """Return the clip of a champion.
-
-    Args:
-        shown: the champion.
-        speed: of the motion.
-        alone: whether no other is shown beside it.
-    """
+    """Return the clip of a champion, which may be shown alone or beside others."""
     name, generation = shown.name, f"generation {shown.generation}"
     score = f"score {numeral(shown.score)}"
     title, *details = (name, generation, score) if alone else (generation, score, name)

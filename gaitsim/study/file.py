@@ -119,15 +119,12 @@ def read_study(reference: str) -> tuple[Study, str]:
     """
     path = Path(reference)
     if path.suffix == ".toml" or path.name != reference:
-        text, source = _read(path), str(path)
+        template = "the study.toml that 'gaitsim study millipede-operators' leaves"
+        text = read_file(path, "study", template, "name a bundled study: millipede-operators")
+        source = str(path)
     else:
         text, source = read_preset(reference, STUDIES), f"study {reference}"
     return parse_study(text, source), text
-
-
-def _read(path: Path) -> str:
-    template = "the study.toml that 'gaitsim study millipede-operators' leaves"
-    return read_file(path, "study", template, "name a bundled study: millipede-operators")
 
 
 def parse_study(text: str, source: str) -> Study:

@@ -3,7 +3,7 @@
 import csv
 import io
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -86,12 +86,7 @@ def read_gait(path: Path) -> GaitFile:
     Raises:
         GaitsimError: it cannot be read, is too large, or holds no gait.
     """
-    readers: dict[str, Callable[[bytes], Mapping[str, Any]]] = {
-        ".csv": _csv,
-        ".npz": _npz,
-        ".mat": _mat,
-    }
-    reader = readers.get(path.suffix.lower())
+    reader = {".csv": _csv, ".npz": _npz, ".mat": _mat}.get(path.suffix.lower())
     if reader is None:
         raise GaitsimError(f"{path} has no suffix of a gait file", allowed=_ALLOWED)
     data = read_bounded(path, LARGEST)

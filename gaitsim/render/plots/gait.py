@@ -50,19 +50,13 @@ def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) 
             width_ratios=[2.2, 1],
             height_ratios=[rows + 0.3, 1.2],
         )
-        shown = found.touching[part]
-        start = part.start / gait.frame_rate
-        bars(
-            places["footfalls"],
-            [(name, shown[:, n]) for n, name in enumerate(names)],
-            start,
-            gait.frame_rate,
-            colours,
-        )
-        places["footfalls"].set_title("footfalls")
-        places["footfalls"].tick_params(labelbottom=False)
+        axes, start = places["footfalls"], part.start / gait.frame_rate
+        shown = [*zip(names, found.touching[part].T, strict=True)]
+        bars(axes, shown, start, gait.frame_rate, colours)
+        axes.set_title("footfalls")
+        axes.tick_params(labelbottom=False)
         _margin(places["margin"], found.margin[part], start, gait.frame_rate, theme)
-        places["margin"].set_xlim(places["footfalls"].get_xlim())
+        places["margin"].set_xlim(axes.get_xlim())
         _phases(places["phases"], gait, found, names, colours, theme)
         name = gait.name.name if gait.name.name != "none" else "no named gait"
         head(figure, f"{shortened(title, 70)}: {name}")

@@ -30,25 +30,21 @@ def numeral(value: float) -> str:
     return f"{value:.4g}".replace("-", "−")
 
 
-def heading_of_experiment(experiment: Experiment) -> str:
-    """Return the experiment's name and seed."""
-    return _named(experiment, "")
+def heading_of_experiment(experiment: Experiment, more: str = "") -> str:
+    """Return as much of the experiment's name as there is room for, its seed, and a text."""
+    rest = f", seed {experiment.seed}{more}"
+    name = " ".join(experiment.name.split())
+    return shortened(name, max(10, _HEADING - len(rest))) + rest
 
 
 def heading_of(individuals: Sequence[Individual]) -> str:
     """Return the experiment's name and seed with the generation and score, or the generations."""
     numbers = ", ".join(str(individual.generation) for individual in individuals)
     one = individuals[0]
+    what = f"generation {numbers}, score {numeral(one.score)}"
     if len(individuals) > 1:
-        return _named(one.experiment, f", generations {shortened(numbers, 24)}")
-    return _named(one.experiment, f", generation {numbers}, score {numeral(one.score)}")
-
-
-def _named(experiment: Experiment, more: str) -> str:
-    """Put a text behind as much of the experiment's name as there is room for."""
-    rest = f", seed {experiment.seed}{more}"
-    name = " ".join(experiment.name.split())
-    return shortened(name, max(10, _HEADING - len(rest))) + rest
+        what = f"generations {shortened(numbers, 24)}"
+    return heading_of_experiment(one.experiment, f", {what}")
 
 
 def head(

@@ -12,6 +12,7 @@ from gaitsim.render.plots.labels import head, heading_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.scenery import floor, mast, seen
 from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.render.scene.themes import mixed
 from gaitsim.render.ticks import round_step
 
 if TYPE_CHECKING:
@@ -172,10 +173,9 @@ def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
 
     ink, paper = (np.array(to_rgb(colour)) for colour in (theme.colours[0], theme.background))
     shares = np.linspace(0.4, 1.0, len(bodies)) if len(bodies) > 1 else [1.0]
-    for body, share in zip(bodies, shares, strict=True):
-        # Mixed rather than transparent, which would show a dot wherever two lines meet.
-        colour = tuple(share * ink + (1 - share) * paper)
-        lines = LineCollection([*body], colors=[colour], linewidths=0.8, zorder=2)
+    # Mixed rather than transparent, which would show a dot wherever two lines meet.
+    for body, colour in zip(bodies, mixed(paper, ink, shares), strict=True):
+        lines = LineCollection([*body], colors=[tuple(colour)], linewidths=0.8, zorder=2)
         lines.set_capstyle("round")
         axes.add_collection(lines)
     axes.autoscale_view()

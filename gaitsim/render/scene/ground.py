@@ -76,8 +76,3 @@ def _aim(camera: Camera, span: float) -> Points:
     if down > 0:
         foot[:2] += camera.ahead[:2] * min(above / down, 4 * camera.distance)
     return foot
-
-
-def shaded(strength: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the shade, 0 to SHADES, of a strength of 0 to 1; shade 0 is not drawn."""
-    return np.round(np.clip(strength, 0, 1) * SHADES).astype(np.intp)

@@ -10,7 +10,7 @@ from gaitsim.render.scene.altitude_scale import AltitudeScale
 from gaitsim.render.scene.bodies import body, shadow
 from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, axes
 from gaitsim.render.scene.clip import Clip, Pose
-from gaitsim.render.scene.ground import SHADES, fine_step, grid, shaded
+from gaitsim.render.scene.ground import SHADES, fine_step, grid
 from gaitsim.render.scene.labels import POINT, Labels, unit_of
 from gaitsim.render.scene.shapes import discs, hull
 from gaitsim.render.scene.themes import Theme, mixed
@@ -161,7 +161,7 @@ def _layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
     from matplotlib.path import Path
 
     ends, depth = camera.project(pieces)
-    shade = np.where(camera.in_front(depth).all(axis=1), shaded(strength), 0)
+    shade = np.round(np.clip(strength, 0, 1) * SHADES) * camera.in_front(depth).all(axis=1)
     paths = []
     for wanted in range(1, SHADES + 1):
         points = ends[shade == wanted].reshape(-1, 2)
