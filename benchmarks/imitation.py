@@ -18,9 +18,8 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.playing import play
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.imitation import SETTINGS, Settings, learn
 from gaitsim.imitation.imitating import TOLERANCE
-from gaitsim.imitation.learning import prepare
+from gaitsim.imitation.learning import SETTINGS, Settings, learn, prepare
 from gaitsim.individual import Individual
 from gaitsim.network import Network
 

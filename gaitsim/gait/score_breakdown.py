@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.contracts import Channel, Motion
+from gaitsim.gait.intervals import Floats
 from gaitsim.individual import Individual, score_terms
 from gaitsim.runs.files.history import COLUMNS, MEAN
 
@@ -15,8 +15,6 @@ DOMINANT = 0.6  # of all that the terms add and take: one as large dominates
 SLIGHT = 0.01  # likewise: one as small hardly counts; and of the score's range over generations
 PAID = 0.5  # of a gain: a loss as large pays for it
 RELEVANT = 0.05  # of all changes: smaller ones are left out
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

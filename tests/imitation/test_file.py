@@ -7,7 +7,9 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait
-from gaitsim.imitation import Imitation, Settings, learn, load_imitator, save_imitator
+from gaitsim.imitation import load_imitator
+from gaitsim.imitation.file import Imitation, save_imitator
+from gaitsim.imitation.learning import Settings, learn
 
 
 @pytest.fixture(scope="module")

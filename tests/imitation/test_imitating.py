@@ -11,8 +11,9 @@ from gaitsim.contracts import Channel, Motion
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
-from gaitsim.imitation import SETTINGS, Settings, load_imitator
+from gaitsim.imitation import load_imitator
 from gaitsim.imitation.imitating import imitate
+from gaitsim.imitation.learning import SETTINGS, Settings
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter

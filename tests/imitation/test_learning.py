@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.imitation import SETTINGS, Settings, learn
 from gaitsim.imitation import learning as module
 from gaitsim.imitation.descent import descend
-from gaitsim.imitation.learning import ACTIVATIONS
+from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS, Settings, learn
 from gaitsim.network import ACTIVATION_CODES, Network
 
 

@@ -10,7 +10,7 @@ from gaitsim.contracts import Skeleton
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import head, heading_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
-from gaitsim.render.plots.scenery import floor, mast, seen
+from gaitsim.render.plots.scenery import Floats, floor, mast, seen
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.render.scene.themes import mixed
 from gaitsim.render.ticks import round_step
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 _MOMENTS = 6  # that a body is drawn at, at most
 _SMALLEST = 0.07  # of the scene, that a body is drawn
 _FLYING = 0.25  # height over width from which a scene has a scale of heights

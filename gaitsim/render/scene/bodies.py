@@ -7,11 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.scene.anatomy import Anatomy
-from gaitsim.render.scene.camera import Camera
+from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.shapes import capsules, hull
 from gaitsim.render.scene.themes import Colour, mixed
-
-Points = NDArray[np.float64]
 
 FOG = 0.3  # how much the far side of a body takes of the background
 EDGE = 1.1  # width of an outline

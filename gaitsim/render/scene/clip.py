@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.anatomy import Anatomy, anatomy
-from gaitsim.render.scene.camera import steadied
-
-Points = NDArray[np.float64]
+from gaitsim.render.scene.camera import Points, steadied
 
 
 @dataclass(frozen=True, eq=False)

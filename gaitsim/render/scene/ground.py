@@ -3,9 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.scene.camera import Camera
-
-Points = NDArray[np.float64]
+from gaitsim.render.scene.camera import Camera, Points
 
 SHADES = 8  # steps in which lines fade
 PIECES = 20  # of a line

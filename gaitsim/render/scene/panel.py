@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.render.scene.altitude_scale import AltitudeScale
 from gaitsim.render.scene.bodies import body, shadow
-from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, axes
+from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, axes
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES, fine_step, grid
 from gaitsim.render.scene.labels import POINT, Labels, unit_of
@@ -18,7 +17,6 @@ from gaitsim.render.scene.themes import Theme, mixed
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Points = NDArray[np.float64]
 
 FOOT = 1.55  # radius of a foot's mark, in those of limbs
 TRAIL = 240  # pieces of the path behind a body

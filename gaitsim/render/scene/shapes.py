@@ -1,11 +1,9 @@
 """Outlines in the picture: limbs, plates, discs."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.gait.support import convex_hull
-
-Points = NDArray[np.float64]
+from gaitsim.render.scene.camera import Points
 
 _ARC = np.linspace(-np.pi / 2, np.pi / 2, 12)  # a round end
 _CIRCLE = np.linspace(0, 2 * np.pi, 25)[:-1]
