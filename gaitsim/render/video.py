@@ -17,6 +17,7 @@ from gaitsim.render.encoder import encode
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import numeral
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
+from gaitsim.render.scene.layout import tiles
 from gaitsim.runs.snapshot import RunSnapshot
 
 FORMATS = get_args(VideoFormat)
@@ -229,8 +230,6 @@ class Video:
         return framed
 
     def _check_room(self, bodies: int) -> None:
-        from gaitsim.render.scene.layout import tiles
-
         _, _, wide, tall = tiles(bodies, *self.settings.pixels)[0]
         if bodies > 1 and min(wide, tall) < PANEL:
             raise GaitsimError(

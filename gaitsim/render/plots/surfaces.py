@@ -29,31 +29,20 @@ def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best
     """
     for old in folder.glob("surface-*.png"):
         old.unlink()
-    if surface_axis(study):
+    axis = surface_axis(study)
+    if axis is not None:
         for place, experiment in enumerate(study.experiments, 1):
             file = folder / f"surface-{place}-{Path(experiment).stem}.png"
-            plot_surface(study, experiment, results, file)
+            _plot_surface(study, axis, experiment, results, file)
 
 
-def plot_surface(
-    study: Study, experiment: str, results: Sequence[tuple[Cell, Best]], path: Path
+def _plot_surface(
+    study: Study, axis: str, experiment: str, results: Sequence[tuple[Cell, Best]], path: Path
 ) -> None:
-    """Draw one experiment's surface; nothing where one generation or no score is recorded.
-
-    Args:
-        study: with an axis of numbers, see `surface_axis`.
-        experiment: which of its experiments.
-        results: of all its cells.
-        path: PNG, SVG or PDF.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
+    """Draw one experiment's surface; nothing where one generation or no score is recorded."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    axis = surface_axis(study)
-    assert axis is not None, "a study that has a surface"
     mine = [(cell, best) for cell, best in results if cell.point[EXPERIMENT] == experiment]
     generations = recorded(mine[0][0].experiment, study.record_every)
     along = np.array([cell.point[axis] for cell, _ in mine], dtype=float)

@@ -153,7 +153,6 @@ def unit_of(width: float, height: float) -> float:
 
 
 def _size(text: Any) -> float:
-    """Return the font size in pixels."""
     return float(text.get_fontsize()) / POINT
 
 
