@@ -1,6 +1,5 @@
 """`gaitsim compare`."""
 
-import shlex
 from math import isfinite
 from pathlib import Path
 from shutil import rmtree
@@ -17,7 +16,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.render.plots.convergence import plot_convergence
-from gaitsim.runs.files.folder import create_folder
+from gaitsim.runs.files.folder import command, create_folder
 from gaitsim.study.comparison import (
     FIGURE,
     REPORT,
@@ -81,17 +80,16 @@ def compare(
             except BaseException:
                 rmtree(folder, ignore_errors=True)
                 raise
-    shown = f"./{folder}" if str(folder).startswith("-") else str(folder)
-    again = ["gaitsim", "compare", *(f"{shown}/{text}" for text in texts)]
-    again += ["--repeats", str(repeats), *(["--target", str(target)] if target is not None else [])]
-    command = shlex.join(again)
+    shown = f"./{folder}" if str(folder).startswith("-") else folder
+    options = ["--repeats", repeats, *(["--target", target] if target is not None else [])]
+    again = command("compare", *(f"{shown}/{text}" for text in texts), *options)
     plot_convergence(findings.samples, folder / FIGURE)
-    write_comparison(folder, findings, command)
+    write_comparison(folder, findings, again)
     wrote(*(folder / name for name in (REPORT, TABLE, FIGURE)))
     if json:
-        print_json({"folder": str(folder), **to_dict(findings), "command": command})
+        print_json({"folder": str(folder), **to_dict(findings), "command": again})
     else:
-        _print(folder, findings, command)
+        _print(folder, findings, again)
 
 
 def _samples(
@@ -119,11 +117,11 @@ def _samples(
     return found
 
 
-def _print(folder: Path, findings: Findings, command: str) -> None:
+def _print(folder: Path, findings: Findings, again: str) -> None:
     console = output()
     for title, columns, rows in tables(findings):
         console.print(f"\n{title}", style="bold")
         print_table(columns, rows)
     console.print(f"\n{methods(findings)}\n", style="dim", markup=False)
     console.print(f"Report: {folder / REPORT}", markup=False)
-    console.print(f"Again:  {command}", markup=False, soft_wrap=True)
+    console.print(f"Again:  {again}", markup=False, soft_wrap=True)

@@ -18,6 +18,7 @@ NAME = 14  # characters of a foot's name shown at most
 DOWN, UP = "█", "·"
 COLOURS = ("cyan", "yellow")  # left and right feet; others have no colour
 UNNAMED = ("none", "standing")
+SCALES = {"°": math.degrees(1), "mm": 1000, "%": 100}  # from SI units
 
 
 def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
@@ -118,7 +119,8 @@ def _print_travel(gait: GaitAnalysis) -> None:
     rows = []
 
     def add(name: str, value: float | None, unit: str, meaning: str, digits: int = 3) -> None:
-        rows.append([name, _or_dash(value, digits), unit, meaning])
+        scaled = None if value is None else value * SCALES.get(unit, 1)
+        rows.append([name, _or_dash(scaled, digits), unit, meaning])
 
     add("speed", travel.speed, "m/s", f"displacement over {travel.seconds:.2f} s")
     add("forward", travel.forward, "m", "displacement along x")
@@ -127,15 +129,15 @@ def _print_travel(gait: GaitAnalysis) -> None:
         add("climb", travel.climb, "m", "displacement upwards")
     add("drift", travel.drift, "m", "greatest distance from the starting line")
     add("straightness", travel.straightness, "", "displacement over length of path")
-    add("yaw", _degrees(travel.yaw), "°", "turn to the left at the end", 1)
-    add("yaw range", _degrees(travel.yaw_range), "°", "between its furthest headings", 1)
+    add("yaw", travel.yaw, "°", "turn to the left at the end", 1)
+    add("yaw range", travel.yaw_range, "°", "between its furthest headings", 1)
     if found is not None:
         add("Froude number", travel.froude, "", "speed² / (g · height of the centre)", 4)
         add("slip ratio", found.slip.ratio, "", "slide of standing feet over length of path")
-        least, median = 1000 * found.margin.min(), 1000 * np.median(found.margin)
+        least, median = found.margin.min(), float(np.median(found.margin))
         add("least margin", least, "mm", "static stability, worst moment", 1)
         add("median margin", median, "mm", "static stability, half of the time above", 1)
-        add("unsupported", 100 * float(np.mean(found.margin < 0)), "%", _unsupported(found), 1)
+        add("unsupported", float(np.mean(found.margin < 0)), "%", _unsupported(found), 1)
     if travel.joint_travel is not None:
         add("joint travel", travel.joint_travel, "rad/m", "all joints, a metre; no energy", 1)
     print_table(["measure", "value", "", "what it is"], rows, numbers=["value"])
@@ -145,10 +147,6 @@ def _unsupported(found: Footfalls) -> str:
     if found.lying > 0:
         return f"by feet; the trunk lies on the ground {100 * found.lying:.0f} % of the time"
     return "of the time, centre outside the support"
-
-
-def _degrees(value: float | None) -> float | None:
-    return None if value is None else math.degrees(value)
 
 
 def _or_dash(value: float | None, digits: int) -> str:

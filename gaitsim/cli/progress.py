@@ -34,6 +34,10 @@ STOPPING = "Stopping after this generation; again to stop at once."
 class Display:
     """A context manager that follows a run; by default there is nothing to begin or end."""
 
+    def __init__(self, writer: RunWriter) -> None:
+        self._total = writer.experiment.evolution.generations
+        self._islands = writer.experiment.islands.number
+
     def __enter__(self) -> Self:
         return self
 
@@ -72,9 +76,6 @@ class JsonLines(Display):
     With islands, the best score of each as well.
     """
 
-    def __init__(self, writer: RunWriter) -> None:
-        self._islands = writer.experiment.islands.number
-
     def begin_stage(self, writer: RunWriter) -> None:
         """Print the stage's number, its first generation, and what it changes."""
         first = writer.last.number + 1 if writer.last else 1
@@ -91,8 +92,7 @@ class PlainLines(Display):
     """A line now and then, for pipes and logs: first, last, and every two seconds."""
 
     def __init__(self, writer: RunWriter, clock: Callable[[], float] = time.monotonic) -> None:
-        self._total = writer.experiment.evolution.generations
-        self._islands = writer.experiment.islands.number
+        super().__init__(writer)
         self._clock = clock
         self._printed = -math.inf
         echo(f"run {visible(str(writer.path))}")
@@ -133,9 +133,8 @@ class LiveView(Display):
         console: Console | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        super().__init__(writer)
         self._name = visible(writer.path.name)
-        self._total = writer.experiment.evolution.generations
-        self._islands = writer.experiment.islands.number
         self._generation = writer.last
         self._row = row(writer.last) if writer.last else {}
         history = writer.run.history if writer.last else {}

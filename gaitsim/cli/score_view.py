@@ -23,7 +23,12 @@ def print_score_breakdown(
     """Print the terms of the score over time and over the generations, and a summary."""
     console = output()
     console.print(f"\nWhy it scored {number(individual.replayed_score, 4)}", style="bold")
-    _warn_if_moved(individual)
+    recorded = individual.score
+    if abs(individual.replayed_score - recorded) > _MOVED * max(1.0, abs(recorded)):
+        warning = (
+            f"The run recorded {number(recorded, 4)}: the body or the fitness has changed since."
+        )
+        console.print(Text(warning, style="yellow"))
     try:
         over_time = terms_over_time(individual)
     except GaitsimError as error:
@@ -57,18 +62,6 @@ def print_score_breakdown(
         console.print()
     for sentence in words:
         console.print(f"• {visible(sentence).replace(' -', ' −')}", markup=False)
-
-
-def _warn_if_moved(individual: Individual) -> None:
-    recorded = individual.score
-    if abs(individual.replayed_score - recorded) <= _MOVED * max(1.0, abs(recorded)):
-        return
-    output().print(
-        Text(
-            f"The run recorded {number(recorded, 4)}: the body or the fitness has changed since.",
-            style="yellow",
-        )
-    )
 
 
 def print_robustness(found: Robustness) -> None:

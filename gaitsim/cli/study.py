@@ -64,9 +64,8 @@ def study(
         lock = RunLock(folder)
         try:
             if not _run(folder, study, every, workers, executor):
-                notice(
-                    f"Stopped; finished cells are kept. Continue with: {command('study', folder)}"
-                )
+                again = command("study", folder)
+                notice(f"Stopped; finished cells are kept. Continue with: {again}")
                 sys.exit(INTERRUPTED)
             found, missing = results(folder, study, every)
             if missing:

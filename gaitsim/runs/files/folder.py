@@ -28,9 +28,9 @@ CHAMPIONS, EXPORTS = "champions", "exports"
 _DRAFT = ".new-run-"
 
 
-def command(verb: str, path: Path, *more: object) -> str:
-    """A gaitsim command on a run, as a shell takes it."""
-    return shlex.join(["gaitsim", verb, str(path), *map(str, more)])
+def command(verb: str, *words: object) -> str:
+    """A gaitsim command, as a shell takes it."""
+    return shlex.join(["gaitsim", verb, *map(str, words)])
 
 
 def find_run(reference: str) -> Path:
