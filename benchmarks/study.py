@@ -27,7 +27,7 @@ def ours(study: Study) -> float:
 
         def work() -> None:
             every = cells(study)
-            for _ in run_cells(Path(folder), every, study.repeats, study.record_every, None):
+            for _ in run_cells(Path(folder), study, every, None):
                 pass
 
         return stopwatch(work)

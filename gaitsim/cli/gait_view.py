@@ -10,7 +10,6 @@ from gaitsim.gait import Footfalls, GaitAnalysis
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number, visible
 
-WIDTH = 80
 SIGNS = 62  # of a row of the diagram, the foot's name before it
 STRIDES = 3  # shown, where they fit
 FEET = 24  # shown at most
