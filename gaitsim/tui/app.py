@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from textual import work
 from textual.app import App
@@ -18,7 +18,7 @@ from textual.widgets import Input
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
 from gaitsim.tui.config import Config, remember_theme
-from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
+from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.themes import DEFAULT, THEMES
@@ -231,7 +231,7 @@ class GaitsimApp(App[None]):
                 return
         running = [task for task in self.tasks.all if task.running]
         if running:
-            from gaitsim.tui.screens.confirm import Confirm
+            from gaitsim.tui.screens.questions import Confirm
 
             about = "\n".join(task.command for task in running)
             if not await self.push_screen_wait(Confirm("Stop what is being made?", "Stop", about)):
@@ -275,7 +275,3 @@ def _line(problem: GaitsimError) -> str:
 
 async def _may_leave(screen: Screen[Any]) -> bool:
     return not isinstance(screen, GaitScreen) or await screen.may_leave()
-
-
-if TYPE_CHECKING:  # the type checker compares the app with what screens use of it
-    _navigator: Navigator = GaitsimApp()

@@ -3,7 +3,6 @@
 After Posting's, which took it from Amp.
 """
 
-from string import ascii_lowercase
 from typing import Any, ClassVar
 
 from rich.text import Text
@@ -17,7 +16,6 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 LETTERS = "asdfghjklqwertyuiopzxcvbnm"
-assert sorted(LETTERS) == list(ascii_lowercase)
 
 
 def targets(screen: Screen[Any]) -> dict[str, Widget]:

@@ -14,7 +14,7 @@ from string import Template
 from urllib.parse import urlsplit
 
 from aiohttp import web
-from aiohttp.typedefs import Handler, Middleware
+from aiohttp.typedefs import Handler
 from textual_serve.server import Server, to_int
 
 from gaitsim.errors import GaitsimError
@@ -24,17 +24,7 @@ LOCAL = "localhost"
 
 
 class WebServer(Server):
-    """Runs a command that is a Textual app for each page that is opened.
-
-    Args:
-        command: as a shell takes it.
-        host: the address it listens on.
-        port: the port it listens on.
-        title: of the page.
-    """
-
-    def __init__(self, command: str, host: str, port: int, title: str) -> None:
-        super().__init__(command, host=host, port=port, title=title)
+    """Runs a command, which starts a Textual app, for each page that is opened."""
 
     def serve_on(self, listener: socket.socket) -> None:
         """Serve until Ctrl-C."""
@@ -43,7 +33,7 @@ class WebServer(Server):
 
     def application(self) -> web.Application:
         """Return the server's pages."""
-        app = web.Application(middlewares=[self._guard()])
+        app = web.Application(middlewares=[self._guard])
         app.add_routes(
             [
                 web.get("/", self.page),
@@ -56,22 +46,19 @@ class WebServer(Server):
         app.on_shutdown.append(self.on_shutdown)
         return app
 
-    def _guard(self) -> Middleware:
-        @web.middleware
-        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
-            """Refuse what does not come from this server's own page, by its own name."""
-            if not (self._is_ours(request.host) and _same(request.headers.get("Origin"), request)):
-                raise web.HTTPForbidden(text="gaitsim serves its own page alone.")
-            return await handler(request)
-
-        return guard
+    @web.middleware
+    async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+        """Refuse requests that do not come from this server's own page, by its own name."""
+        if not (self._is_ours(request.host) and _same(request.headers.get("Origin"), request)):
+            raise web.HTTPForbidden(text="gaitsim serves its own page alone.")
+        return await handler(request)
 
     def _is_ours(self, host: str) -> bool:
         """Whether a name is one of this machine; where all may come, any name may be."""
         return not is_loopback(self.host) or is_loopback(urlsplit(f"//{host}").hostname or "")
 
     async def on_startup(self, app: web.Application) -> None:
-        """Say where it is."""
+        """Print the address."""
         shown = f"[{self.host}]" if ":" in self.host else self.host
         print(f"gaitsim is at http://{shown}:{self.port}; Ctrl-C stops it", flush=True)  # noqa: T201
 

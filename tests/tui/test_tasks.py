@@ -161,9 +161,9 @@ class TestTask:
 class TestMaking:
     def test_each_product_is_a_command_that_there_is(self, walk, gaitsim):
         path = walk()
-        for product in PRODUCTS:
-            shown = gaitsim(product.verb, "--help").stdout
-            for name in product.more:
+        for verb, *more in PRODUCTS.values():
+            shown = gaitsim(verb, "--help").stdout
+            for name in more:
                 if name.startswith("--"):
                     assert name in shown
         assert path.exists()

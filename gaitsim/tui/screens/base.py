@@ -1,55 +1,21 @@
-"""What all screens share."""
+"""The base class of all screens."""
 
-from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
-from typing import ClassVar, NamedTuple, Protocol, cast
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, cast
 
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
-from gaitsim.errors import GaitsimError
-from gaitsim.tui.tasks import Tasks
+if TYPE_CHECKING:
+    from gaitsim.tui.app import GaitsimApp
 
 
 class PaletteCommand(NamedTuple):
-    """What a screen offers in the command palette beside its keys.
-
-    Attributes:
-        title: what it does.
-        help: more about it, on one line.
-        do: does it.
-    """
+    """A command in the palette: its title, one line of help, and the function to call."""
 
     title: str
     help: str
     do: Callable[[], object]
-
-
-class Navigator(Protocol):
-    """The app, as screens see it: the way to other screens, and what all of them share.
-
-    Attributes:
-        folder: where runs are.
-        clock: the time, in seconds since 1970.
-        tasks: the commands in the background.
-    """
-
-    folder: Path
-    clock: Callable[[], float]
-    tasks: Tasks
-
-    def open_run(self, run: Path, *, go: bool = False) -> None: ...
-    def open_new(self, experiment: str | None = None) -> None: ...
-    def open_replay(
-        self, run: Path, generation: int | None = None, beside: Path | None = None
-    ) -> None: ...
-    def open_compare(self, runs: list[Path]) -> None: ...
-    def open_plugins(self) -> None: ...
-    def open_export(self, run: Path) -> None: ...
-    def begin_task(self, arguments: Sequence[str]) -> None: ...
-    def leave(self, screen: Screen[None]) -> None: ...
-    def tell(self, error: GaitsimError) -> None: ...
-    def palette(self) -> Iterable[PaletteCommand]: ...
 
 
 class GaitScreen(Screen[None]):
@@ -68,9 +34,9 @@ class GaitScreen(Screen[None]):
     ]
 
     @property
-    def gaitsim(self) -> Navigator:
+    def gaitsim(self) -> "GaitsimApp":
         """The app."""
-        return cast(Navigator, self.app)
+        return cast("GaitsimApp", self.app)
 
     def command_line(self) -> str:
         """The command that does, or shows, what this screen does; '' where there is none."""

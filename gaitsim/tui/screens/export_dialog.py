@@ -1,6 +1,6 @@
-"""What can be made of a run, in the background."""
+"""Choose what to make of a run in the background."""
 
-from dataclasses import dataclass
+import shlex
 from pathlib import Path
 from typing import ClassVar
 
@@ -12,46 +12,24 @@ from textual.screen import ModalScreen
 from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
-from gaitsim.runs.files.folder import command
-
-
-@dataclass(frozen=True)
-class Product:
-    """Something that a command makes of a run.
-
-    Attributes:
-        title: what it is.
-        verb: the command.
-        more: its options.
-    """
-
-    title: str
-    verb: str
-    more: tuple[str, ...] = ()
-
-
-PRODUCTS = (
-    Product("Gait for MATLAB and Octave (.mat)", "export", ("--format", "mat")),
-    Product("Gait as a table (.csv)", "export", ("--format", "csv")),
-    Product("Gait for NumPy (.npz)", "export", ("--format", "npz")),
-    Product("Gait for servos, in degrees and milliseconds", "export", ("--format", "servo")),
-    Product("Plot of the fitness curve", "plot", ("--kind", "fitness")),
-    Product("Plot of the terms", "plot", ("--kind", "terms")),
-    Product("Plots of every kind", "plot", ("--kind", "all")),
-    Product("Video (MP4)", "video", ("--format", "mp4")),
-    Product("Video (GIF)", "video", ("--format", "gif")),
-    Product("Analysis: which gait, and why it scored", "analyse"),
-    Product("Analysis with late and inexact servos", "analyse", ("--perturb",)),
-    Product("Network that imitates the champion", "imitate"),
-)
+PRODUCTS: dict[str, tuple[str, ...]] = {
+    "Gait for MATLAB and Octave (.mat)": ("export", "--format", "mat"),
+    "Gait as a table (.csv)": ("export", "--format", "csv"),
+    "Gait for NumPy (.npz)": ("export", "--format", "npz"),
+    "Gait for servos, in degrees and milliseconds": ("export", "--format", "servo"),
+    "Plot of the fitness curve": ("plot", "--kind", "fitness"),
+    "Plot of the terms": ("plot", "--kind", "terms"),
+    "Plots of every kind": ("plot", "--kind", "all"),
+    "Video (MP4)": ("video", "--format", "mp4"),
+    "Video (GIF)": ("video", "--format", "gif"),
+    "Analysis: which gait, and why it scored": ("analyse",),
+    "Analysis with late and inexact servos": ("analyse", "--perturb"),
+    "Network that imitates the champion": ("imitate",),
+}
 
 
 class ExportDialog(ModalScreen[tuple[str, ...] | None]):
-    """Asks what is to be made; dismissed with the arguments of the command that makes it.
-
-    Args:
-        run: the folder of the run.
-    """
+    """Ask what to make of the run in the folder `run`; return the arguments of the command."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss", "Cancel", id="export.cancel", tooltip="Make nothing"),
@@ -66,14 +44,16 @@ class ExportDialog(ModalScreen[tuple[str, ...] | None]):
             box.border_title = "Export"
             box.border_subtitle = "enter makes it, esc cancels"
             yield Static(Text(f"of {self._run}"), classes="dialog-about")
-            yield OptionList(*(Option(Text(product.title)) for product in PRODUCTS))
+            yield OptionList(*(Option(Text(title)) for title in PRODUCTS))
             yield Static(id="export-command", classes="command")
 
     def on_option_list_option_highlighted(self, event: OptionList.OptionHighlighted) -> None:
-        product = PRODUCTS[event.option_index]
-        line = command(product.verb, self._run, *product.more)
+        line = shlex.join(["gaitsim", *self._arguments(event.option_index)])
         self.query_one("#export-command", Static).update(Text(f"$ {line}"))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        product = PRODUCTS[event.option_index]
-        self.dismiss((product.verb, str(self._run), *product.more))
+        self.dismiss(self._arguments(event.option_index))
+
+    def _arguments(self, index: int) -> tuple[str, ...]:
+        verb, *more = list(PRODUCTS.values())[index]
+        return (verb, str(self._run), *more)

@@ -1,17 +1,16 @@
-"""Experiment files: where one is saved, which one to begin with."""
+"""Ask for experiment files, to save one or to begin with one."""
 
 import asyncio
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.tui.screens.ask import Ask
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.confirm import Confirm
+from gaitsim.tui.screens.questions import Ask, Confirm
 
 
 async def ask_save(screen: GaitScreen, name: str, toml: str) -> None:
-    """Ask where an experiment is to be saved, and save it; to be awaited in a worker."""
+    """Ask where to save an experiment, and save it. Await it in a worker."""
     ask = Ask("Save the experiment file as", f"{name}.toml", about="Every option is in it.")
     answer = await screen.app.push_screen_wait(ask)
     if answer is None:
@@ -29,7 +28,7 @@ async def ask_save(screen: GaitScreen, name: str, toml: str) -> None:
 
 
 async def ask_load(screen: GaitScreen) -> str | None:
-    """Ask for an experiment file; as `gaitsim run` takes it, None for none."""
+    """Ask for an experiment file; return its path as `gaitsim run` takes it, or None."""
     ask = Ask("Begin with the file", "./", about="An experiment's TOML file.")
     answer = await screen.app.push_screen_wait(ask)
     if answer is None:

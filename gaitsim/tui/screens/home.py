@@ -229,7 +229,7 @@ followed as they go.
 
     @work(group="delete", exclusive=True)
     async def action_delete(self) -> None:
-        from gaitsim.tui.screens.confirm import Confirm
+        from gaitsim.tui.screens.questions import Confirm
 
         run = self._run()
         if run is None:

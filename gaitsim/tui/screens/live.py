@@ -227,7 +227,7 @@ the app in any way, and the run can be continued exactly where it stopped.
 
     async def may_leave(self) -> bool:
         """Ask while the run evolves here; it is stopped and saved then."""
-        from gaitsim.tui.screens.confirm import Confirm
+        from gaitsim.tui.screens.questions import Confirm
 
         engine = self.process
         if engine is None:

@@ -56,7 +56,7 @@ class LiveDialogs(GaitScreen):
 
     @work(group="ask", exclusive=True)
     async def action_goal(self) -> None:
-        from gaitsim.tui.screens.ask import Ask
+        from gaitsim.tui.screens.questions import Ask
 
         further = str(self._further())
         about = f"It is at generation {self.snapshot.generation:,}."

@@ -25,8 +25,8 @@ from gaitsim.tui.builder import (
 )
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.confirm import Confirm
 from gaitsim.tui.screens.files import ask_load, ask_save
+from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.widgets.experiment_status import ExperimentStatus
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.part import Part

@@ -1,0 +1,97 @@
+"""Small dialogs: a question with two answers, and one that takes a line of text."""
+
+from collections.abc import Callable, Iterator
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Button, Input, Static
+
+from gaitsim.errors import GaitsimError
+
+
+class Confirm(ModalScreen[bool]):
+    """Ask for yes or no; return whether the answer was yes.
+
+    Args:
+        question: one sentence.
+        yes: the label of the button that agrees, a verb.
+        about: the consequences.
+        danger: whether it cannot be undone; the other button has the focus then.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("y", "dismiss(True)", "Yes", id="confirm.yes", tooltip="Do it"),
+        Binding("n,escape", "dismiss(False)", "No", id="confirm.no", tooltip="Leave it"),
+        Binding("left,right,tab", "app.focus_next", show=False),
+    ]
+
+    def __init__(self, question: str, yes: str, about: str = "", *, danger: bool = False) -> None:
+        super().__init__()
+        self._question, self._yes, self._about, self._danger = question, yes, about, danger
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog"):
+            yield from _heading(self._question, self._about)
+            with Horizontal(classes="dialog-buttons"):
+                variant = "error" if self._danger else "primary"
+                yield Button(Text(self._yes), variant=variant, id="yes")  # type: ignore[arg-type]
+                yield Button("Cancel", id="no")
+
+    def on_mount(self) -> None:
+        """Focus the button that does no harm."""
+        self.query_one("#no" if self._danger else "#yes", Button).focus()
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        self.dismiss(event.button.id == "yes")
+
+
+class Ask(ModalScreen[str | None]):
+    """Ask for a line, such as the name of a file; return it, or None.
+
+    Args:
+        question: one sentence.
+        value: the text to begin with.
+        check: raises a GaitsimError for an invalid answer.
+        about: more about the question.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "dismiss", "Cancel", id="ask.cancel", tooltip="Leave it"),
+    ]
+
+    def __init__(
+        self,
+        question: str,
+        value: str = "",
+        check: Callable[[str], object] = str,
+        about: str = "",
+    ) -> None:
+        super().__init__()
+        self._question, self._value, self._check, self._about = question, value, check, about
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog") as box:
+            box.border_subtitle = "enter takes it, esc cancels"
+            yield from _heading(self._question, self._about)
+            yield Input(self._value, id="answer")
+            yield Static(id="ask-problem", classes="problem")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        answer = event.value.strip()
+        try:
+            if answer:
+                self._check(answer)
+        except GaitsimError as error:
+            self.query_one("#ask-problem", Static).update(Text(str(error)))
+        else:
+            self.dismiss(answer or None)
+
+
+def _heading(question: str, about: str) -> Iterator[Static]:
+    yield Static(Text(question), classes="dialog-title")
+    if about:
+        yield Static(Text(about), classes="dialog-about")
