@@ -1,5 +1,6 @@
 """The app: which screens there are, and how one comes to another."""
 
+import asyncio
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -102,11 +103,11 @@ class GaitsimApp(App[None]):
             self.set_keymap(usable(config))
             self._check_keys(config)
 
-    @work(thread=True, group="keys")
-    def _check_keys(self, config: Config) -> None:
+    @work(group="keys")
+    async def _check_keys(self, config: Config) -> None:
         from gaitsim.tui.keys import problems
 
-        self.call_from_thread(self._report, config.path, problems(config))
+        self._report(config.path, await asyncio.to_thread(problems, config))
 
     def _report(self, path: Path, problems: Sequence[GaitsimError]) -> None:
         """Report the problems of the settings, in one message."""
@@ -163,11 +164,9 @@ class GaitsimApp(App[None]):
         task = self.tasks.begin(arguments)
         self.notify(task.command, title="In the background; t shows it", markup=False)
 
-    def leave(self, screen: Screen[None]) -> None:
+    @work(group="leaving", exclusive=True)
+    async def leave(self, screen: Screen[None]) -> None:
         """Go back from a screen, if it may be left."""
-        self.run_worker(self._leave(screen), group="leaving", exclusive=True)
-
-    async def _leave(self, screen: Screen[None]) -> None:
         if screen.is_current and len(self.screen_stack) > 1 and await _may_leave(screen):
             screen.dismiss()
 

@@ -53,6 +53,10 @@ class GaitScreen(Screen[None]):
         """
         return True
 
+    def is_busy(self, group: str) -> bool:
+        """Return whether a worker of a group runs."""
+        return any(worker.group == group and worker.is_running for worker in self.workers)
+
     def action_back(self) -> None:
         """Go back to the screen before this one."""
         self.gaitsim.leave(self)

@@ -1,5 +1,6 @@
 """Compare: the curves of several runs over each other, and the options in which they differ."""
 
+import asyncio
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import ClassVar
@@ -89,16 +90,15 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         self.set_interval(EVERY, self._look_again)
 
     def _look_again(self) -> None:
-        looking = any(worker.group == "compare" and worker.is_running for worker in self.workers)
-        if self.is_current and not looking:
+        if self.is_current and not self.is_busy("compare"):
             self._look()
 
-    @work(thread=True, group="compare")
-    def _look(self) -> None:
-        """Read the runs that have changed, in a thread."""
-        courses = self._reader.read()
+    @work(group="compare")
+    async def _look(self) -> None:
+        """Show the runs that have changed."""
+        courses = await asyncio.to_thread(self._reader.read)
         if courses != self._courses:
-            self.app.call_from_thread(self._show, courses)
+            self._show(courses)
 
     def _show(self, courses: tuple[ComparedRun, ...]) -> None:
         self._courses = courses

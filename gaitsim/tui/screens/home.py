@@ -1,5 +1,6 @@
 """Home: the runs there are, as they are now."""
 
+import asyncio
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -50,6 +51,8 @@ followed as they go.
         Binding("p", "plugins", "Plugins", show=False, id="home.plugins", tooltip="Installed ones"),
     ]
     filter: reactive[str] = reactive("", init=False)
+    # Whether each key works: the footer, which is slow, is updated only with it.
+    offers: reactive[list[bool | None]] = reactive(list, init=False, bindings=True)
 
     def __init__(self) -> None:
         super().__init__()
@@ -58,7 +61,6 @@ followed as they go.
         self._table: RunTable | None = None
         self._problem: GaitsimError | None = None
         self._height = 0
-        self._offers: list[bool | None] = []
 
     def compose(self) -> ComposeResult:
         """Header, filter, what stands for a table until there is one, details, footer."""
@@ -78,31 +80,27 @@ followed as they go.
 
     def _look_again(self) -> None:
         # Not `is_current`, which also holds for a screen that lies right below another.
-        if self.is_active and not self._is_looking():
+        if self.is_active and not self.is_busy("look"):
             self.look()
-
-    def _is_looking(self) -> bool:
-        return any(worker.group == "look" and worker.is_running for worker in self.workers)
 
     def on_screen_resume(self) -> None:
-        if self.runs is not None and not self._is_looking():
-            self.look()
+        if self.runs is not None:
+            self._look_again()
 
-    @work(thread=True, group="look")
-    def look(self) -> None:
-        """Read what has changed, in a thread."""
+    @work(group="look")
+    async def look(self) -> None:
+        """Read what has changed, and show it."""
+        self.runs, self._problem = await asyncio.to_thread(self._read)
+        self._show()
+
+    def _read(self) -> "tuple[list[Overview], GaitsimError | None]":
         from gaitsim.runs.overview import RunsWatcher
 
         self._watch = self._watch or RunsWatcher(self.gaitsim.folder)
         try:
-            found, problem = self._watch.look(), None
+            return self._watch.look(), None
         except GaitsimError as error:
-            found, problem = [], error
-        self.app.call_from_thread(self._found, found, problem)
-
-    def _found(self, runs: "list[Overview]", problem: GaitsimError | None) -> None:
-        self.runs, self._problem = runs, problem
-        self._show()
+            return [], error
 
     def _show(self) -> None:
         """Bring the screen up to date with what was found."""
@@ -153,15 +151,8 @@ followed as they go.
             # Laying the screen out anew at each move of the cursor would make it lag.
             panel.update(text, layout=height != self._height)
             self._height = height
-        self._offer()
-
-    def _offer(self) -> None:
-        """Bring the footer up to date where other keys work now."""
         actions = ("delete", "replay", "compare", "export", "filter", "back")
-        offers = [self.check_action(name, ()) for name in actions]
-        if offers != self._offers:
-            self._offers = offers
-            self.refresh_bindings()
+        self.offers = [self.check_action(name, ()) for name in actions]
 
     def _run(self) -> "Overview | None":
         return self._table.run if self._table is not None and self._table.display else None
@@ -227,8 +218,9 @@ followed as they go.
         if run is not None:
             self.gaitsim.open_export(run.path)
 
-    @work(group="delete", exclusive=True)
+    @work(group="delete")
     async def action_delete(self) -> None:
+        from gaitsim.runs.removal import delete_run
         from gaitsim.tui.screens.questions import Confirm
 
         run = self._run()
@@ -236,18 +228,13 @@ followed as they go.
             return
         about = f"{run.path}\nIts champions and exports go with it. This cannot be undone."
         question = Confirm(f"Delete the run {run.name}?", "Delete", about, danger=True)
-        if await self.app.push_screen_wait(question):
-            self._delete(run.path)
-
-    @work(thread=True, group="deleting")
-    def _delete(self, path: Path) -> None:
-        from gaitsim.runs.removal import delete_run
-
+        if not await self.app.push_screen_wait(question):
+            return
         try:
-            delete_run(path)
+            await asyncio.to_thread(delete_run, run.path)
         except GaitsimError as error:
-            self.app.call_from_thread(self.gaitsim.tell, error)
-        self.app.call_from_thread(self.look)
+            self.gaitsim.tell(error)
+        self.look()
 
     def command_line(self) -> str:
         run = self._run()

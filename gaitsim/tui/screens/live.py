@@ -10,6 +10,7 @@ from typing import ClassVar
 from textual import work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
+from textual.reactive import reactive
 from textual.widgets import Footer, Header
 
 from gaitsim.errors import GaitsimError
@@ -20,23 +21,20 @@ from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.follow import HistoryBuffer
+from gaitsim.runs.fork import fork_run
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.change_dialog import ChangeDialog
 from gaitsim.tui.screens.live_board import Board
-from gaitsim.tui.screens.live_dialogs import LiveDialogs
+from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
 from gaitsim.tui.screens.live_source import about
+from gaitsim.tui.screens.questions import Confirm
 
 PATIENCE = 20.0  # seconds that a run gets to finish its generation when the screen is left
 RESTING = ("stopped", "failed")
-HINTS = {
-    "preparing": "Preparing: the first run of a body compiles its kernels …",
-    "paused": "Paused. Space continues, n makes one generation, c changes an option, f forks.",
-    "stopping": "Stopping after this generation; s again stops at once.",
-    "stopped": "At rest. Space continues, c changes an option first, g sets how far.",
-    "elsewhere": "Another program writes this run; here it is only watched. f forks a copy.",
-}
 
 
-class Live(LiveDialogs):
+class Live(GaitScreen):
     """A run: evolved here, in a process of its own; followed while another program writes it;
     or at rest.
 
@@ -78,6 +76,9 @@ the app in any way, and the run can be continued exactly where it stopped.
     ]
     AUTO_FOCUS = ""
 
+    # Everything that the keys depend on: the footer, which is slow, is updated only with it.
+    offers: reactive[tuple[object, ...]] = reactive((), init=False, bindings=True)
+
     def __init__(
         self, run: Path, *, go: bool = False, clock: Callable[[], float] = time.monotonic
     ) -> None:
@@ -87,17 +88,12 @@ the app in any way, and the run can be continued exactly where it stopped.
         self._go = go
         self.process: RunProcess | None = None
         self._stopping = False
-        self._offers: tuple[object, ...] = ()
         self.title, self.sub_title = run.name, ""
 
     def compose(self) -> ComposeResult:
         yield Header()
         yield self.board
         yield Footer()
-
-    def problem(self, error: GaitsimError | None) -> None:
-        """Show what went wrong."""
-        self.board.problem(error)
 
     @property
     def snapshot(self) -> Snapshot:
@@ -157,24 +153,15 @@ the app in any way, and the run can be continued exactly where it stopped.
 
     def _changed(self) -> None:
         """Bring all up to date with the state."""
-        board = self.board
-        board.state = state = self.state
-        board.hint = HINTS.get(state, "")
-        if state == "finished":
-            board.hint = f"{self.snapshot.reason}. g goes further, r replays, e makes files."
-        board.stale()
-        # What keys do depends on these alone; the footer is laid out anew, which is slow.
-        offers = state, self.process is not None, self.snapshot.champion is not None
-        if offers != self._offers:
-            self._offers = offers
-            self.refresh_bindings()
+        self.board.state = state = self.state
+        self.board.stale()
+        self.offers = state, self.process is not None, self.snapshot.champion is not None
 
-    @work(thread=True, group="reread", exclusive=True)
-    def _reread(self) -> None:
+    @work(group="reread", exclusive=True)
+    async def _reread(self) -> None:
         with suppress(GaitsimError):
-            self.app.call_from_thread(
-                self.board.live.reread, HistoryBuffer(RunSnapshot(self.run).history)
-            )
+            history = await asyncio.to_thread(lambda: RunSnapshot(self.run).history)
+            self.board.live.reread(HistoryBuffer(history))
 
     # Steering
 
@@ -205,13 +192,39 @@ the app in any way, and the run can be continued exactly where it stopped.
         self._stopping = True
         self._changed()
 
-    def go_on(self, overrides: Overrides) -> None:
-        """Continue under a changed experiment: at once, or from rest."""
+    @work(group="ask", exclusive=True)
+    async def action_change(self) -> None:
+        self._continue(await ask_changes(self.app, self.run, self.snapshot))
+
+    @work(group="ask", exclusive=True)
+    async def action_goal(self) -> None:
+        self._continue(await ask_generations(self.app, self.snapshot))
+
+    def _continue(self, overrides: Overrides | None) -> None:
+        """Continue under a changed experiment, at once or from rest; None changes nothing."""
+        if overrides is None:
+            return
         self.board.problem(None)
         if self.process is not None:
             self.process.change(overrides)
         elif self.state in ("stopped", "finished", "failed"):
             self._start(overrides=overrides)
+
+    @work(group="fork")
+    async def action_fork(self) -> None:
+        self.action_pause()
+        wanted = await self.app.push_screen_wait(ChangeDialog(self.run, fork=True))
+        if wanted is None:
+            return
+        try:
+            copy = await asyncio.to_thread(
+                fork_run, self.run, wanted.out, wanted.overrides, any_version=False
+            )
+        except GaitsimError as error:
+            self.board.problem(error)
+        else:
+            self.notify(f"{copy}: a copy of {self.run}", title="Forked", markup=False)
+            self.gaitsim.open_run(copy, go=True)
 
     def action_replay(self) -> None:
         self.gaitsim.open_replay(self.run)
@@ -227,8 +240,6 @@ the app in any way, and the run can be continued exactly where it stopped.
 
     async def may_leave(self) -> bool:
         """Ask while the run evolves here; it is stopped and saved then."""
-        from gaitsim.tui.screens.questions import Confirm
-
         engine = self.process
         if engine is None:
             return True

@@ -1,5 +1,6 @@
-"""What the live screen shows: curves, the champion, terms, events. Told anew, drawn at leisure."""
+"""The panels of the live screen: curves, the champion, terms and events."""
 
+import asyncio
 import time
 from collections.abc import Callable
 from itertools import islice
@@ -14,7 +15,6 @@ from textual.color import Color
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Static
 
-from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best
 from gaitsim.render.terminal.text import number, visible_lines
@@ -47,7 +47,6 @@ class Board(Vertical):
     Attributes:
         live: what is known of the run.
         state: of the run, as the status line shows it.
-        hint: what is said below it; '' says what happened last.
         curves: of the best score and the mean.
         canvas: the champion.
     """
@@ -62,7 +61,6 @@ class Board(Vertical):
         self._problem = Static(id="live-problem")
         self.live = LiveState()
         self.state = "stopped"
-        self.hint = ""
         self._ticks = 0
         self._stale = True
         self._widths = (0, 0, 0, 0)  # of what was drawn last; 0 draws all
@@ -113,7 +111,7 @@ class Board(Vertical):
         self._draw(all_of_it=not fast or not self._ticks % NEWS)
 
     def stale(self) -> None:
-        """Have what is shown drawn anew soon."""
+        """Schedule a redraw."""
         self._stale = True
 
     def notify_style_update(self) -> None:
@@ -134,8 +132,9 @@ class Board(Vertical):
         all_of_it = all_of_it or widths != self._widths
         styles = self._styles = self._styles or self._theme()
         live, snapshot = self.live, self.live.snapshot
-        if self.hint or not live.events:
-            said = Text(self.hint, styles["dim"], no_wrap=True, end="")
+        hint = formatting.hint(snapshot, self.state)
+        if hint or not live.events:
+            said = Text(hint, styles["dim"], no_wrap=True, end="")
         else:
             said = formatting.event_line(live.events[-1], width, styles)
         self._status.show([formatting.status(snapshot, self.state, width, styles), said])
@@ -169,25 +168,15 @@ class Board(Vertical):
         self._moving, self._moved = True, now
         self._move(best, self.live.snapshot.stage)
 
-    @work(thread=True, group="champion")
-    def _move(self, best: Best, stage: int) -> None:
+    @work(group="champion")
+    async def _move(self, best: Best, stage: int) -> None:
         if self._stage is None or self._stage.number != stage:
             self._stage = ChampionMover(self._run, stage)
-        found: Skeleton | GaitsimError
         try:
-            found = self._stage.move(best)
+            self.canvas.set_skeleton(await asyncio.to_thread(self._stage.move, best))
         except GaitsimError as error:
-            found = error
-        self.app.call_from_thread(self._take_champion, best, found)
-
-    def _take_champion(self, best: Best, found: Skeleton | GaitsimError) -> None:
-        if not self.is_attached:  # the screen was left meanwhile
-            return
+            self.canvas.set_skeleton(None, str(error))
         self._shown, self._moving = best, False
-        if isinstance(found, GaitsimError):
-            self.canvas.set_skeleton(None, str(found))
-        else:
-            self.canvas.set_skeleton(found)
         said = f"champion of generation {best.generation:,}: {number(best.score, 4)}"
         self._champion.show([Text(said, end="", no_wrap=True)])
 

@@ -26,6 +26,13 @@ MARKS = {
     "stopping": "■",
 }
 WORDS = {"elsewhere": "running in another program", "stopped": "at rest"}
+HINTS = {
+    "preparing": "Preparing: the first run of a body compiles its kernels …",
+    "paused": "Paused. Space continues, n makes one generation, c changes an option, f forks.",
+    "stopping": "Stopping after this generation; s again stops at once.",
+    "stopped": "At rest. Space continues, c changes an option first, g sets how far.",
+    "elsewhere": "Another program writes this run; here it is only watched. f forks a copy.",
+}
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
 VALUE = 9  # columns of a number
 NAME = 12
@@ -55,6 +62,13 @@ def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
     line.append_text(rest)
     line.truncate(width, overflow="ellipsis")
     return line
+
+
+def hint(snapshot: Snapshot, state: str) -> str:
+    """Return what can be done in a state; '' while the run evolves."""
+    if state == "finished":
+        return f"{snapshot.reason}. g goes further, r replays, e makes files."
+    return HINTS.get(state, "")
 
 
 def event_line(event: Event, width: int, styles: Styles) -> Text:

@@ -1,5 +1,6 @@
 """What is installed: bodies, fitness functions, operators, presets, and from where."""
 
+import asyncio
 from typing import Any, ClassVar
 
 from rich.console import Group, RenderableType
@@ -63,16 +64,18 @@ highlighted keeps its contract, and says what is to be mended.
         self._list()
         self._load()
 
-    @work(thread=True)
-    def _load(self) -> None:
-        catalogue, broken = read_catalogue(), unreadable()
-        self.app.call_from_thread(self._loaded, catalogue, broken)
+    @work
+    async def _load(self) -> None:
+        self.catalogue = await asyncio.to_thread(read_catalogue)
+        self._list()
+        for package in await asyncio.to_thread(unreadable):
+            self.notify(
+                f"The entry points of {package} cannot be read; reinstall it.",
+                severity="warning",
+                markup=False,
+            )
 
-    def _loaded(self, catalogue: Catalogue, broken: list[str]) -> None:
-        self.catalogue = catalogue
-        self._list(broken)
-
-    def _list(self, broken: list[str] | None = None) -> None:
+    def _list(self) -> None:
         menu = self.query_one("#installed", OptionList)
         at, colours = menu.highlighted, self.app.theme_variables
         self._found = {}
@@ -89,12 +92,6 @@ highlighted keeps its contract, and says what is to be mended.
         menu.add_options(rows)
         menu.highlighted = 1 if at is None else at
         menu.focus()
-        for package in broken or ():
-            self.notify(
-                f"The entry points of {package} cannot be read; reinstall it.",
-                severity="warning",
-                markup=False,
-            )
 
     def _mark(self, kind: str, name: str) -> str:
         bad = self.catalogue is not None and (kind, name) in self.catalogue.failures

@@ -1,15 +1,15 @@
 """One run in the replay: its body, feet, measures, and the generation that is shown."""
 
+import asyncio
 from pathlib import Path
 from typing import Any
 
 from rich.text import Text
-from textual import on
+from textual import on, work
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.message import Message
 from textual.widgets import Static
-from textual.worker import Worker, WorkerState
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import number, visible, visible_lines
@@ -60,8 +60,7 @@ class ReplayPane(Vertical):
         self.shown: Shown | None = None
         self.problem: GaitsimError | None = None
         self._wanted = generation
-        self._loading: Worker[Shown] | None = None
-        self._asked: int | None = None
+        self.loading_now = False
         self._measures: bool | None = None
         self.canvas = BodyCanvas(message="moving the body …")
         self.feet = FootfallStrip()
@@ -91,11 +90,6 @@ class ReplayPane(Vertical):
         """The one that is shown, or was asked for."""
         return self._wanted
 
-    @property
-    def loading_now(self) -> bool:
-        """Whether something is being read."""
-        return self._loading is not None
-
     def ask(self, generation: int | None) -> None:
         """Show another generation's best as soon as it can be; None is the champion of all."""
         if self.shown is not None and generation is not None:
@@ -103,37 +97,32 @@ class ReplayPane(Vertical):
         self._wanted = generation
         if generation is not None:
             self.slider.value = generation
-        if self._loading is None:
-            self._load()
+        if not self.loading_now:
+            self.loading_now = True
+            self._load(generation)
         self._title()
 
-    def _load(self) -> None:
-        asked = self._asked = self._wanted
-        self._loading = self.run_worker(
-            lambda: load(self.run, asked), thread=True, exit_on_error=False, group="replay"
-        )
-
-    def on_worker_state_changed(self, event: Worker.StateChanged) -> None:
-        """Show what was read, or read what was asked for meanwhile."""
-        if event.worker is not self._loading or not event.worker.is_finished:
-            return
-        event.stop()
-        self._loading = None
-        if event.state is WorkerState.SUCCESS and event.worker.result is not None:
-            self._show(event.worker.result)
-        elif event.state is WorkerState.ERROR:
-            error = event.worker.error
-            self._fail(error if isinstance(error, GaitsimError) else _unexpected(error))
-        if self._wanted != self._asked:
-            self._load()
-        self._title()
+    @work(group="replay")
+    async def _load(self, asked: int | None) -> None:
+        """Show a generation, then the one asked for meanwhile."""
+        while self.loading_now:
+            try:
+                shown = await asyncio.to_thread(load, self.run, asked)
+            except GaitsimError as error:
+                self._fail(error)
+            except Exception as error:  # shown as well, rather than ending the app
+                self._fail(_unexpected(error))
+            else:
+                self.slider.set_range(1, shown.last)
+                if self._wanted == asked:
+                    asked = self._wanted = self.slider.value = shown.generation
+                self._show(shown)
+            self.loading_now = self._wanted != asked
+            asked = self._wanted
+            self._title()
 
     def _show(self, shown: Shown) -> None:
         self.shown, self.problem = shown, None
-        self.slider.set_range(1, shown.last)
-        if self._wanted == self._asked:
-            self._wanted = self._asked = shown.generation
-            self.slider.value = shown.generation
         self.canvas.set_skeleton(shown.individual.skeleton)
         self.feet.set_skeleton(shown.individual.skeleton)
         self.feet.frame = self.canvas.frame
@@ -170,7 +159,7 @@ class ReplayPane(Vertical):
             title.append(f"  {'score ' if wide else ''}{number(shown.individual.score, 4)}")
             if shown.stage[1] > 1 and wide:
                 title.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
-        if self._loading is not None:
+        if self.loading_now:
             wanted = "the champion" if self._wanted is None else f"generation {self._wanted}"
             title.append(f"  reading {wanted} …", "dim")
         self._heading.update(title)
@@ -223,7 +212,7 @@ class ReplayPane(Vertical):
         self.ask(event.value)
 
 
-def _unexpected(error: BaseException | None) -> GaitsimError:
+def _unexpected(error: Exception) -> GaitsimError:
     return GaitsimError(
         f"this could not be shown: {type(error).__name__}: {error}",
         remedy="report it to the authors of gaitsim, with what you did",
