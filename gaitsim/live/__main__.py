@@ -3,10 +3,11 @@
 import argparse
 import signal
 import sys
+from functools import partial
 from pathlib import Path
 
 from gaitsim.live.protocol import Command
-from gaitsim.live.stdio import isolate_stdio, lines
+from gaitsim.live.stdio import isolate_stdio, lines, write_all
 
 
 def main() -> int:
@@ -22,7 +23,7 @@ def main() -> int:
 
     # First, as the controlling process may end it before the libraries are loaded.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    source, wire = isolate_stdio()
+    source, sink = isolate_stdio()
     from gaitsim.live.commands import CommandQueue
     from gaitsim.live.reporter import Reporter
 
@@ -33,7 +34,7 @@ def main() -> int:
 
     signal.signal(signal.SIGTERM, stop)
     commands.listen(lines(source))
-    reporter = Reporter(wire, lost=stop)
+    reporter = Reporter(partial(write_all, sink), lost=stop)
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import parse_assignments
     from gaitsim.live.session import evolve_live

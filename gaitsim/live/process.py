@@ -33,6 +33,9 @@ class RunProcess:
         paused: whether it waits before its first generation.
         any_version: resume although a package has another version now.
         known: the run as it is, until the process reports.
+
+    Attributes:
+        last: the newest snapshot.
     """
 
     def __init__(
@@ -56,16 +59,11 @@ class RunProcess:
         ]
         self._process: asyncio.subprocess.Process | None = None
         self._tasks: list[asyncio.Task[None]] = []
-        self._last = _at_rest(known, "preparing") if known else Snapshot("preparing")
-        self._pending: Snapshot | None = self._last
+        self.last = _at_rest(known, "preparing") if known else Snapshot("preparing")
+        self._pending: Snapshot | None = self.last
         self._news = asyncio.Event()
         self._news.set()
         self._last_lines: deque[str] = deque(maxlen=LINES_KEPT)
-
-    @property
-    def last(self) -> Snapshot:
-        """The newest snapshot."""
-        return self._last
 
     @property
     def pid(self) -> int | None:
@@ -74,7 +72,7 @@ class RunProcess:
 
     async def start(self) -> None:
         """Start the process. A second call does nothing."""
-        if self._process is not None or self._last.ended:
+        if self._process is not None or self.last.ended:
             return
         try:
             self._process = await asyncio.create_subprocess_exec(
@@ -141,7 +139,7 @@ class RunProcess:
         if self._process is not None:
             await asyncio.gather(*self._tasks)
             await self._process.wait()
-        return self._last
+        return self.last
 
     def _send(self, command: Command) -> None:
         process = self._process
@@ -154,12 +152,12 @@ class RunProcess:
         assert process.stdout is not None
         try:
             async for line in process.stdout:
-                self._take(read_snapshot(line, self._last))
-        except ValueError as error:  # not ours, or longer than any that is
+                self._take(read_snapshot(line, self.last))
+        except ValueError as error:  # not a snapshot, or longer than any
             self.kill()
             self._last_lines.append(str(error))
         code = await process.wait()
-        if not self._last.ended:
+        if not self.last.ended:
             await asyncio.wait(self._tasks[1:], timeout=1)  # for its last lines
             how = f"by signal {-code}" if code < 0 else f"with code {code}"
             self._take(self._failed(f"the evolution's process ended unexpectedly, {how}"))
@@ -182,10 +180,10 @@ class RunProcess:
             where=str(self.run),
             remedy=f"the run is whole; continue with: {command('resume', self.run)}",
         )
-        return replace(_at_rest(self._last, "failed"), error=error)
+        return replace(_at_rest(self.last, "failed"), error=error)
 
     def _take(self, snapshot: Snapshot) -> None:
-        self._last = snapshot
+        self.last = snapshot
         self._pending = merged(self._pending, snapshot) if self._pending else snapshot
         self._news.set()
 

@@ -219,8 +219,8 @@ def _number(value: float | None) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """Return plain values, with None for numbers that JSON does not know."""
-    if isinstance(value, RankedIndividual):
+    """Return values as JSON has them, with None for numbers that are not finite."""
+    if isinstance(value, RankedIndividual | Best | Event):
         value = vars(value)
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}

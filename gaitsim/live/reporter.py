@@ -5,11 +5,11 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evolution import Generation
-from gaitsim.live.protocol import ENDED, State, ranked, write_snapshot
+from gaitsim.live.protocol import ENDED, Best, Event, Kind, State, ranked, write_snapshot
 from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.folder import champion_file
 from gaitsim.runs.files.history import island_bests, row
@@ -21,31 +21,24 @@ EVENTS_KEPT = 50
 RECENT = 2.0  # seconds over which speeds are taken
 
 
-class Sink(Protocol):
-    """Where lines go."""
-
-    def write(self, data: bytes, /) -> object:
-        """Write a line; may wait for the reader."""
-
-
 class Reporter:
     """Collects what happens, and writes it in a thread of its own.
 
     Args:
-        sink: where lines go.
-        lost: called when nobody reads them any more.
+        write: writes a line; may wait for the reader.
+        lost: called when the reader has gone.
         period: seconds between two lines.
         clock: seconds from any beginning.
     """
 
     def __init__(
         self,
-        sink: Sink,
+        write: Callable[[bytes], object],
         lost: Callable[[], None] = lambda: None,
         period: float = PERIOD,
         clock: Clock = time.monotonic,
     ) -> None:
-        self._sink, self._lost, self._period = sink, lost, period
+        self._write, self._lost, self._period = write, lost, period
         self._speed = Speed(RECENT, clock)
         self._lock = threading.Lock()
         self._values: dict[str, Any] = {
@@ -59,12 +52,12 @@ class Reporter:
         }
         self._news: dict[str, Any] = {}
         self._rows: deque[dict[str, float]] = deque(maxlen=ROWS_KEPT)
-        self._events: deque[dict[str, Any]] = deque(maxlen=EVENTS_KEPT)
+        self._events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self._latest: Generation | None = None
         self._islands = 1
         self._opened: set[tuple[int, str, str]] = set()
         self._wake, self._ending = threading.Event(), threading.Event()
-        self._thread = threading.Thread(target=self._write, daemon=True)
+        self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def opened(self, writer: RunWriter) -> None:
@@ -79,7 +72,9 @@ class Reporter:
                 self._values["generation"] = last.number
                 self._values["evaluations"] = last.progress.evaluations
         first = last.number + 1 if last else 1
-        events = [("warning", writer.warning)] if writer.warning and not self._opened else []
+        events: list[tuple[Kind, str]] = (
+            [("warning", writer.warning)] if writer.warning and not self._opened else []
+        )
         events += [("stage", str(change)) for change in writer.changes]
         # A run that is opened again, as a change was refused, is as it was.
         for kind, text in events:
@@ -87,7 +82,7 @@ class Reporter:
                 self.event(first, kind, text)
         self._opened = {(0, "opened", ""), *((first, kind, text) for kind, text in events)}
 
-    def begins(self, generation: Generation | None, champion: dict[str, Any] | None) -> None:
+    def begins(self, generation: Generation | None, champion: Best | None) -> None:
         """Report the last generation, before a new one comes, and the champion so far."""
         with self._lock:
             self._latest = generation
@@ -108,19 +103,18 @@ class Reporter:
             self._latest = generation
             self._speed.add(number, progress.evaluations)
             if risen:
-                genome = generation.genomes[generation.best].tolist()
-                best = {"generation": number, "score": progress.best_score, "genome": genome}
-                self._news["champion"] = best
+                genome = tuple(generation.genomes[generation.best].tolist())
+                self._news["champion"] = Best(number, progress.best_score, genome)
         if risen:
             self.event(number, "best", f"{progress.best_score:.4f}")
         if generation.is_champion:
             self.event(number, "kept", champion_file(number))
         self._wake.set()
 
-    def event(self, generation: int, kind: str, text: str) -> None:
+    def event(self, generation: int, kind: Kind, text: str) -> None:
         """Report an event."""
         with self._lock:
-            self._events.append({"generation": generation, "kind": kind, "text": text})
+            self._events.append(Event(generation, kind, text))
         self._wake.set()
 
     def warning(self, text: str) -> None:
@@ -128,7 +122,7 @@ class Reporter:
         self.event(self._values["generation"], "warning", text)
 
     def state(self, state: State, reason: str = "", error: GaitsimError | None = None) -> None:
-        """Report the state; with one that ends, wait until all is written."""
+        """Report the state, and an error; with a state that ends, wait until all is written."""
         with self._lock:
             self._values["state"], self._values["reason"] = state, reason
             if error is not None:
@@ -141,19 +135,13 @@ class Reporter:
         if state in ENDED:
             self._thread.join()
 
-    def refused(self, error: GaitsimError) -> None:
-        """Report why a change was refused; the run continues."""
-        with self._lock:
-            self._news["error"] = error.to_dict()
-        self._wake.set()
-
-    def _write(self) -> None:
+    def _run(self) -> None:
         while True:
             self._wake.wait()
             self._wake.clear()
             ending = self._ending.is_set()
             try:
-                self._sink.write(write_snapshot(self._take()))
+                self._write(write_snapshot(self._take()))
             except (OSError, ValueError):  # the reader has gone
                 self._lost()
                 return

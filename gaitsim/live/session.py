@@ -1,12 +1,11 @@
 """The evolution of one run under the commands of another process."""
 
 from pathlib import Path
-from typing import Any
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Overrides
 from gaitsim.live.commands import CommandQueue
-from gaitsim.live.protocol import Command, State
+from gaitsim.live.protocol import Best, Command, State
 from gaitsim.live.reporter import Reporter
 from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
@@ -37,8 +36,10 @@ def evolve_live(
         finished, stopped or failed.
     """
     changes, opened = overrides or {}, False
+    refused: GaitsimError | None = None
     while True:
-        reporter.state("preparing")
+        reporter.state("preparing", error=refused)
+        refused = None
         try:
             writer = RunWriter.open(
                 path,
@@ -51,12 +52,11 @@ def evolve_live(
                 ended = _evolve(session, commands, reporter)
         except GaitsimError as error:
             if opened and changes:  # refused before anything was changed
-                reporter.refused(error)
-                changes = {}
+                refused, changes = error, {}
                 continue
             reporter.state("failed", error=error)
             return "failed"
-        # Reported when the run is closed: whoever reads it may open the run at once.
+        # Reported when the run is closed: the reader may open it at once.
         if isinstance(ended, str):
             reporter.state("finished", ended)
             return "finished"
@@ -87,7 +87,7 @@ def _evolve(session: Session, commands: CommandQueue, reporter: Reporter) -> str
             return generation.stop
 
 
-def _champion(writer: RunWriter) -> dict[str, Any] | None:
+def _champion(writer: RunWriter) -> Best | None:
     """Return the best individual comparable with those to come; None where there is none."""
     if writer.last is None or any(change.reevaluates for change in writer.changes):
         return None
@@ -95,7 +95,6 @@ def _champion(writer: RunWriter) -> dict[str, Any] | None:
         found = writer.run.individual()
     except RunError:
         return None
-    genome = None if found.genome is None else found.genome.tolist()
-    return (
-        {"generation": found.generation, "score": found.score, "genome": genome} if genome else None
-    )
+    if found.genome is None:
+        return None
+    return Best(found.generation, found.score, tuple(found.genome.tolist()))

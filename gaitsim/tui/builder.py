@@ -158,12 +158,18 @@ class Validation:
 
     @property
     def name(self) -> str:
-        """Of the experiment."""
+        """The name of the experiment."""
         return self.builder.changes.get("name", str(self.builder.preset.values["name"]))
 
-    def chosen(self, kind: str) -> str:
-        """The plugin of a kind."""
-        return self.forms[kind].plugin
+    def summary(self, run: Path) -> str:
+        """Return whether the experiment can run, into the folder `run`, or its first problem."""
+        if not self.problems:
+            return f"✓ It can run, as {run}"
+        key, first = next(iter(self.problems.items()))
+        more = f"  (and {len(self.problems) - 1} more)" if len(self.problems) > 1 else ""
+        parts = [first.what, first.allowed and f"allowed: {first.allowed}", first.remedy]
+        place = f"{key}: " if key else ""
+        return f"✗ {place}{'; '.join(filter(None, parts))}{more}"
 
 
 def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
@@ -200,7 +206,7 @@ def choose_plugin(
     model = catalogue.preset_of(name)
     for other in ("fitness", "crossover", "mutation"):
         works = offered[other]
-        if works and validation.chosen(other) not in works:
+        if works and validation.forms[other].plugin not in works:
             usual = model.plugins.get(other, "") if model else ""
             best = usual if usual in works else works[0]
             builder = builder.choose(other, best)

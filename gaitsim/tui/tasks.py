@@ -111,15 +111,14 @@ class Task:
         del self.notices[:-KEPT]
 
 
+@dataclass
 class TaskChanged(Message, bubble=False):
     """A task began, made progress, or ended; a later message of the same task replaces it."""
 
-    def __init__(self, task: Task) -> None:
-        super().__init__()
-        self.task = task
+    task: Task
 
     def can_replace(self, message: Message) -> bool:
-        """Whether a message that still waits says nothing more than this one."""
+        """Return whether a waiting message is of the same task."""
         return isinstance(message, TaskChanged) and message.task is self.task
 
 

@@ -38,7 +38,7 @@ def steer(path, *commands, **options):
     queued, lines = CommandQueue(), Lines()
     for command in commands:
         queued.add(command if isinstance(command, Command) else Command(command))
-    state = evolve_live(path, queued, Reporter(lines, period=0), **options)
+    state = evolve_live(path, queued, Reporter(lines.write, period=0), **options)
     snapshots = lines.snapshots()
     assert snapshots[-1].state == state
     return snapshots
@@ -245,19 +245,18 @@ def test_a_failed_run_can_be_opened_once_it_is_reported(begun, monkeypatch):
             raise FULL
 
     monkeypatch.setattr(writing.history, "row", fail)
-    assert evolve_live(path, CommandQueue(), Reporter(Eager(), period=0)) == "failed"
+    assert evolve_live(path, CommandQueue(), Reporter(Eager().write, period=0)) == "failed"
     assert opened == [None]
 
 
 def test_a_lost_reader_stops_the_run(begun):
     path = begun(generations=100_000)
 
-    class Gone:
-        def write(self, data):
-            raise BrokenPipeError
+    def gone(_):
+        raise BrokenPipeError
 
     queued = CommandQueue()
-    reporter = Reporter(Gone(), lost=lambda: queued.add(Command("stop")))
+    reporter = Reporter(gone, lost=lambda: queued.add(Command("stop")))
     assert evolve_live(path, queued, reporter) == "stopped"
 
 

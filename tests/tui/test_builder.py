@@ -112,12 +112,12 @@ class TestOffers:
         for body in found.offered["organism"]:
             other = validate(choose_plugin(found, "organism", body, catalogue), catalogue)
             assert other.experiment is not None, (body, other.problems)
-            assert other.chosen("organism") == body
+            assert other.forms["organism"].plugin == body
 
     def test_what_works_stays(self, catalogue):
         found = validate(drafted(mutation__plugin="reset"), catalogue)
         other = validate(choose_plugin(found, "organism", "fly", catalogue), catalogue)
-        assert other.chosen("mutation") == "reset"
+        assert other.forms["mutation"].plugin == "reset"
 
     def test_going_back_to_the_preset_is_no_change(self, catalogue):
         found = validate(drafted(crossover__plugin="blend"), catalogue)

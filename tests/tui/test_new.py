@@ -176,7 +176,7 @@ class TestPlugins:
             assert "bit-flip" not in choices(select)
             await part(driver, screen, "organism")
             screen.query_one("#part-organism .plugin", Select).value = "bit-puppet"
-            await driver.until(lambda: screen.validation.chosen("organism") == "bit-puppet")
+            await driver.until(lambda: screen.validation.forms["organism"].plugin == "bit-puppet")
             assert screen.validation.experiment is not None, screen.validation.problems
             await part(driver, screen, "mutation")
             select = screen.query_one("#part-mutation .plugin", Select)
@@ -211,7 +211,7 @@ class TestBeginning:
             assert begin in choices(screen.query_one("#preset", Select))
             screen.query_one("#preset", Select).value = "millipede"
             await driver.until(lambda: screen.validation is not None)
-            assert screen.validation.chosen("organism") == "millipede"
+            assert screen.validation.forms["organism"].plugin == "millipede"
 
         fill(test, begin=begin)
 
@@ -230,7 +230,7 @@ class TestBeginning:
             preset.value = "fly"
             await driver.at("Confirm")
             await driver.press("y")
-            await driver.until(lambda: screen.validation.chosen("organism") == "fly")
+            await driver.until(lambda: screen.validation.forms["organism"].plugin == "fly")
             assert not screen.builder.changes
 
         fill(test)

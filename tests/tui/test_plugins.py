@@ -103,7 +103,7 @@ def test_a_body_or_a_preset_begins_a_new_run(look):
             await driver.press("enter")
             screen = await driver.at("New")
             await driver.until(lambda screen=screen: screen.validation is not None)
-            assert screen.validation.chosen("organism") == name
+            assert screen.validation.forms["organism"].plugin == name
             await driver.press("escape")
             await driver.at("Plugins")
         await go(driver, "mutation gaussian")

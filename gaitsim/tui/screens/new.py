@@ -8,12 +8,12 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Footer, Header, Input, Label, Select, Static, TabbedContent, TabPane
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
-from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import RUNS, create_run, free_name
 from gaitsim.tui.builder import (
     SECTIONS,
@@ -27,7 +27,6 @@ from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.files import ask_load, ask_save
 from gaitsim.tui.screens.questions import Confirm
-from gaitsim.tui.widgets.experiment_status import ExperimentStatus
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.toml_view import coloured
@@ -97,7 +96,9 @@ What you change is shown as the **command** that does the same, and as the exper
                     yield Static(id="toml-tab", classes="toml")
             with VerticalScroll(id="beside"):
                 yield Static(id="toml-beside", classes="toml")
-        yield ExperimentStatus("Reading what is installed …")
+        with Vertical(id="new-status"):
+            yield Static("Reading what is installed …", id="status")
+            yield Static(id="command", classes="command")
         yield Footer()
 
     def on_mount(self) -> None:
@@ -116,7 +117,7 @@ What you change is shown as the **command** that does the same, and as the exper
             found = await asyncio.to_thread(validate, builder, self._catalogue)
         except GaitsimError as error:
             self._fill_presets(self.builder.preset.reference if self.builder else reference)
-            self.query_one(ExperimentStatus).tell(str(error), wrong=True)
+            self._say(str(error), wrong=True)
         else:
             self._take(found)
 
@@ -162,8 +163,14 @@ What you change is shown as the **command** that does the same, and as the exper
         for place in ("#toml-tab", "#toml-beside"):
             self.query_one(place, Static).update(text if found.toml else "Once all is right.")
         run = self._run() if found.problems else free_name(self._run())
-        self.query_one(ExperimentStatus).show(found, run, self.command_line())
+        self._say(found.summary(run), wrong=bool(found.problems))
+        self.query_one("#command", Static).update(Text(visible(f"$ {self.command_line()}")))
         self.refresh_bindings()
+
+    def _say(self, text: str, *, wrong: bool) -> None:
+        status = self.query_one("#status", Static)
+        status.set_class(wrong, "problem")
+        status.update(Text(visible_lines(text)))
 
     @on(TabbedContent.TabActivated)
     def _show_part(self) -> None:

@@ -48,11 +48,7 @@ class ReplayPane(Vertical):
     """
 
     class Changed(Message):
-        """Another body is shown, or the words that say why there is none."""
-
-        def __init__(self, pane: "ReplayPane") -> None:
-            super().__init__()
-            self.pane = pane
+        """Another body is shown, or the reason why there is none."""
 
     def __init__(self, run: Path, generation: int | None = None, **settings: Any) -> None:
         super().__init__(**settings)
@@ -127,14 +123,14 @@ class ReplayPane(Vertical):
         self.feet.set_skeleton(shown.individual.skeleton)
         self.feet.frame = self.canvas.frame
         self._fill()
-        self.post_message(self.Changed(self))
+        self.post_message(self.Changed())
 
     def _fail(self, error: GaitsimError) -> None:
         self.shown, self.problem = None, error
         self.canvas.set_skeleton(None, visible_lines(str(error)))
         self.feet.set_skeleton(None)
         self._make_room()
-        self.post_message(self.Changed(self))
+        self.post_message(self.Changed())
 
     def show_frame_of(self, seconds: float) -> None:
         """Show the moment, or the last one there is before it."""

@@ -1,6 +1,7 @@
 """A form made of a plugin's own options: bounds, units and meaning from their declaration."""
 
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
 from pydantic.fields import FieldInfo
 from rich.text import Text
@@ -20,11 +21,7 @@ NAME = 22  # cells of an option's name
 
 
 class Field(Vertical):
-    """One option: its name, what is typed or chosen, its unit; below, what it means.
-
-    Args:
-        option: what it is.
-    """
+    """One option: its name, an input or a choice, and its unit; below, its meaning."""
 
     DEFAULT_CSS: ClassVar[str] = """
     Field { height: auto; margin-bottom: 1; }
@@ -39,18 +36,12 @@ class Field(Vertical):
     Field.-wrong .field-about { color: $error; }
     """
 
+    @dataclass
     class Changed(Message):
-        """An option has another text.
+        """The text of an option has changed; None is that of the preset."""
 
-        Attributes:
-            key: of the option.
-            text: what it is now; None where it is as in the preset.
-        """
-
-        def __init__(self, key: str, text: str | None) -> None:
-            super().__init__()
-            self.key = key
-            self.text = text
+        key: str
+        text: str | None
 
     def __init__(self, option: Option) -> None:
         super().__init__()
@@ -58,7 +49,6 @@ class Field(Vertical):
         self._choices = options.choices(option.field)
 
     def compose(self) -> ComposeResult:
-        """The name, an input or a choice, the unit; the meaning."""
         option = self.option
         name = option.key.rpartition(".")[2]
         with Horizontal():
@@ -86,9 +76,13 @@ class Field(Vertical):
         return Text(visible(" · ".join(parts)))
 
     def show_problem(self, problem: GaitsimError | None) -> None:
-        """Say below what is wrong, or what the option means."""
+        """Show below what is wrong, in short, or what the option means."""
         self.set_class(problem is not None, "-wrong")
-        about = self._about() if problem is None else Text(f"✗ {_told(problem)}")
+        about = (
+            self._about()
+            if problem is None
+            else Text(f"✗ {visible(problem.allowed or problem.what)}")
+        )
         self.query_one(".field-about", Static).update(about)
 
     @on(Input.Changed)
@@ -108,22 +102,5 @@ class Field(Vertical):
 
 
 def _empty(option: Option) -> str:
-    """What an empty input stands for: that the option is not set, or is as it was."""
+    """Return what an empty input means: that the option is not set, or is as in the preset."""
     return options.NOT_SET if options.optional(option.field) else option.preset
-
-
-def _told(problem: GaitsimError) -> str:
-    """What is wrong, short: the option's name and meaning stand beside it."""
-    return visible(problem.allowed or problem.what)
-
-
-def choice(names: tuple[str, ...], value: str, **more: Any) -> Select[str]:
-    """A choice among names, that which holds now with them."""
-    known = names if value in names else (*names, value)
-    return Select(
-        [(Text(visible(name)), name) for name in known],
-        value=value,
-        allow_blank=False,
-        compact=True,
-        **more,
-    )

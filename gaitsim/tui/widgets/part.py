@@ -1,5 +1,7 @@
 """One part of an experiment: which plugin, and its options."""
 
+from dataclasses import dataclass
+
 from rich.text import Text
 from textual import on, work
 from textual.containers import Horizontal, VerticalScroll
@@ -10,28 +12,18 @@ from textual.widgets import Input, Label, Select, Static
 from gaitsim.registry import KINDS
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.builder import Validation
-from gaitsim.tui.widgets.form import Field, choice
+from gaitsim.tui.widgets.form import Field
 
 
 class Part(VerticalScroll):
-    """The form of a section; built once for each plugin; after that only its problems change.
+    """The form of a section, built once for each plugin; after that only its problems change."""
 
-    Args:
-        section: its name.
-    """
-
+    @dataclass
     class PluginChosen(Message):
-        """Another plugin is chosen.
+        """Another plugin is chosen, of that name, for a section of the experiment."""
 
-        Attributes:
-            section: of the experiment.
-            name: of the plugin.
-        """
-
-        def __init__(self, section: str, name: str) -> None:
-            super().__init__()
-            self.section = section
-            self.name = name
+        section: str
+        name: str
 
     def __init__(self, section: str) -> None:
         super().__init__(can_focus=False)
@@ -63,7 +55,12 @@ class Part(VerticalScroll):
         await self.remove_children()
         parts: list[Widget] = []
         if self.section in KINDS:
-            select = choice(found.offered[self.section], form.plugin, classes="plugin")
+            names = found.offered[self.section]
+            known = names if form.plugin in names else (*names, form.plugin)
+            choices = [(Text(visible(name)), name) for name in known]
+            select = Select(
+                choices, value=form.plugin, allow_blank=False, compact=True, classes="plugin"
+            )
             parts.append(Horizontal(Label("plugin", classes="field-name"), select, classes="row"))
         if form.about:
             parts.append(Static(Text(visible(form.about.split("\n\n")[0])), classes="about"))

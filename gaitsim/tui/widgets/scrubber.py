@@ -1,6 +1,7 @@
 """A slider along frames or generations."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from rich.text import Text
@@ -17,11 +18,11 @@ class Scrubber(Widget, can_focus=True):
     """A whole number between two others, chosen by mouse or keys.
 
     Args:
-        label: what is chosen, before the slider.
+        label: the text before the slider.
         first: the lowest number.
         last: the highest.
-        value: to begin with.
-        say: how the number is written after the slider.
+        value: the first number.
+        say: formats the number after the slider.
     """
 
     HELP = "Drag the knob, or use the arrow keys; with shift ten steps at once."
@@ -59,17 +60,12 @@ class Scrubber(Widget, can_focus=True):
     first: reactive[int] = reactive(0, init=False)
     last: reactive[int] = reactive(0, init=False)
 
+    @dataclass
     class Changed(Message):
-        """A user chose another number.
+        """A user chose another number."""
 
-        Attributes:
-            scrubber: where.
-            value: the number.
-        """
-
-        def __init__(self, scrubber: "Scrubber", value: int) -> None:
-            super().__init__()
-            self.scrubber, self.value = scrubber, value
+        scrubber: "Scrubber"
+        value: int
 
         @property
         def control(self) -> "Scrubber":
@@ -95,7 +91,7 @@ class Scrubber(Widget, can_focus=True):
         return min(max(value, self.first), self.last)
 
     def set_range(self, first: int, last: int) -> None:
-        """Other ends; the value is kept between them."""
+        """Set other ends; keep the value between them."""
         self.first, self.last = first, last
         self.value = min(max(self.value, first), last)
 
@@ -121,7 +117,7 @@ class Scrubber(Widget, can_focus=True):
         return text
 
     def _bar(self) -> tuple[int, int]:
-        """Where the slider begins, and how wide it is; it stays while its number changes."""
+        """Return the column and width of the slider, which stay the same for all numbers."""
         start = len(self._label) + 1 if self._label else 0
         number = max(len(self._say(end)) for end in (self.first, self.last, self.value))
         return start, max(self.content_size.width - start - number - 1, 1)
