@@ -1,4 +1,4 @@
-"""What is installed, read once: plugins' classes, what failed, the presets."""
+"""The installed plugins and presets, read once, and the plugins that failed."""
 
 import inspect
 from collections.abc import Mapping
@@ -16,13 +16,7 @@ from gaitsim.registry.presets import read_preset
 
 @dataclass(frozen=True)
 class Preset:
-    """A preset.
-
-    Attributes:
-        name: what it is called.
-        description: one line.
-        plugins: the name of each plugin by kind.
-    """
+    """A preset: its name, a line of description, and the name of each plugin by kind."""
 
     name: str
     description: str
@@ -31,11 +25,11 @@ class Preset:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """What is installed.
+    """The installed plugins and presets.
 
     Attributes:
-        classes: of the plugins that can be used, by kind and name.
-        failures: what is wrong with the others, by kind and name.
+        classes: classes of the plugins that can be used, by kind and name.
+        failures: problems of the others, by kind and name.
         presets: the presets.
     """
 
@@ -44,22 +38,22 @@ class Catalogue:
     presets: tuple[Preset, ...]
 
     def about(self, kind: str, name: str) -> str:
-        """What a plugin is, in its author's words."""
+        """Return the documentation of a plugin."""
         return inspect.getdoc(self.classes[kind][name]) or ""
 
     def failure(self, kind: str, name: str) -> GaitsimError:
-        """Why a plugin cannot be used."""
+        """Return the reason why a plugin cannot be used."""
         known = self.failures.get((kind, name))
         return known or PluginError(f"no installed package has the {kind} {name!r}")
 
     def preset_of(self, body: str) -> Preset | None:
-        """A preset of a body; the one of its name, if there is one."""
+        """Return a preset of a body, preferably the one of its name."""
         found = [preset for preset in self.presets if preset.plugins.get("organism") == body]
         named = [preset for preset in found if preset.name == body]
         return next(iter([*named, *found]), None)
 
     def offered(self, body: str, experiment: Experiment | None) -> dict[str, tuple[str, ...]]:
-        """The plugins of each kind that work with a body.
+        """Return the plugins of each kind that work with a body.
 
         Args:
             body: its name.
@@ -78,7 +72,7 @@ class Catalogue:
         }
 
     def _space(self, body: str, experiment: Experiment | None) -> GenomeSpace | None:
-        """The body's genome space; None where it cannot say."""
+        """Return the body's genome space; None where the body fails."""
         try:
             if experiment is not None and experiment.entries["organism"].name == body:
                 return experiment.space()

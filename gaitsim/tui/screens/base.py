@@ -1,13 +1,16 @@
 """The base class of all screens."""
 
+import asyncio
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, cast
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar, cast
 
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 if TYPE_CHECKING:
     from gaitsim.tui.app import GaitsimApp
+
+T = TypeVar("T")
 
 
 class PaletteCommand(NamedTuple):
@@ -52,6 +55,13 @@ class GaitScreen(Screen[None]):
         It is awaited in a worker, so `await self.app.push_screen_wait(…)` works in it.
         """
         return True
+
+    async def in_thread(self, work: Callable[..., T], *arguments: object) -> T:
+        """Call a function in a thread; end the worker that awaits it if the screen is left."""
+        result = await asyncio.to_thread(work, *arguments)
+        if not self.app.is_running or self not in self.app.screen_stack:
+            raise asyncio.CancelledError
+        return result
 
     def is_busy(self, group: str) -> bool:
         """Return whether a worker of a group runs."""

@@ -1,6 +1,5 @@
 """Compare: the curves of several runs over each other, and the options in which they differ."""
 
-import asyncio
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import ClassVar
@@ -96,7 +95,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
     @work(group="compare")
     async def _look(self) -> None:
         """Show the runs that have changed."""
-        courses = await asyncio.to_thread(self._reader.read)
+        courses = await self.in_thread(self._reader.read)
         if courses != self._courses:
             self._show(courses)
 

@@ -90,7 +90,7 @@ followed as they go.
     @work(group="look")
     async def look(self) -> None:
         """Read what has changed, and show it."""
-        self.runs, self._problem = await asyncio.to_thread(self._read)
+        self.runs, self._problem = await self.in_thread(self._read)
         self._show()
 
     def _read(self) -> "tuple[list[Overview], GaitsimError | None]":

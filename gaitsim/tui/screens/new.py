@@ -112,9 +112,9 @@ What you change is shown as the **command** that does the same, and as the exper
         """Begin with a preset or a file."""
         try:
             if self._catalogue is None:
-                self._catalogue = await asyncio.to_thread(read_catalogue)
-            builder = ExperimentBuilder(await asyncio.to_thread(load_preset, reference))
-            found = await asyncio.to_thread(validate, builder, self._catalogue)
+                self._catalogue = await self.in_thread(read_catalogue)
+            builder = ExperimentBuilder(await self.in_thread(load_preset, reference))
+            found = await self.in_thread(validate, builder, self._catalogue)
         except GaitsimError as error:
             self._fill_presets(self.builder.preset.reference if self.builder else reference)
             self._say(str(error), wrong=True)
@@ -126,7 +126,7 @@ What you change is shown as the **command** that does the same, and as the exper
         """Check the experiment, unless it is changed meanwhile."""
         await asyncio.sleep(delay)
         if self.builder is not None and self._catalogue is not None:
-            self._show(await asyncio.to_thread(validate, self.builder, self._catalogue))
+            self._show(await self.in_thread(validate, self.builder, self._catalogue))
 
     # Showing
 
@@ -245,7 +245,7 @@ What you change is shown as the **command** that does the same, and as the exper
         if self.builder is None or self._catalogue is None:
             return None
         self.workers.cancel_group(self, "validate")
-        found = await asyncio.to_thread(validate, self.builder, self._catalogue)
+        found = await self.in_thread(validate, self.builder, self._catalogue)
         self._show(found)
         if found.experiment is not None:
             return found

@@ -1,6 +1,5 @@
 """What is installed: bodies, fitness functions, operators, presets, and from where."""
 
-import asyncio
 from typing import Any, ClassVar
 
 from rich.console import Group, RenderableType
@@ -66,9 +65,9 @@ highlighted keeps its contract, and says what is to be mended.
 
     @work
     async def _load(self) -> None:
-        self.catalogue = await asyncio.to_thread(read_catalogue)
+        self.catalogue = await self.in_thread(read_catalogue)
         self._list()
-        for package in await asyncio.to_thread(unreadable):
+        for package in await self.in_thread(unreadable):
             self.notify(
                 f"The entry points of {package} cannot be read; reinstall it.",
                 severity="warning",

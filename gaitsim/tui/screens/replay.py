@@ -25,8 +25,11 @@ class Replay(GaitScreen):
 
     Args:
         run: the folder of a run.
-        generation: whose best is shown first; None is the champion.
+        generation: the first one to show; None is the champion's.
         beside: another run, or the same.
+
+    Attributes:
+        panes: one or two.
     """
 
     HELP_TEXT = """
@@ -93,14 +96,14 @@ The best individual of any generation, as it moves.
         self._run, self._beside = run, beside
         self._playing = True
         self._time = Scrubber("time      ", say=self._say, id="frame")
-        self._panes = [ReplayPane(run, generation)]
+        self.panes = [ReplayPane(run, generation)]
         if beside is not None:
-            self._panes.append(ReplayPane(beside, classes="second"))
+            self.panes.append(ReplayPane(beside, classes="second"))
 
     def compose(self) -> ComposeResult:
         yield Header()
         with Horizontal(id="panes"):
-            yield from self._panes
+            yield from self.panes
         yield self._time
         yield Footer()
 
@@ -111,13 +114,8 @@ The best individual of any generation, as it moves.
     # Bodies
 
     @property
-    def panes(self) -> list[ReplayPane]:
-        """One or two."""
-        return list(self._panes)
-
-    @property
     def pane(self) -> ReplayPane:
-        """The one that has the focus, else the first."""
+        """The pane that has the focus, else the first."""
         inside = self.focused.ancestors if self.focused is not None else []
         return next((pane for pane in self.panes if pane in inside), self.panes[0])
 
@@ -154,7 +152,7 @@ The best individual of any generation, as it moves.
 
     @on(BodyCanvas.ViewChanged)
     def _turned(self, event: BodyCanvas.ViewChanged) -> None:
-        """Both are seen from the same side."""
+        """Move both cameras."""
         for pane in self.panes:
             pane.canvas.view = event.view
         self._state()
@@ -166,7 +164,7 @@ The best individual of any generation, as it moves.
         self._keep_step()
 
     def _say(self, frame: int) -> str:
-        """A frame as the slider says it."""
+        """Return a frame as the slider shows it."""
         leader = self.leader
         if leader.skeleton is None:
             return "–"
@@ -175,7 +173,7 @@ The best individual of any generation, as it moves.
         return f"{seconds:6.2f} s  {frame:>{len(str(last))}}/{last}"
 
     def _state(self) -> None:
-        """What plays, how fast, seen from where."""
+        """Show in the title what plays, how fast, and the camera."""
         view = self.panes[0].canvas.view
         sign = "▶" if self._playing else "‖"
         speed = _WORDS.get(self.speed, f"{self.speed:g}")
@@ -226,14 +224,14 @@ The best individual of any generation, as it moves.
             pane.show_measures(not shown)
 
     async def action_split(self) -> None:
-        if len(self._panes) > 1:
-            await self._panes.pop().remove()
+        if len(self.panes) > 1:
+            await self.panes.pop().remove()
             self._changed()
             return
         run = self._beside or self._run
         pane = ReplayPane(run, None if self._beside else 1, classes="second")
-        pane.canvas.view = self._panes[0].canvas.view
-        self._panes.append(pane)
+        pane.canvas.view = self.panes[0].canvas.view
+        self.panes.append(pane)
         await self.query_one("#panes").mount(pane)
 
     def action_export(self) -> None:

@@ -1,4 +1,4 @@
-"""What the replay shows of one generation's best: read and moved in a thread."""
+"""Read and move the best of a generation, for the replay."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,7 +23,6 @@ class Shown:
         champion: the generation of the best of all; None where all failed.
         stage: the number of its stage, and how many there are.
         history: of the run, by column.
-        marks: generations with which stages begin.
     """
 
     individual: Individual
@@ -32,7 +31,6 @@ class Shown:
     champion: int | None
     stage: tuple[int, int]
     history: Mapping[str, NDArray[np.float64]]
-    marks: tuple[int, ...]
 
     @property
     def generation(self) -> int:
@@ -59,7 +57,6 @@ def load(path: Path, generation: int | None) -> Shown:
             champion=run.best_generation,
             stage=(run.stage_at(found.generation).number, len(run.stages)),
             history=history,
-            marks=tuple(stage.first for stage in run.stages[1:]),
         )
     except OSError as error:
         raise RunError(f"cannot read {path}: {error.strerror or error}") from None

@@ -27,11 +27,16 @@ WORDY = 60  # columns from which its title says what the numbers are
 class ReplayPane(Vertical):
     """A body of a run, whose generation can be changed.
 
-    What is asked for while another generation is being read is read after it, the latest alone.
+    Of the generations asked for while another one is being read, only the last is read after it.
 
     Args:
         run: its folder.
         generation: to begin with; None is the champion's.
+
+    Attributes:
+        shown: the individual; None where there is none yet, or a problem.
+        generation: the one that is shown or asked for; None is the champion's.
+        loading_now: whether one is being read.
     """
 
     DEFAULT_CSS = """
@@ -55,7 +60,7 @@ class ReplayPane(Vertical):
         self.run = run
         self.shown: Shown | None = None
         self.problem: GaitsimError | None = None
-        self._wanted = generation
+        self.generation = generation
         self.loading_now = False
         self._measures: bool | None = None
         self.canvas = BodyCanvas(message="moving the body …")
@@ -79,18 +84,13 @@ class ReplayPane(Vertical):
     def on_mount(self) -> None:
         self._side.display = False
         self._title()
-        self.ask(self._wanted)
-
-    @property
-    def generation(self) -> int | None:
-        """The one that is shown, or was asked for."""
-        return self._wanted
+        self.ask(self.generation)
 
     def ask(self, generation: int | None) -> None:
         """Show another generation's best as soon as it can be; None is the champion of all."""
         if self.shown is not None and generation is not None:
             generation = min(max(generation, 1), self.shown.last)
-        self._wanted = generation
+        self.generation = generation
         if generation is not None:
             self.slider.value = generation
         if not self.loading_now:
@@ -110,11 +110,11 @@ class ReplayPane(Vertical):
                 self._fail(_unexpected(error))
             else:
                 self.slider.set_range(1, shown.last)
-                if self._wanted == asked:
-                    asked = self._wanted = self.slider.value = shown.generation
+                if self.generation == asked:
+                    asked = self.generation = self.slider.value = shown.generation
                 self._show(shown)
-            self.loading_now = self._wanted != asked
-            asked = self._wanted
+            self.loading_now = self.generation != asked
+            asked = self.generation
             self._title()
 
     def _show(self, shown: Shown) -> None:
@@ -133,13 +133,8 @@ class ReplayPane(Vertical):
         self.post_message(self.Changed())
 
     def show_frame_of(self, seconds: float) -> None:
-        """Show the moment, or the last one there is before it."""
-        canvas = self.canvas
-        canvas.seconds = min(seconds, canvas.duration)
-        self.step_feet()
-
-    def step_feet(self) -> None:
-        """Let the feet keep step with the body."""
+        """Show a moment, or the last one before it."""
+        self.canvas.seconds = min(seconds, self.canvas.duration)
         self.feet.frame = self.canvas.frame
 
     def _title(self) -> None:
@@ -156,18 +151,18 @@ class ReplayPane(Vertical):
             if shown.stage[1] > 1 and wide:
                 title.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
         if self.loading_now:
-            wanted = "the champion" if self._wanted is None else f"generation {self._wanted}"
+            wanted = "the champion" if self.generation is None else f"generation {self.generation}"
             title.append(f"  reading {wanted} …", "dim")
         self._heading.update(title)
 
     def show_measures(self, wanted: bool) -> None:
-        """Whether measures stand beside the body, whatever the room."""
+        """Show or hide the measures beside the body, at any width."""
         self._measures = wanted
         self._make_room()
 
     @property
     def measures_shown(self) -> bool:
-        """Whether they do."""
+        """Whether measures are shown."""
         return self._side.display
 
     def on_resize(self) -> None:
@@ -180,7 +175,7 @@ class ReplayPane(Vertical):
         self._side.display = wanted and self.shown is not None
 
     def _fill(self) -> None:
-        """Measures, terms, and where the generation is on the curve."""
+        """Show measures, terms, and the generation on the curve."""
         shown = self.shown
         assert shown is not None, "something was read"
         rows = [

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from rich.style import Style
@@ -83,19 +84,17 @@ class BodyCanvas(Cells, can_focus=True):
     playing: reactive[bool] = reactive(False, repaint=False, init=False)
     speed: reactive[float] = reactive(1.0, repaint=False, init=False)
 
+    @dataclass
     class Moved(Message):
-        """The moment that a canvas shows is another one."""
+        """Another moment is shown."""
 
-        def __init__(self, canvas: "BodyCanvas") -> None:
-            super().__init__()
-            self.canvas = canvas
+        canvas: "BodyCanvas"
 
+    @dataclass
     class ViewChanged(Message):
         """The camera was moved."""
 
-        def __init__(self, view: Viewpoint) -> None:
-            super().__init__()
-            self.view = view
+        view: Viewpoint
 
     def __init__(
         self,

@@ -18,7 +18,7 @@ COLOURS = 6
 
 
 class Curves(Widget):
-    """Several curves with axes and a legend, drawn anew only when there is new data.
+    """Several curves with axes and a legend, redrawn only when there is new data.
 
     They differ by colour and by how they are dashed. The first is drawn over the others.
 
@@ -65,28 +65,32 @@ class Curves(Widget):
             x_label: what that axis shows; None as before.
             message: shown where there are no curves; None as before.
         """
-        self._plot.change(series, marks, x_label, message)
+        plot = self._plot
+        if len(series) != len(plot.series):
+            plot.forget_styles()
+        plot.series, plot.marks = tuple(series), tuple(marks)
+        plot.x_label = plot.x_label if x_label is None else x_label
+        plot.message = plot.message if message is None else message
+        plot.redraw()
         if self._legend is not None:
             self._legend.refresh()
 
     @property
     def series(self) -> tuple[Series, ...]:
-        """What is shown."""
+        """The curves."""
         return self._plot.series
 
     @property
     def marks(self) -> tuple[float, ...]:
-        """Where something begins."""
+        """Places on the axis below where something begins."""
         return self._plot.marks
 
     def sample(self, index: int) -> Text:
-        """A piece of a curve as a legend shows it."""
+        """Return a piece of a curve, as a legend shows it."""
         return self._plot.sample(index)
 
 
 class _Legend(Widget):
-    """A line of samples and names."""
-
     DEFAULT_CSS = "_Legend { height: 1; width: 1fr; }"
 
     def __init__(self, plot: "_Plot") -> None:
@@ -103,8 +107,6 @@ class _Legend(Widget):
 
 
 class _Plot(Cells):
-    """Axes and curves."""
-
     COMPONENT_CLASSES: ClassVar[set[str]] = {
         "curves--axis",
         *(f"curves--{number}" for number in range(1, COLOURS + 1)),
@@ -126,31 +128,16 @@ class _Plot(Cells):
         super().__init__()
         self.series: tuple[Series, ...] = ()
         self.marks: tuple[float, ...] = ()
-        self._x_label, self._message = x_label, message
-
-    def change(
-        self,
-        series: Sequence[Series],
-        marks: Sequence[float],
-        x_label: str | None,
-        message: str | None,
-    ) -> None:
-        """Show other curves."""
-        if len(series) != len(self.series):
-            self.forget_styles()
-        self.series, self.marks = tuple(series), tuple(marks)
-        self._x_label = self._x_label if x_label is None else x_label
-        self._message = self._message if message is None else message
-        self.redraw()
+        self.x_label, self.message = x_label, message
 
     def words(self) -> str:
-        return "" if curves.frame_of(self.series) else self._message
+        return "" if curves.frame_of(self.series) else self.message
 
     def picture(self, columns: int, rows: int) -> Picture:
-        return curves.plot(self.series, columns, rows, self._x_label, self.marks)
+        return curves.plot(self.series, columns, rows, self.x_label, self.marks)
 
     def ink_styles(self) -> list[Style]:
-        """Of no ink, of the axes, and of the curves, the last one first."""
+        """Return the styles of no ink, of the axes, and of the curves, the last one first."""
         return [
             self.ink_style(),
             self.ink_style("curves--axis"),
@@ -158,7 +145,6 @@ class _Plot(Cells):
         ]
 
     def sample(self, index: int) -> Text:
-        """A piece of a curve."""
         return Text(SAMPLES[index % len(SAMPLES)], Style(color=self._style(index).color))
 
     def _style(self, index: int) -> Style:

@@ -27,14 +27,7 @@ _ORDER = list(STATES)
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table.
-
-    Attributes:
-        name: its key and title.
-        width: in cells.
-        sort: what it is sorted by.
-        right: whether it is aligned right.
-    """
+    """A column: its key and title, least width in cells, sort key, and alignment to the right."""
 
     name: str
     width: int
@@ -60,7 +53,7 @@ FALLING = {"generation", "best", "curve", "changed"}  # sorted from the largest 
 
 
 def columns(width: int) -> list[tuple[Column, int]]:
-    """The columns for a table of that width, and how wide each is."""
+    """Return the columns for a table of that width, and the width of each."""
     names = [*COLUMNS] if width >= WIDE else [*NARROW]
     shown = [COLUMNS[name] for name in names]
     left = max(0, width - 1 - sum(column.width + 2 for column in shown))
@@ -71,16 +64,17 @@ def columns(width: int) -> list[tuple[Column, int]]:
 
 
 class RunTable(DataTable[Text]):
-    """Shows runs. The run under the cursor stays under it when others come and go.
+    """A table of runs. The run under the cursor stays under it when others come and go.
 
     Attributes:
-        order: the column that it is sorted by.
-        falling: whether from the largest down.
+        order: the name of the column that it is sorted by.
+        falling: whether the largest comes first.
         marked: the runs that are marked.
+        shown: the runs in the order of the rows.
     """
 
     class Marked(Message):
-        """Other runs are marked."""
+        """The marked runs have changed."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "select_cursor", "Open", id="home.open", tooltip="Watch it, or go on"),
@@ -96,19 +90,14 @@ class RunTable(DataTable[Text]):
         self.marked: set[Path] = set()
         self._asked: tuple[list[Overview], str, float] = ([], "", 0.0)
         self._layout: list[tuple[Column, int]] = []
-        self._shown: list[Overview] = []
+        self.shown: list[Overview] = []
         self._cells: dict[Path, list[Text]] = {}
-
-    @property
-    def shown(self) -> list[Overview]:
-        """The runs in the order of the rows."""
-        return self._shown
 
     @property
     def run(self) -> Overview | None:
         """The run under the cursor."""
         row = self.cursor_row
-        return self._shown[row] if 0 <= row < len(self._shown) else None
+        return self.shown[row] if 0 <= row < len(self.shown) else None
 
     def show(self, runs: Iterable[Overview], words: str, now: float) -> None:
         """Show the runs that have all of `words`; `now` is the time in seconds since 1970."""
@@ -118,15 +107,15 @@ class RunTable(DataTable[Text]):
         wanted = sorted(_having(found, words), key=COLUMNS[self.order].sort, reverse=self.falling)
         layout = columns(self.size.width)
         cells = {run.path: self._row(run, layout, now) for run in wanted}
-        same = [run.path for run in wanted] == [run.path for run in self._shown]
+        same = [run.path for run in wanted] == [run.path for run in self.shown]
         if same and layout == self._layout:
             self._update(cells)
         else:
             self._build(layout, cells, self.run)
-        self._shown, self._cells = wanted, cells
+        self.shown, self._cells = wanted, cells
 
     def sort_by(self, name: str) -> None:
-        """Sort by a column; by the one that it is sorted by, the other way round."""
+        """Sort by a column; by the same one again, the other way round."""
         self.falling = not self.falling if name == self.order else name in FALLING
         self.order = name
         self._layout = []  # titles carry the arrow

@@ -25,7 +25,6 @@ class Scrubber(Widget, can_focus=True):
         say: formats the number after the slider.
     """
 
-    HELP = "Drag the knob, or use the arrow keys; with shift ten steps at once."
     COMPONENT_CLASSES: ClassVar[set[str]] = {
         "scrubber--label",
         "scrubber--done",
