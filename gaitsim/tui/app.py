@@ -1,4 +1,4 @@
-"""The app: which screens there are, and how one comes to another."""
+"""The app: its screens, and the way from one to another."""
 
 import asyncio
 import time
@@ -26,19 +26,19 @@ from gaitsim.tui.themes import DEFAULT, THEMES
 
 
 class GaitsimApp(App[None]):
-    """Assemble, watch, steer, replay.
+    """The app: assemble, watch, steer and replay runs.
 
-    Screens are imported when they are first shown, so that the first paint waits for none of
+    Screens are imported when they are first shown, so the first paint does not wait for
     NumPy's compilers or plotting libraries.
 
     Args:
-        folder: where runs are.
+        folder: the folder of runs.
         config: the user's settings; None for none.
-        theme: the name of a theme, before what the settings say.
+        theme: the name of a theme; overrides the settings.
         clock: the time, in seconds since 1970.
 
     Attributes:
-        tasks: what is made in the background.
+        tasks: commands in the background.
     """
 
     TITLE = "gaitsim"
@@ -92,7 +92,7 @@ class GaitsimApp(App[None]):
         return Home()
 
     def on_mount(self) -> None:
-        """Take the user's keys; report the problems of the settings."""
+        """Apply the user's keys; report problems of the settings."""
         config = self._config
         if config is None:
             return
@@ -138,19 +138,19 @@ class GaitsimApp(App[None]):
         self.push_screen(Replay(run, generation, beside))
 
     def open_compare(self, runs: list[Path]) -> None:
-        """Lay the curves of several runs over each other."""
+        """Compare the curves of several runs."""
         from gaitsim.tui.screens.compare import Compare
 
         self.push_screen(Compare(runs))
 
     def open_plugins(self) -> None:
-        """Show what is installed."""
+        """Show installed plugins."""
         from gaitsim.tui.screens.plugins import Plugins
 
         self.push_screen(Plugins())
 
     def open_export(self, run: Path) -> None:
-        """Ask what is to be made of a run: a gait file, a plot, a video, an analysis."""
+        """Ask what to make of a run: a gait file, a plot, a video, an analysis."""
         from gaitsim.tui.screens.export_dialog import ExportDialog
 
         def begin(arguments: Sequence[str] | None) -> None:
@@ -171,13 +171,13 @@ class GaitsimApp(App[None]):
             screen.dismiss()
 
     def tell(self, error: GaitsimError) -> None:
-        """Say what went wrong, and what to do, as text without markup."""
+        """Show an error, as text without markup."""
         self.notify(str(error), title="", severity="error", markup=False, timeout=10)
 
     # What can be done anywhere
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """What has no key of its own."""
+        """Yield commands without a key of their own."""
         for name in sorted(self.available_themes):
             if name != self.theme and not name.startswith("ansi"):
                 do = partial(self.choose_theme, name)
@@ -239,9 +239,9 @@ class GaitsimApp(App[None]):
         self.exit()
 
     def on_key(self, event: Key) -> None:
-        """Take a letter that was on its way to another widget when a field got the focus.
+        """Type a letter into a field that got the focus while the letter was on its way.
 
-        Of letters that come at one stroke, the first may open the field that the others are for.
+        When letters are pasted, the first may open the field that the others are for.
         """
         if isinstance(self.focused, Input) and event.character and event.is_printable:
             self.focused.insert_text_at_cursor(event.character)
@@ -265,7 +265,7 @@ class GaitsimApp(App[None]):
 
 
 def _line(problem: GaitsimError) -> str:
-    """Return a problem of the settings on one line: the key, what is wrong, what to do."""
+    """Return a problem of the settings on one line: key, problem, remedy."""
     place = problem.key or problem.where
     what = f"{place}: {problem.what}" if place else problem.what
     remedy = problem.remedy or (problem.allowed and f"allowed: {problem.allowed}")

@@ -1,4 +1,4 @@
-"""An experiment being put together: a preset, and the changes to it.
+"""An experiment that is being assembled: a preset and changes to it.
 
 The changes are kept as the command line's assignments, so the UI can build nothing that
 `gaitsim run … --set …` cannot. Nothing here knows of a screen.
@@ -34,7 +34,7 @@ SECTIONS = ("evolution", "islands", *KINDS)
 
 @dataclass(frozen=True, eq=False)
 class LoadedPreset:
-    """A preset, or an experiment file, that was read.
+    """A preset or experiment file.
 
     Attributes:
         reference: a preset's name or a file's path, as `gaitsim run` takes it.
@@ -63,10 +63,10 @@ def load_preset(reference: str) -> LoadedPreset:
 
 @dataclass(frozen=True)
 class ExperimentBuilder:
-    """A preset, and the changes to it.
+    """A preset and changes to it.
 
     Attributes:
-        preset: where it began.
+        preset: the beginning.
         changes: the texts typed, by key, in the order of typing.
     """
 
@@ -75,17 +75,17 @@ class ExperimentBuilder:
 
     @property
     def overrides(self) -> dict[str, Typed]:
-        """The changes. The choice of a plugin stands before its options."""
+        """The changes, with the choice of a plugin before its options."""
         keys = sorted(self.changes, key=lambda key: not key.endswith(f".{PLUGIN}"))
         return {key: Typed(self.changes[key].strip()) for key in keys}
 
     def assign(self, key: str, text: str | None) -> "ExperimentBuilder":
-        """Return it with an option changed; None takes the preset's value back."""
+        """Return a copy with another option; None restores the preset's value."""
         changes = {name: value for name, value in self.changes.items() if name != key}
         return replace(self, changes=changes if text is None else changes | {key: text})
 
     def choose(self, kind: str, name: str) -> "ExperimentBuilder":
-        """Return it with another plugin; changes of the old one's options are dropped."""
+        """Return a copy with another plugin; drop changes of the old one's options."""
         changes = {k: v for k, v in self.changes.items() if not k.startswith(f"{kind}.")}
         chosen = {} if name == self.preset.plugin(kind) else {f"{kind}.{PLUGIN}": name}
         return replace(self, changes=changes | chosen)

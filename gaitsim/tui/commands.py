@@ -1,4 +1,4 @@
-"""The command palette: what can be done now, by name."""
+"""The command palette: everything that can be done now, by name."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -10,13 +10,13 @@ from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 
 
 class Commands(Provider):
-    """Every key that works now, what the screen adds, and what the app can do anywhere."""
+    """The keys that work now, the commands of the screen, and those of the app."""
 
     def _commands(self) -> Iterator[PaletteCommand]:
         screen, app = self.screen, self.app
         met: set[str] = set()
         for node, binding, enabled, tooltip in screen.active_bindings.values():
-            # What has no words is for fingers: arrows, tab, and what a text field takes.
+            # Keys without a description, such as arrows and tab, are not commands.
             if not (enabled and binding.id and binding.description) or binding.id in met:
                 continue
             met.add(binding.id)
@@ -31,12 +31,12 @@ class Commands(Provider):
             yield from screen.gaitsim.palette()
 
     async def discover(self) -> Hits:
-        """All of them, while nothing is typed."""
+        """Yield all commands, while nothing is typed."""
         for title, about, do in self._commands():
             yield DiscoveryHit(Content(title), do, title, unmarked(about))
 
     async def search(self, query: str) -> Hits:
-        """Those that fit what is typed."""
+        """Yield the commands that match the query."""
         matcher = self.matcher(query)
         for title, about, do in self._commands():
             score = matcher.match(title)
@@ -46,5 +46,5 @@ class Commands(Provider):
 
 
 def unmarked(text: str) -> str:
-    """A text that the palette, which reads markup, shows as it is."""
+    """Escape a text for the palette, which reads markup."""
     return text.replace("[", "\\[")

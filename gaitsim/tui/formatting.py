@@ -8,7 +8,7 @@ MINUTE, HOUR, DAY = 60, 3600, 86400
 
 
 def age(seconds: float) -> str:
-    """How long ago, in at most four characters: 'now', '12 s', '5 m', '3 h', '2 d'."""
+    """Format an age in at most four characters: 'now', '12 s', '5 m', '3 h', '2 d'."""
     if seconds < 5:
         return "now"
     for unit, length in (("d", DAY), ("h", HOUR), ("m", MINUTE)):
@@ -18,7 +18,7 @@ def age(seconds: float) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time span: '0.4 s', '12 s', '3:05 min', '2:03:10 h'."""
+    """Format a time span: '0.4 s', '12 s', '3:05 min', '2:03:10 h'."""
     if seconds < 10:
         return f"{seconds:.1f} s"
     whole = int(seconds)
@@ -31,13 +31,13 @@ def duration(seconds: float) -> str:
 
 
 def clip(text: str, width: int) -> str:
-    """A text in at most `width` cells, '…' where it is cut; control characters written out."""
+    """Clip a text to `width` cells, with '…'; escape control characters."""
     text = visible(text)
     return text if cell_len(text) <= width else set_cell_size(text, max(0, width - 1)) + "…"
 
 
 def clip_name(name: str, width: int) -> str:
-    """A name in at most `width` cells, cut in its middle: names often differ at their ends."""
+    """Clip a name in its middle, as names often differ at their ends."""
     name = visible(name)
     if cell_len(name) <= width:
         return name

@@ -1,4 +1,4 @@
-"""Jump mode: a letter on everything that can have the focus, and one key to be there.
+"""Jump mode: a letter on each focusable widget, which focuses it.
 
 After Posting's, which took it from Amp.
 """
@@ -19,7 +19,7 @@ LETTERS = "asdfghjklqwertyuiopzxcvbnm"
 
 
 def targets(screen: Screen[Any]) -> dict[str, Widget]:
-    """What can be jumped to, by letter: what takes the focus and is in sight, top left first."""
+    """Return the visible, focusable widgets by letter, top left first."""
     window = screen.region
     found = [
         widget
@@ -31,7 +31,7 @@ def targets(screen: Screen[Any]) -> dict[str, Widget]:
 
 
 def _seen(widget: Widget) -> Region:
-    """The part of a widget that is in sight."""
+    """Return the visible part of a widget."""
     try:
         place = widget.screen.find_widget(widget)
     except NoWidget:
@@ -40,7 +40,7 @@ def _seen(widget: Widget) -> Region:
 
 
 class Jump(ModalScreen[Widget | None]):
-    """The letters; dismissed with the widget that was chosen.
+    """Show the letters; return the chosen widget.
 
     Args:
         of: the screen below.
@@ -70,6 +70,6 @@ class Jump(ModalScreen[Widget | None]):
             self.dismiss(widget)
 
     def on_resize(self) -> None:
-        """A place that moved has no letter any more."""
+        """Close: the letters are at the old places."""
         if self.is_current and self.size != self.app.size:
             self.dismiss(None)

@@ -1,6 +1,6 @@
 """Gaitsim commands that run in the background, as processes of their own.
 
-The very command that a user could type runs, so the UI can do nothing that the command line
+The UI runs the command that a user could type, so it can do nothing that the command line
 cannot. Its progress, files and errors arrive as records, one JSON object a line on its standard
 error.
 """
@@ -70,14 +70,14 @@ class Task:
 
     @property
     def message(self) -> str:
-        """Why it failed."""
+        """The reason why it failed."""
         if self.error is not None:
             return visible_lines(str(self.error))
         return "\n".join(self.notices[-8:]) or "it ended without a message"
 
     @property
     def seconds(self) -> float:
-        """How long it has taken."""
+        """Its duration so far."""
         return (self.ended or monotonic()) - self.began
 
     def take_output(self, line: str) -> None:

@@ -54,7 +54,7 @@ class WebServer(Server):
         return await handler(request)
 
     def _is_ours(self, host: str) -> bool:
-        """Whether a name is one of this machine; where all may come, any name may be."""
+        """Return whether a host name is ours; any name is, unless only this machine may connect."""
         return not is_loopback(self.host) or is_loopback(urlsplit(f"//{host}").hostname or "")
 
     async def on_startup(self, app: web.Application) -> None:
@@ -77,12 +77,12 @@ class WebServer(Server):
 
 
 def _same(origin: str | None, request: web.Request) -> bool:
-    """Whether a request that names the page it comes from comes from ours."""
+    """Return whether a request comes from our page, if it names its page."""
     return origin is None or urlsplit(origin).netloc == request.host
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address is this machine's alone."""
+    """Return whether an address is reachable only from this machine."""
     try:
         return host == LOCAL or ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -91,7 +91,7 @@ def is_loopback(host: str) -> bool:
 
 @contextmanager
 def listening(host: str, port: int) -> Iterator[socket.socket]:
-    """A socket that listens there.
+    """Open a socket that listens on an address.
 
     Raises:
         GaitsimError: there is no such address, or the port is taken.

@@ -24,11 +24,11 @@ class PaletteCommand(NamedTuple):
 class GaitScreen(Screen[None]):
     """A screen with a help text; its keys have ids, so that users can choose others.
 
-    A binding that cannot work now is to be refused by `check_action`: then neither the footer
-    nor the command palette offers it.
+    `check_action` refuses bindings that cannot work now: then neither the footer nor the
+    command palette offers them.
 
     Attributes:
-        HELP_TEXT: what the screen is for and how it is used, in Markdown.
+        HELP_TEXT: purpose and use of the screen, in Markdown.
     """
 
     HELP_TEXT: ClassVar[str] = ""
@@ -42,15 +42,15 @@ class GaitScreen(Screen[None]):
         return cast("GaitsimApp", self.app)
 
     def command_line(self) -> str:
-        """The command that does, or shows, what this screen does; '' where there is none."""
+        """Return the command line that does the same as this screen; '' for none."""
         return ""
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """What can be done here now that has no key."""
+        """Return the commands without a key that work now."""
         return ()
 
     async def may_leave(self) -> bool:
-        """Whether the screen may be left, or the app be ended; it may ask, and save, before.
+        """Return whether the screen may be closed, after asking or saving where necessary.
 
         It is awaited in a worker, so `await self.app.push_screen_wait(…)` works in it.
         """
@@ -72,7 +72,7 @@ class GaitScreen(Screen[None]):
         self.gaitsim.leave(self)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action can be done now."""
+        """Return whether an action works now."""
         if action == "back":
             return len(self.app.screen_stack) > 1
         return super().check_action(action, parameters)

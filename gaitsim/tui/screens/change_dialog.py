@@ -1,4 +1,4 @@
-"""Asks for the options under which a run continues, checked as they are typed."""
+"""Ask for the options under which a run continues, and check them while they are typed."""
 
 import asyncio
 import shlex
@@ -30,11 +30,11 @@ CALM = 0.15  # seconds without a key before what is typed is checked
 
 @dataclass(frozen=True)
 class ChangeRequest:
-    """What was asked for.
+    """The answer of the dialog.
 
     Attributes:
-        overrides: values of options by key.
-        out: of a copy, the folder to make; None numbers the run's own name.
+        overrides: changed options by key.
+        out: the folder of a copy; None numbers the name of the run.
     """
 
     overrides: Overrides
@@ -43,7 +43,7 @@ class ChangeRequest:
 
 @dataclass(frozen=True)
 class KnownOption:
-    """An option that can be changed: its key, its value now, what it takes and means."""
+    """An option that can be changed: its key, current value, and allowed values and meaning."""
 
     key: str
     value: str
@@ -51,7 +51,7 @@ class KnownOption:
 
 
 def known_options(run: RunSnapshot) -> list[KnownOption]:
-    """All options of a run's experiment, rates and weights before the choice of plugins.
+    """Return all options of a run's experiment, rates and weights before the choice of plugins.
 
     Raises:
         GaitsimError: the experiment has problems.
@@ -78,7 +78,7 @@ def known_options(run: RunSnapshot) -> list[KnownOption]:
 
 
 def words_of(text: str) -> tuple[str, ...]:
-    """What was typed, as a shell splits it.
+    """Split a text as a shell does.
 
     Raises:
         GaitsimError: a quotation is not closed.
@@ -90,7 +90,7 @@ def words_of(text: str) -> tuple[str, ...]:
 
 
 def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
-    """Say what changes come to, without making them.
+    """Describe the effect of changes, without making them.
 
     Raises:
         GaitsimError: they are invalid, or the run cannot be continued.
@@ -104,12 +104,12 @@ def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
 
 
 class ChangeDialog(ModalScreen[ChangeRequest | None]):
-    """Asks for changes of the experiment; dismissed with the request.
+    """Ask for changes of the experiment; return the request.
 
     Args:
         run: its folder.
-        fork: whether they are those of a copy, whose folder is asked for as well.
-        typed: the text at first.
+        fork: whether to ask for a copy and its folder.
+        typed: the text to begin with.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -229,7 +229,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     @on(OptionList.OptionSelected)
     def _chosen(self, event: OptionList.OptionSelected) -> None:
-        """Put the option where it is typed, for its value to be changed."""
+        """Insert the chosen option, ready for its value."""
         before = self._input.value.rpartition(" ")[0]
         self._input.value = f"{before} {event.option.id}=".lstrip()
         self._input.focus()

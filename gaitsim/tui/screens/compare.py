@@ -25,7 +25,7 @@ VALUE = 40  # columns of an option's value, at most
 
 
 class Compare(GaitScreen):
-    """Several runs.
+    """The screen that compares runs.
 
     Args:
         runs: their folders.
@@ -125,7 +125,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         )
 
     def _fill(self) -> None:
-        """A row a fact or option, a column a run."""
+        """Fill the table: a row for each fact or option, a column for each run."""
         shown = self.query_one(DataTable)
         at, scrolled = shown.cursor_column, shown.scroll_offset
         shown.clear(columns=True)
@@ -141,7 +141,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         shown.scroll_to(scrolled.x, scrolled.y, animate=False)
 
     def _headings(self) -> Iterator[Text]:
-        """Names of the runs, with a sample of the curve of those that have one."""
+        """Yield the names of the runs, with samples of their curves."""
         curves = self.query_one(Curves)
         line = 0
         for one in self._courses:
@@ -170,7 +170,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 
     @property
     def _chosen(self) -> ComparedRun | None:
-        """The run that the cursor is on."""
+        """The run under the cursor."""
         at = self.query_one(DataTable).cursor_column - 1 if self.is_mounted else -1
         return self._courses[at] if 0 <= at < len(self._courses) else None
 

@@ -1,4 +1,4 @@
-"""What a screen is for, and every key that works on it now."""
+"""The help of a screen: its purpose, and all keys that work now."""
 
 from typing import Any, ClassVar
 
@@ -14,7 +14,7 @@ from gaitsim.tui.screens.base import GaitScreen
 
 
 class Help(ModalScreen[None]):
-    """The help of a screen.
+    """Show the help of a screen.
 
     Args:
         of: the screen.
@@ -38,7 +38,7 @@ class Help(ModalScreen[None]):
 
 
 def _keys(screen: Screen[Any]) -> Table:
-    """A row for each thing that keys do: its keys, what it does, the id for the config file."""
+    """Return a table of actions: keys, meaning, and the id for the config file."""
     rows: dict[tuple[str, str], tuple[list[str], str, str]] = {}
     for _, binding, enabled, tooltip in screen.active_bindings.values():
         if enabled and binding.description:
@@ -53,14 +53,14 @@ def _keys(screen: Screen[Any]) -> Table:
     table.add_column("key", style="bold", no_wrap=True)
     table.add_column("what it does", ratio=1)
     table.add_column("id for config.toml", style="dim", no_wrap=True)
-    # First what this app does, then how one moves in a list, which has no ids.
+    # First the keys of this app, then those of Textual, which have no ids.
     for keys, about, name in sorted(rows.values(), key=lambda row: not row[2]):
         table.add_row(Text(" ".join(keys)), Text(about), Text(name))
     return table
 
 
 def _about(name: str, more: str) -> str:
-    """What a key does: its name in the footer, and what the tooltip says more about it."""
+    """Join the name of a key in the footer with its tooltip."""
     if more.casefold().startswith(name.casefold()):
         return more
     return f"{name}: {more[0].lower()}{more[1:]}" if more else name

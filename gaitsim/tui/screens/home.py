@@ -1,4 +1,4 @@
-"""Home: the runs there are, as they are now."""
+"""Home: all runs in a folder, kept up to date."""
 
 import asyncio
 from collections.abc import Iterable
@@ -22,7 +22,7 @@ EVERY = 1.0  # seconds between two looks at the folder
 
 
 class Home(GaitScreen):
-    """The table of runs, and what the one under the cursor is.
+    """The table of runs, with details of the one under the cursor.
 
     Attributes:
         runs: as they were found last.
@@ -63,7 +63,7 @@ followed as they go.
         self._height = 0
 
     def compose(self) -> ComposeResult:
-        """Header, filter, what stands for a table until there is one, details, footer."""
+        """Compose the screen; the table is mounted once runs are read."""
         yield Header()
         yield Input(placeholder="words to look for", id="filter", compact=True)
         yield Static("Looking for runs …", id="empty")
@@ -103,7 +103,7 @@ followed as they go.
             return [], error
 
     def _show(self) -> None:
-        """Bring the screen up to date with what was found."""
+        """Show the runs that were found."""
         if self.runs is None:
             return
         from gaitsim.tui.widgets.run_table import RunTable
@@ -139,7 +139,7 @@ followed as they go.
         self._details()
 
     def _details(self) -> None:
-        """What the run under the cursor is; what is wrong with it."""
+        """Show details of the run under the cursor, or its problem."""
         from gaitsim.tui.widgets.details import details
 
         run = self._run()
@@ -158,7 +158,7 @@ followed as they go.
         return self._table.run if self._table is not None and self._table.display else None
 
     def _marked(self) -> list[Path]:
-        """The marked runs, in the order of the table."""
+        """Return the marked runs, in the order of the table."""
         marked = self._table.marked if self._table is not None else set()
         return [run.path for run in self.runs or () if run.path in marked]
 
@@ -247,7 +247,7 @@ followed as they go.
         return command("show", run.path)
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """A new run from each preset."""
+        """Yield a command for each preset."""
         from gaitsim.registry import EXPERIMENTS, entries
 
         for name in entries(EXPERIMENTS):

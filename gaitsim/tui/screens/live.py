@@ -1,4 +1,4 @@
-"""Live: a run as it evolves, steered from here; or followed; or at rest."""
+"""Live: a run that evolves here, evolves in another program, or is at rest."""
 
 import asyncio
 import time
@@ -97,12 +97,12 @@ the app in any way, and the run can be continued exactly where it stopped.
 
     @property
     def snapshot(self) -> Snapshot:
-        """The latest."""
+        """The latest snapshot."""
         return self.board.live.snapshot
 
     @property
     def state(self) -> str:
-        """Of the latest snapshot; `stopping` once that is asked for."""
+        """The state of the run; `stopping` after that command."""
         state = self.snapshot.state
         return "stopping" if self._stopping and self.process is not None else state
 
@@ -152,7 +152,7 @@ the app in any way, and the run can be continued exactly where it stopped.
         self._changed()
 
     def _changed(self) -> None:
-        """Bring all up to date with the state."""
+        """Update board and footer."""
         self.board.state = state = self.state
         self.board.stale()
         self.offers = state, self.process is not None, self.snapshot.champion is not None
@@ -182,7 +182,7 @@ the app in any way, and the run can be continued exactly where it stopped.
             self._start(step=True)
 
     def action_stop(self) -> None:
-        """Stop and save; asked again, stop at once."""
+        """Stop and save; the second time, stop at once."""
         if self.process is None:
             return
         if self._stopping:

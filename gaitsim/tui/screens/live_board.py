@@ -38,14 +38,14 @@ COLOURS = {
 class Board(Vertical):
     """The panels of the live screen.
 
-    It draws only what has changed, now and then, and nothing while another screen is in front.
+    Only changes are drawn, at a limited rate, and nothing while another screen is in front.
 
     Args:
         run: the run's folder.
         clock: seconds that pass, for the body and for how often a champion is shown.
 
     Attributes:
-        live: what is known of the run.
+        live: the snapshot, history and events of the run.
         state: of the run, as the status line shows it.
         curves: of the best score and the mean.
         canvas: the champion.
@@ -92,7 +92,7 @@ class Board(Vertical):
         """Draw. While the run evolves, body and panels wait their turn; the status does not.
 
         What is drawn is the search's time, which takes all cores: a body's picture of a third
-        of the screen, through all of Textual, is 15 ms. Whoever focuses the body wants it all.
+        of the screen, through all of Textual, is 15 ms. A body with the focus gets it all.
         """
         now = self._clock()
         if self.screen is not self.app.screen:
@@ -119,7 +119,7 @@ class Board(Vertical):
         self._styles, self._widths = {}, (0, 0, 0, 0)
 
     def problem(self, error: GaitsimError | None) -> None:
-        """Show what went wrong and what to do, in its place."""
+        """Show an error; None hides it."""
         self._problem.set_class(error is not None, "shown")
         self._problem.update(Text(visible_lines(str(error))) if error else "")
 

@@ -1,4 +1,4 @@
-"""What the live screen says, as text: pure functions of a snapshot and the course."""
+"""Texts of the live screen: pure functions of a snapshot and the history."""
 
 import math
 
@@ -41,7 +41,7 @@ WIDEST_SPARK = 60
 
 
 def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
-    """State, generations, a bar of them, speed and time left, on one line."""
+    """Return state, generations with a bar, speed and time left, on one line."""
     line = Text(no_wrap=True, end="")
     line.append(f"{MARKS[state]} {WORDS.get(state, state)}", styles[state])
     line.append(f"  {snapshot.generation:,}/{snapshot.generations:,}")
@@ -72,7 +72,7 @@ def hint(snapshot: Snapshot, state: str) -> str:
 
 
 def event_line(event: Event, width: int, styles: Styles) -> Text:
-    """Something that happened, on one line."""
+    """Return an event on one line."""
     line = Text(no_wrap=True, end="")
     line.append(f"{event.generation:>6,} ", styles["dim"])
     line.append(f"{EVENT_MARKS[event.kind]} ", styles[event.kind])
@@ -86,8 +86,10 @@ def event_line(event: Event, width: int, styles: Styles) -> Text:
 
 
 def table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles) -> list[Text]:
-    """Score, terms and diversity: the best of each generation as a curve, then in numbers the
-    mean and the best individuals of the last one, as many as there is room for.
+    """Return score, terms and diversity, one a line.
+
+    First the best of each generation as a curve, then in numbers the mean and the best
+    individuals of the last generation, as many as there is room for.
     """
     terms = list(snapshot.top[0].terms) if snapshot.top else course.terms
     name = min(max(map(cell_len, ["diversity", *terms])), max(NAME, width // 6))
@@ -117,7 +119,7 @@ def table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles)
 
 
 def islands(snapshot: Snapshot, width: int, styles: Styles) -> list[Text]:
-    """The best score of each island in the last generation; no line of a single population."""
+    """Return the best score of each island in the last generation; [] for one population."""
     bests = snapshot.islands
     if not bests:
         return []

@@ -1,4 +1,4 @@
-"""Where the live screen's snapshots come from: an engine of its own, or the run's folder."""
+"""The live screen's knowledge of a run: snapshot, history, events and champion."""
 
 from collections import deque
 from pathlib import Path
@@ -17,13 +17,13 @@ EVENTS_KEPT = 200
 
 
 class LiveState:
-    """All that the live screen knows of a run: the latest snapshot, the course, the events.
+    """The latest snapshot of a run, its history and its events.
 
     Attributes:
         snapshot: the latest; its rows and events are in the course and the events.
         course: the history.
         events: the latest ones.
-        gap: whether rows are missing, so that the course is to be read anew.
+        gap: whether rows are missing, so the history must be read again.
     """
 
     def __init__(self) -> None:
@@ -33,20 +33,20 @@ class LiveState:
         self.gap = False
 
     def take(self, snapshot: Snapshot) -> None:
-        """Take what is new."""
+        """Add a snapshot."""
         self.snapshot = snapshot
         self.events.extend(snapshot.events)
         if not self.course.extend(snapshot.rows):
             self.gap = True
 
     def reread(self, course: HistoryBuffer) -> None:
-        """Take a course that was read anew."""
+        """Replace the history by one read from the run."""
         if len(course) > len(self.course):
             self.course, self.gap = course, False
 
 
 def about(run: Path) -> str:
-    """Body, fitness and seed, without loading a plugin; '' where the file does not say."""
+    """Return body, fitness and seed, without loading a plugin; '' if the file is unreadable."""
     try:
         outline = RunSnapshot(run).outline
     except GaitsimError:
@@ -69,7 +69,7 @@ class ChampionMover:
         self._experiment: Experiment | None = None
 
     def move(self, champion: Best) -> Skeleton:
-        """A champion's body over time.
+        """Return the skeleton of a champion.
 
         Raises:
             GaitsimError: its body's plugin is missing, or cannot move or draw it.

@@ -79,7 +79,7 @@ What you change is shown as the **command** that does the same, and as the exper
         self.validation: Validation | None = None
 
     def compose(self) -> ComposeResult:
-        """Head, tabs and file; status and command below."""
+        """Compose head, tabs and file, with status and command below."""
         yield Header()
         with Horizontal(id="new-head"):
             yield Label("begin with ")
@@ -174,7 +174,7 @@ What you change is shown as the **command** that does the same, and as the exper
 
     @on(TabbedContent.TabActivated)
     def _show_part(self) -> None:
-        """Bring the part that is in sight up to date."""
+        """Update the visible part."""
         active = self.query_one("#parts", TabbedContent).active_pane
         if self.validation is not None and active is not None:
             for part in active.query(Part):

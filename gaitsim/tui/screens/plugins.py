@@ -1,4 +1,4 @@
-"""What is installed: bodies, fitness functions, operators, presets, and from where."""
+"""The installed bodies, fitness functions, operators and presets, and their packages."""
 
 from typing import Any, ClassVar
 
@@ -23,7 +23,7 @@ NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
 
 
 class Plugins(GaitScreen):
-    """The list of what is installed, and the highlighted one in full.
+    """A list of plugins and presets, and the highlighted one in full.
 
     Attributes:
         catalogue: the installed plugins; None until they are loaded.
@@ -59,7 +59,7 @@ highlighted keeps its contract, and says what is to be mended.
         yield Footer()
 
     def on_mount(self) -> None:
-        """List the names at once: that imports nothing. Then load all, in a thread."""
+        """List the names, which imports nothing; then load all plugins in a thread."""
         self._list()
         self._load()
 
@@ -97,7 +97,7 @@ highlighted keeps its contract, and says what is to be mended.
         return "✗ " if bad else ""
 
     def _chosen(self) -> tuple[str, str] | None:
-        """Kind and name of what is highlighted."""
+        """Return kind and name of the highlighted entry."""
         option = self.query_one("#installed", OptionList).highlighted_option
         if option is None or option.id is None:
             return None
@@ -147,7 +147,7 @@ highlighted keeps its contract, and says what is to be mended.
             self.gaitsim.open_new(experiment)
 
     def _experiment(self) -> str | None:
-        """The preset that goes with what is highlighted."""
+        """Return the preset to begin with for the highlighted entry."""
         chosen = self._chosen()
         if chosen is None or self.catalogue is None:
             return None

@@ -126,7 +126,7 @@ The best individual of any generation, as it moves.
 
     @on(ReplayPane.Changed)
     def _changed(self) -> None:
-        """Keep time with the longest one, and show as many frames."""
+        """Follow the longest motion and its number of frames."""
         leader = self.leader
         for pane in self.panes:
             canvas = pane.canvas

@@ -1,4 +1,4 @@
-"""The commands in the background, and their results."""
+"""Commands in the background, and their results."""
 
 from typing import ClassVar
 
@@ -18,7 +18,7 @@ COLUMNS = ("state", "done", "time", "command")
 
 
 class TaskList(GaitScreen):
-    """The tasks, and the output of the one that is highlighted."""
+    """The tasks, and the output of the highlighted one."""
 
     SUB_TITLE = "in the background"
     HELP_TEXT = """
@@ -42,7 +42,7 @@ and what it printed: the files that it wrote, or why it could not.
         yield Footer()
 
     def on_mount(self) -> None:
-        """Fill the table; its clocks tick."""
+        """Fill the table; update its clocks."""
         table = self.query_one(DataTable)
         for name, width in zip(COLUMNS, (10, BAR + 5, 7, None), strict=True):
             table.add_column(name, key=name, width=width)

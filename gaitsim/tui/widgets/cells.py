@@ -1,4 +1,4 @@
-"""What pictures of characters share: of each, only the rows that changed are sent."""
+"""The base class of pictures made of characters; only changed rows are sent."""
 
 from abc import abstractmethod
 from typing import Any
@@ -20,8 +20,7 @@ Picture = tuple[NDArray[np.uint32], Inks]
 class Cells(Widget):
     """A widget that is a grid of characters, each in an ink.
 
-    A subclass says what is in the cells and which style an ink is, and calls `redraw` when
-    something has changed.
+    A subclass provides the cells and the style of each ink, and calls `redraw` after changes.
     """
 
     def __init__(self, **settings: Any) -> None:
@@ -32,18 +31,18 @@ class Cells(Widget):
 
     @abstractmethod
     def picture(self, columns: int, rows: int) -> Picture:
-        """The characters as code points, and their inks, both (rows, columns)."""
+        """Return the characters as code points, and their inks, both (rows, columns)."""
 
     def words(self) -> str:
-        """What is said in place of the picture; '' draws it."""
+        """Return the text shown instead of the picture; '' shows the picture."""
         return ""
 
     @abstractmethod
     def ink_styles(self) -> list[Style]:
-        """The style of each ink, 0 being no ink."""
+        """Return the style of each ink, 0 being no ink."""
 
     def ink_style(self, part: str = "", fog: float = 0.0) -> Style:
-        """The style of a component class, on this widget's background.
+        """Return the style of a component class, on this widget's background.
 
         Args:
             part: the class; '' is the background alone.
@@ -63,7 +62,7 @@ class Cells(Widget):
         self._styles = None
 
     def redraw(self) -> None:
-        """Draw, and have the rows refreshed that are not as they were."""
+        """Draw, and refresh the rows that changed."""
         columns, rows = self.content_size
         if not self.is_mounted or not columns or not rows:
             return
@@ -89,7 +88,7 @@ class Cells(Widget):
             self.refresh(*(Region(0, row, columns, 1) for row in at))
 
     def render_line(self, y: int) -> Strip:
-        """One row."""
+        """Return a row."""
         if y < len(self._strips):
             return self._strips[y]
         return Strip.blank(self.content_size.width, self.rich_style)
@@ -105,7 +104,7 @@ class Cells(Widget):
         self.redraw()
 
     def _said(self, words: str, columns: int, rows: int) -> list[Strip]:
-        """Text in the middle, wrapped; what there is no room for is cut off."""
+        """Return centred, wrapped text, cut to the size."""
         style = self.ink_style() + Style(color=self.rich_style.color)
         lines = Text(words).wrap(self.app.console, max(columns - 2, 1))
         above = max((rows - len(lines)) // 2, 0)

@@ -1,4 +1,4 @@
-"""Whether a plugin keeps its contract: `gaitsim plugins check`, and its verdict."""
+"""Run `gaitsim plugins check` on a plugin, and show the verdict."""
 
 import asyncio
 import json
@@ -15,9 +15,9 @@ COMMAND = ("plugins", "check")
 
 
 async def checked(kind: str, name: str) -> dict[str, Any]:
-    """What the check says of a plugin, as its JSON has it; 'failure' where it could not work.
+    """Return the JSON report of the check of a plugin; 'failure' where the check failed.
 
-    Cancelled, it ends the process, which ends those that it began.
+    Cancelling it terminates the process, which terminates its children.
     """
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "gaitsim", *COMMAND, name, "--json"),
@@ -41,7 +41,7 @@ async def checked(kind: str, name: str) -> dict[str, Any]:
 
 
 def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -> Text:
-    """The verdict and each finding; None is a check that is under way."""
+    """Return the verdict and each finding; None is a check in progress."""
     if report is None:
         return Text("Checking …", colours["secondary"])
     if "failure" in report:

@@ -1,4 +1,4 @@
-"""What a run is, in a few lines; why there is none."""
+"""A run in a few lines, or the reason why none is shown."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,7 +13,7 @@ from gaitsim.tui.formatting import duration
 
 
 def details(run: Overview, colours: Mapping[str, str]) -> Text:
-    """Its name and description, its plugins, seed, stage and time; or what is wrong with it.
+    """Return name, description, plugins, seed, stage and time of a run, or its problem.
 
     Args:
         run: the run.
@@ -33,12 +33,12 @@ def details(run: Overview, colours: Mapping[str, str]) -> Text:
 def no_runs(
     folder: Path, count: int, words: str, problem: GaitsimError | None, colours: Mapping[str, str]
 ) -> Text:
-    """Why no run is shown.
+    """Return the reason why no run is shown.
 
     Args:
-        folder: where they would be.
-        count: how many there are.
-        words: that they should have.
+        folder: the folder of runs.
+        count: the number of runs.
+        words: the filter.
         problem: why the folder cannot be read.
         colours: by the name of the theme's variable.
     """

@@ -1,4 +1,4 @@
-"""Which foot is on the ground when, in step with a body that moves."""
+"""The footfall diagram, in step with a moving body."""
 
 from typing import Any, ClassVar
 
@@ -68,14 +68,14 @@ class FootfallStrip(Cells):
 
     @property
     def feet(self) -> int:
-        """How many there are."""
+        """The number of feet."""
         return self._touching.shape[1]
 
     def watch_frame(self) -> None:
         self.redraw()
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
-        """A row a foot, or a row two where there is little room."""
+        """Return a row for each foot, or for two where room is short."""
         most = max(int(SHARE * viewport.height), 2)
         return min(self.feet if self.feet <= most else -(-self.feet // 2), most)
 
@@ -85,11 +85,11 @@ class FootfallStrip(Cells):
         )
 
     def ink_styles(self) -> list[Style]:
-        """Of swing, the moment, and bars by side."""
+        """Return the styles of swing, the moment, and bars by side."""
         parts = ("swing", "moment", "middle", "left", "right")
         return [self.ink_style(), *(self.ink_style(f"footfalls--{part}") for part in parts)]
 
 
 def _plain(name: str) -> str:
-    """A name of characters that are one column wide."""
+    """Replace characters that may not be one column wide."""
     return "".join(char if char.isascii() and char.isprintable() else "?" for char in name)

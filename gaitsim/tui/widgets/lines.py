@@ -1,4 +1,4 @@
-"""Lines of text of which only those that changed are drawn again."""
+"""Lines of text; only changed lines are redrawn."""
 
 from collections.abc import Sequence
 from itertools import zip_longest
@@ -12,7 +12,7 @@ from textual.widget import Widget
 
 
 class Lines(Widget):
-    """Shows lines, each cut at the right edge; as high as there are lines, or as its styles say."""
+    """Lines, each cut at the right edge; as high as their number, or as the styles demand."""
 
     DEFAULT_CSS = "Lines { width: 1fr; height: auto; }"
 
@@ -41,7 +41,7 @@ class Lines(Widget):
 
     @property
     def text(self) -> str:
-        """All of it, plain."""
+        """The plain text."""
         return "\n".join(line.plain for line in self._lines)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:

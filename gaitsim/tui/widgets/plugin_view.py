@@ -1,4 +1,4 @@
-"""A plugin in full: what it is, what it works with, its options."""
+"""A plugin in full: its documentation, its options, and what works with it."""
 
 from collections.abc import Mapping
 
@@ -18,7 +18,7 @@ from gaitsim.tui.widgets.toml_view import coloured
 def plugin_view(
     kind: str, name: str, catalogue: Catalogue, colours: Mapping[str, str]
 ) -> RenderableType:
-    """A plugin, or why it cannot be used."""
+    """Return a plugin in full, or the reason why it cannot be used."""
     plugin = catalogue.classes[kind].get(name)
     if plugin is None:
         return Text(visible_lines(str(catalogue.failure(kind, name))), style=colours["error"])
@@ -63,7 +63,7 @@ def _options(plugin: type[Plugin], colours: Mapping[str, str]) -> RenderableType
 
 
 def preset_view(name: str, catalogue: Catalogue, colours: Mapping[str, str]) -> RenderableType:
-    """A preset: its description and its file."""
+    """Return the description and file of a preset."""
     preset = next((preset for preset in catalogue.presets if preset.name == name), None)
     about = Text((visible(preset.description) if preset else "") + "\n")
     try:
