@@ -90,7 +90,7 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """How a run stands, and what is new since the snapshot before.
+    """The state of a run, and the news since the last snapshot.
 
     Attributes: as the package's docstring has them; `rows` are columns, (generations,) each.
     """

@@ -1,4 +1,4 @@
-"""How fast a search goes now, not on average."""
+"""The present speed of a search."""
 
 import time
 from collections import deque
@@ -21,7 +21,7 @@ class Speed:
         self._counts: deque[tuple[float, int, int]] = deque()
 
     def add(self, generation: int, evaluations: int) -> None:
-        """Take note of how far the search is now."""
+        """Note the progress of the search."""
         now = self._clock()
         self._counts.append((now, generation, evaluations))
         while len(self._counts) > 2 and now - self._counts[1][0] >= self._recent:

@@ -1,4 +1,4 @@
-"""A run that is not evolved from here: at rest, or written by another process."""
+"""A run that is at rest, or written by another process."""
 
 import asyncio
 import time
@@ -24,7 +24,7 @@ RECENT = 3.0  # seconds over which speeds are taken
 
 
 class RunWatcher:
-    """Snapshots of a run folder as it grows; no plugin is loaded but for the champion.
+    """Snapshots of a run folder as it grows; only the champion needs a plugin.
 
     An asynchronous iterator of snapshots, the first with all rows and events. It ends with
     the first snapshot of a run that no process writes.
@@ -49,7 +49,7 @@ class RunWatcher:
         self._last = Snapshot("elsewhere")
 
     async def __aiter__(self) -> AsyncIterator[Snapshot]:
-        """Look again and again, in a thread."""
+        """Yield a snapshot every period, read in a thread."""
         while True:
             snapshot = await asyncio.to_thread(self.look)
             yield snapshot
@@ -113,7 +113,7 @@ class RunWatcher:
         )
 
     def _champion(self, run: RunSnapshot, checkpoint: Checkpoint) -> Best | None:
-        """The best so far; without its genome where the body's plugin is not to be had."""
+        """Return the best so far; without its genome where that cannot be read."""
         if not np.isfinite(checkpoint.best_score):
             return None
         generation, score = checkpoint.generation - checkpoint.stagnation, checkpoint.best_score
@@ -131,7 +131,7 @@ class RunWatcher:
 
 
 def _islands(run: RunSnapshot, checkpoint: Checkpoint) -> tuple[float, ...]:
-    """The best score of each island; () where there is one population."""
+    """Return the best score of each island; () where there is one population."""
     number = run.stages[-1].outline.islands.number
     if number == 1 or len(checkpoint.scores) % number:
         return ()

@@ -39,7 +39,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 - **By** generation, by how many individuals were evaluated, or by seconds: with a larger
   population, a generation costs more.
 - Below, what became of each run, and the options in which they differ. Where one was changed on
-  the way, the generation is told from which on: a dotted line on the curves.
+  the way, the table names the generation, and the curves have a dotted line there.
 - Left and right choose a run; **open** it, or **replay** its champion, beside that of the other
   run where there are two.
 """
@@ -155,13 +155,11 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         what = self.quantity if self.quantity == "diversity" else f"{self.quantity} score"
         self.sub_title = f"{what} by {self.by}"
 
-    def watch_quantity(self) -> None:
-        self._say()
-        self._draw()
-
     def watch_by(self) -> None:
         self._say()
         self._draw()
+
+    watch_quantity = watch_by
 
     def notify_style_update(self) -> None:
         super().notify_style_update()

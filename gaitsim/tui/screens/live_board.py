@@ -53,7 +53,7 @@ class Board(Vertical):
 
     def __init__(self, run: Path, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(id="live-board")
-        self._run, self._clock = run, clock
+        self._clock = clock
         self.curves = Curves(message="no generation yet", id="live-curves")
         self.canvas = BodyCanvas(message="no champion yet", clock=clock)
         self._status, self._champion = Lines(id="live-status"), Lines(id="live-champion")
@@ -65,7 +65,7 @@ class Board(Vertical):
         self._stale = True
         self._widths = (0, 0, 0, 0)  # of what was drawn last; 0 draws all
         self._styles: formatting.Styles = {}
-        self._stage: ChampionMover | None = None
+        self._mover = ChampionMover(run)
         self._shown: Best | None = None
         self._moving = False
         self._moved = -CHAMPION_EVERY
@@ -170,10 +170,8 @@ class Board(Vertical):
 
     @work(group="champion")
     async def _move(self, best: Best, stage: int) -> None:
-        if self._stage is None or self._stage.number != stage:
-            self._stage = ChampionMover(self._run, stage)
         try:
-            self.canvas.set_skeleton(await asyncio.to_thread(self._stage.move, best))
+            self.canvas.set_skeleton(await asyncio.to_thread(self._mover.move, best, stage))
         except GaitsimError as error:
             self.canvas.set_skeleton(None, str(error))
         self._shown, self._moving = best, False

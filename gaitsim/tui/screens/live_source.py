@@ -56,26 +56,21 @@ def about(run: Path) -> str:
 
 
 class ChampionMover:
-    """Moves the champions of one stage of a run.
+    """Moves the champions of the run in the folder `run`."""
 
-    Args:
-        run: its folder.
-        number: of the stage.
-    """
-
-    def __init__(self, run: Path, number: int) -> None:
-        self.number = number
-        self._run = run
+    def __init__(self, run: Path) -> None:
+        self._run, self._stage = run, 0
         self._experiment: Experiment | None = None
 
-    def move(self, champion: Best) -> Skeleton:
-        """Return the skeleton of a champion.
+    def move(self, champion: Best, stage: int) -> Skeleton:
+        """Return the skeleton of a champion, in the experiment of a stage.
 
         Raises:
             GaitsimError: its body's plugin is missing, or cannot move or draw it.
         """
-        if self._experiment is None:  # of the same body as long as scores can be compared
+        if self._experiment is None or stage != self._stage:
             self._experiment = RunSnapshot(self._run).experiment_at(champion.generation)
+            self._stage = stage
         experiment = self._experiment
         if not champion.genome:
             raise RunError("the champion cannot be read", remedy="see what 'gaitsim show' says")

@@ -127,17 +127,15 @@ highlighted keeps its contract, and says what is to be mended.
             return Group(head, preset_view(name, self.catalogue, colours))
         return Group(head, plugin_view(kind, name, self.catalogue, colours))
 
-    def action_check(self) -> None:
-        chosen = self._chosen()
-        if chosen is not None and self._reports.get(chosen, {}) is not None:
-            self._check(*chosen)
-
     @work
-    async def _check(self, kind: str, name: str) -> None:
-        self._reports[kind, name] = None
+    async def action_check(self) -> None:
+        chosen = self._chosen()
+        if chosen is None or self._reports.get(chosen, {}) is None:
+            return
+        self._reports[chosen] = None
         self._show()
-        self._reports[kind, name] = await checked(kind, name)
-        if self._chosen() == (kind, name):
+        self._reports[chosen] = await checked(*chosen)
+        if self._chosen() == chosen:
             self._show()
 
     @on(OptionList.OptionSelected, "#installed")

@@ -40,7 +40,6 @@ class BodyCanvas(Cells, can_focus=True):
         clock: seconds that pass, for tests.
     """
 
-    HELP = "Drag or use the arrow keys to turn, + and − to zoom, f to follow, v for other sides."
     COMPONENT_CLASSES: ClassVar[set[str]] = {
         "canvas--ground",
         "canvas--track",

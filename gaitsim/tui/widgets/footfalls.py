@@ -17,11 +17,7 @@ SHARE = 0.36  # of the terminal's height, at most
 
 
 class FootfallStrip(Cells):
-    """The footfall diagram (Hildebrand 1965) around a frame; not displayed for a body without feet.
-
-    Args:
-        skeleton: to begin with.
-    """
+    """The footfall diagram (Hildebrand 1965) around a frame; hidden for a body without feet."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {
         "footfalls--swing",
@@ -43,13 +39,13 @@ class FootfallStrip(Cells):
 
     frame: reactive[int] = reactive(0, repaint=False, init=False)
 
-    def __init__(self, skeleton: Skeleton | None = None, **settings: Any) -> None:
+    def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         self._rate = 1.0
         self._touching = np.empty((0, 0), dtype=np.bool_)
         self._names: tuple[str, ...] = ()
         self._sides: NDArray[np.intp] = np.empty(0, dtype=np.intp)
-        self.set_skeleton(skeleton)
+        self.set_skeleton(None)
 
     def set_skeleton(self, skeleton: Skeleton | None) -> None:
         """Show another body's feet."""

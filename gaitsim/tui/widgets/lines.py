@@ -16,9 +16,9 @@ class Lines(Widget):
 
     DEFAULT_CSS = "Lines { width: 1fr; height: auto; }"
 
-    def __init__(self, lines: Sequence[Text] = (), **settings: Any) -> None:
+    def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
-        self._lines = list(lines)
+        self._lines: list[Text] = []
         self._strips: dict[int, Strip] = {}
 
     def show(self, lines: Sequence[Text]) -> None:
