@@ -94,6 +94,8 @@ def _type(annotation: Any) -> str:
         return " or ".join(map(literal, choices))
     if origin in (Union, types.UnionType):
         return " or ".join(_type(member) for member in members if member is not type(None))
+    if origin is dict:
+        return "a table of values by key"
     if origin in (tuple, list):
         if not members:
             return "a list"

@@ -23,7 +23,7 @@ POINTS = 256
 PATIENCE = 10
 """How many times as long as reading took we wait before we read again."""
 
-State = Literal["running", "stopped", "finished", "old format", "damaged"]
+State = Literal["running", "stopped", "finished", "other format", "damaged"]
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class _Watched:
                 self._finished = bool(stop_reason_of(run))
             self._curve.extend(self._follower.read_rows(run))
         except GaitsimError as error:
-            old = isinstance(error, SchemaVersionError)
-            return Overview(state="old format" if old else "damaged", problem=error, **known)
+            other = isinstance(error, SchemaVersionError)
+            return Overview(state="other format" if other else "damaged", problem=error, **known)
         known |= {"curve": self._curve.points, "seconds": self._curve.seconds}
         return Overview(state="stopped", **known)

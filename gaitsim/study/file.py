@@ -16,7 +16,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.loading import read_file
 from gaitsim.experiment.problems import Problems
-from gaitsim.registry import STUDIES, cached_entries
+from gaitsim.registry import STUDIES, cached_entries, options
 from gaitsim.registry.presets import read_preset
 
 SCHEMA = 1
@@ -200,7 +200,9 @@ def _explain(problems: Problems, data: Mapping[str, Any], error: ValidationError
         else:
             field = fields[parts[0]]
             shown = toml.literal(data.get(parts[0]))
-            problems.report(key, f"{shown} is not allowed: {field.description}", detail["msg"])
+            problems.report(
+                key, f"{shown} is not allowed: {field.description}", options.allowed(field)
+            )
 
 
 def resolved(study: Study) -> dict[str, str]:

@@ -55,7 +55,7 @@ def test_a_seed_that_is_an_axis_stays_as_it_is() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ("repeats = 4|repeats = 0", "greater than or equal to 1"),
+        ("repeats = 4|repeats = 0", "a whole number ≥ 1"),
         ("from = 5, to = 9|from = 9, to = 5", "the range from 9 to 5 is empty"),
         ("step = 2|step = 0", "greater than 0"),
         ("= [2, 3]|= []", "an axis without values"),

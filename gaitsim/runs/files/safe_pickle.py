@@ -129,7 +129,7 @@ def loads(data: bytes, path: Path) -> dict[str, Any]:
     if length != len(data) - HEADER:
         raise _refusal(path, f"it is damaged: {len(data) - HEADER:,} bytes of {length:,} are there")
     if _digest(memoryview(data)) != data[_DIGEST]:
-        raise _refusal(path, "it is damaged: its digest does not fit")
+        raise _refusal(path, "it is damaged: its checksum is wrong")
     if version > VERSION:
         raise SchemaVersionError(
             f"{path.name} was written by a newer gaitsim",
@@ -160,7 +160,8 @@ def _older(path: Path, version: int, content: dict[str, Any]) -> SchemaVersionEr
         f"{path.name} was written by {writer} in the old format {version}",
         where=str(path),
         allowed=f"format {VERSION}",
-        remedy=f"open it with {writer}, or begin a new run with its experiment.toml: gaitsim run",
+        remedy="open it with the gaitsim that wrote it, or begin a new run with the experiment.toml"
+        " of its folder: gaitsim run FOLDER/experiment.toml",
     )
 
 

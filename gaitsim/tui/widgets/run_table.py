@@ -19,7 +19,7 @@ STATES = {
     "running": ("● running", "success"),
     "stopped": ("■ stopped", "warning"),
     "finished": ("✓ finished", "primary"),
-    "old format": ("✗ old", "warning"),
+    "other format": ("✗ format", "warning"),
     "damaged": ("✗ damaged", "error"),
 }
 _ORDER = list(STATES)
