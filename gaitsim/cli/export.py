@@ -1,5 +1,6 @@
 """`gaitsim export`."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
@@ -16,7 +17,7 @@ from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 Format = Literal[GaitFormat, "servo"]
-_SERVO = "Servo table"  # where --help shows the options
+_servo = partial(typer.Option, rich_help_panel="Servo table")
 
 
 def export(
@@ -32,38 +33,18 @@ def export(
     generation: BestOf = None,
     keyframe_ms: Annotated[
         int | None,
-        typer.Option(
-            min=1,
-            max=60_000,
-            help="Milliseconds between two rows. Default: every frame.",
-            rich_help_panel=_SERVO,
-        ),
+        _servo(min=1, max=60_000, help="Milliseconds between two rows. Default: every frame."),
     ] = None,
-    centre: Annotated[
-        float | None,
-        typer.Option(help="Degrees of the pose at rest. Default: 0.", rich_help_panel=_SERVO),
-    ] = None,
+    centre: Annotated[float | None, _servo(help="Degrees of the pose at rest. Default: 0.")] = None,
     low: Annotated[
-        float | None,
-        typer.Option(
-            "--min",
-            help="Minimum degrees of the servos. Default: centre − 90.",
-            rich_help_panel=_SERVO,
-        ),
+        float | None, _servo("--min", help="Minimum degrees of the servos. Default: centre − 90.")
     ] = None,
     high: Annotated[
-        float | None,
-        typer.Option(
-            "--max", help="Maximum degrees. Default: centre + 90.", rich_help_panel=_SERVO
-        ),
+        float | None, _servo("--max", help="Maximum degrees. Default: centre + 90.")
     ] = None,
     clip: Annotated[
         bool,
-        typer.Option(
-            "--clip",
-            help="Clip angles beyond that range; otherwise they are an error.",
-            rich_help_panel=_SERVO,
-        ),
+        _servo("--clip", help="Clip angles beyond that range; otherwise they are an error."),
     ] = False,
 ) -> None:
     """Write the champion's joint angles to a file, in radians or for servos.
