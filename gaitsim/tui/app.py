@@ -149,15 +149,14 @@ class GaitsimApp(App[None]):
 
         self.push_screen(Plugins())
 
-    def open_export(self, run: Path) -> None:
+    @work
+    async def open_export(self, run: Path) -> None:
         """Ask what to make of a run: a gait file, a plot, a video, an analysis."""
         from gaitsim.tui.screens.export_dialog import ExportDialog
 
-        def begin(arguments: Sequence[str] | None) -> None:
-            if arguments:
-                self.begin_task(arguments)
-
-        self.push_screen(ExportDialog(run), begin)
+        arguments = await self.push_screen_wait(ExportDialog(run))
+        if arguments:
+            self.begin_task(arguments)
 
     def begin_task(self, arguments: Sequence[str]) -> None:
         """Run a gaitsim command in the background."""

@@ -1,5 +1,6 @@
 """What is the same on every screen: help, palette, jump mode, themes, keys, quitting."""
 
+import asyncio
 import os
 import re
 import subprocess
@@ -123,6 +124,20 @@ class TestPalette:
         from textual.content import Content
 
         assert Content.from_markup(unmarked(text)).plain == text
+
+
+def test_a_worker_ends_when_its_screen_was_left_meanwhile(walk, drive):
+    walk()
+
+    async def test(driver):
+        screen = GaitScreen()
+        await driver.app.push_screen(screen)
+        assert await screen.in_thread(int, "3") == 3
+        await driver.app.pop_screen()
+        with pytest.raises(asyncio.CancelledError):
+            await screen.in_thread(int, "3")
+
+    drive(test)
 
 
 class TestJump:

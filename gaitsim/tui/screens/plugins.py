@@ -36,8 +36,8 @@ Everything that a run is made of comes from installed packages: the bundled ones
 On the left is what there is, a ✗ before what cannot be used; on the right where it comes from,
 what it is, and its options with their defaults and bounds.
 
-Enter begins a **new run** with a body or a preset. c **checks** whether what is
-highlighted keeps its contract, and says what is to be mended.
+Enter begins a **new run** with a body or a preset. c **checks** whether the highlighted plugin
+keeps its contract, and says what to fix.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("n", "new", "New run", id="plugins.new", tooltip="A new run with it"),
