@@ -39,6 +39,7 @@ def _checkpoint(**changes):
         "stagnation": 2,
         "best_score": 2.5,
         "threshold": 2.0,
+        "stages": (),
     }
     return Checkpoint(**values | changes)
 

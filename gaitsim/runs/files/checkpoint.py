@@ -1,32 +1,38 @@
 """What a checkpoint and a champion hold, checked to the last key when they are read."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator, ConfigDict, StrictStr, TypeAdapter, ValidationError
 
 from gaitsim.contracts import Array, Genomes
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.atomic import set_aside, write_bytes, write_rotating
 from gaitsim.runs.files.schema import (
-    MismatchError,
+    EXACT_KEYS,
+    BelowInfinity,
+    Count,
+    Finite,
+    Name,
+    Names,
+    Number,
     array,
-    below_infinity,
-    count,
-    each,
-    exactly,
-    finite,
-    name,
-    named,
-    optional,
+    first_problem,
     plain_array,
-    record,
-    text,
 )
+
+_T = TypeVar("_T")
+_GENES = ("<f8", "|u1")
+_REAL = ("<f8",)
+_SCORES = array(("population",), _REAL, "finite or −inf", lambda scores: scores < np.inf)
+_TERM = array(("population",), _REAL, "a number", np.ones_like)
+_POPULATION = array(("population", "genes"), _GENES, "finite", np.isfinite)
+_GENOME = array(("genes",), _GENES, "finite", np.isfinite)
 
 
 @dataclass(frozen=True)
@@ -39,9 +45,11 @@ class Stage:
         versions: of gaitsim, NumPy and each plugin's package then, by name.
     """
 
-    generation: int
-    experiment: str
-    versions: dict[str, str]
+    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
+
+    generation: Number
+    experiment: StrictStr
+    versions: Names
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,19 +73,20 @@ class Checkpoint:
     """
 
     kind: ClassVar[str] = "population"
+    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
 
-    experiment: str
-    versions: dict[str, str]
-    generation: int
-    evaluations: int
-    genomes: Genomes
-    scores: NDArray[np.float64]
-    terms: dict[str, NDArray[np.float64]]
-    reasons: dict[str, str]
-    stagnation: int
-    best_score: float
-    threshold: float | None
-    stages: tuple[Stage, ...] = field(default=())
+    experiment: StrictStr
+    versions: Names
+    generation: Number
+    evaluations: Count
+    genomes: Annotated[Genomes, _POPULATION]
+    scores: Annotated[NDArray[np.float64], _SCORES]
+    terms: dict[Name, Annotated[NDArray[np.float64], _TERM]]
+    reasons: dict[Name, StrictStr]
+    stagnation: Count
+    best_score: BelowInfinity
+    threshold: Finite | None
+    stages: tuple[Stage, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,13 +103,14 @@ class Champion:
     """
 
     kind: ClassVar[str] = "champion"
+    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
 
-    experiment: str
-    versions: dict[str, str]
-    generation: int
-    genome: Array
-    score: float
-    terms: dict[str, float]
+    experiment: StrictStr
+    versions: Names
+    generation: Number
+    genome: Annotated[Array, _GENOME]
+    score: Finite
+    terms: dict[Name, Finite]
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None = None) -> None:
@@ -135,14 +145,12 @@ def read_checkpoint(path: Path) -> Checkpoint:
         CheckpointError: it is missing, damaged, foreign or hostile.
         RunError: it may not be read.
     """
-    checkpoint: Checkpoint = _unpack(path, Checkpoint.kind)
-    return checkpoint
+    return _unpack(path, Checkpoint.kind, _CHECKPOINT)
 
 
 def read_champion(path: Path) -> Champion:
     """Read a champion, as safely as `read_checkpoint`, with the same errors."""
-    champion: Champion = _unpack(path, Champion.kind)
-    return champion
+    return _unpack(path, Champion.kind, _CHAMPION)
 
 
 def read_with_fallback(
@@ -190,95 +198,64 @@ def read_with_fallback(
         return checkpoint, f"{damage}; {instead}; {error.what}"
 
 
-def _check_checkpoint(**values: Any) -> Checkpoint:
-    """A checkpoint whose values fit each other."""
-    checkpoint = Checkpoint(**values)
+def _check(checkpoint: Checkpoint) -> Checkpoint:
+    """Check that the values of a checkpoint fit each other."""
     individuals = len(checkpoint.genomes)
     failed = checkpoint.scores == -np.inf
     if len(checkpoint.scores) != individuals:
-        raise MismatchError("scores", f"as many as the {individuals} genomes")
+        raise ValueError(f"scores should be as many as the {individuals} genomes")
     for term_name, term in checkpoint.terms.items():
         if len(term) != individuals:
-            raise MismatchError(f"terms.{term_name}", f"as long as the {individuals} genomes")
+            raise ValueError(f"terms.{term_name} should be as long as the {individuals} genomes")
         if not (np.isfinite(term) | failed).all():
-            raise MismatchError(f"terms.{term_name}", "finite where the score is")
+            raise ValueError(f"terms.{term_name} should be finite where the score is")
     if not checkpoint.reasons.keys() <= {str(index) for index in np.flatnonzero(failed)}:
-        raise MismatchError("reasons", "given for individuals with the score −inf alone")
+        raise ValueError("reasons should be given for individuals with the score −inf alone")
     ends = [0, *(stage.generation for stage in checkpoint.stages), checkpoint.generation]
     if checkpoint.stages and not all(before < end for before, end in pairwise(ends)):
-        raise MismatchError("stages", "in the order of their generations, before the checkpoint's")
+        raise ValueError("stages should end in order, before the checkpoint's generation")
     return checkpoint
 
 
-_NUMBER = exactly(int, "a whole number, 1 or more", lambda value: value >= 1)
-_GENES = ("<f8", "|u1")
-_REAL = ("<f8",)
-_CHECKPOINT = record(
-    _check_checkpoint,
-    {
-        "experiment": text,
-        "versions": named(name),
-        "generation": _NUMBER,
-        "evaluations": count,
-        "genomes": array(("population", "genes"), _GENES, "finite", np.isfinite),
-        "scores": array(("population",), _REAL, "finite or −inf", lambda scores: scores < np.inf),
-        "terms": named(array(("population",), _REAL, "a number", np.ones_like)),
-        "reasons": named(text),
-        "stagnation": count,
-        "best_score": below_infinity,
-        "threshold": optional(finite),
-        "stages": each(
-            record(Stage, {"generation": _NUMBER, "experiment": text, "versions": named(name)})
-        ),
-    },
-)
-_CHAMPION = record(
-    Champion,
-    {
-        "experiment": text,
-        "versions": named(name),
-        "generation": _NUMBER,
-        "genome": array(("genes",), _GENES, "finite", np.isfinite),
-        "score": finite,
-        "terms": named(finite),
-    },
-)
-_RULES = {Checkpoint.kind: _CHECKPOINT, Champion.kind: _CHAMPION}
+_CHECKPOINT: TypeAdapter[Checkpoint] = TypeAdapter(Annotated[Checkpoint, AfterValidator(_check)])
+_CHAMPION = TypeAdapter(Champion)
 
 
 def pack(record: Checkpoint | Champion) -> bytes:
-    """The file of `record`, which the rule that will read it has accepted.
+    """Return the file of `record`, after the check that it can be read.
 
     Raises:
-        ValueError: it is not one; see `Checkpoint` and `Champion`.
+        ValueError: it cannot; see `Checkpoint` and `Champion`.
     """
     content = _plain(record)
     try:
-        _RULES[record.kind](content, record.kind)
-    except MismatchError as error:
-        raise ValueError(f"this {record.kind} cannot be written: {error}") from error
+        (_CHECKPOINT if isinstance(record, Checkpoint) else _CHAMPION).validate_python(content)
+    except ValidationError as error:
+        key, wrong = first_problem(error, record.kind)
+        raise ValueError(f"this {record.kind} cannot be written: {key}: {wrong}") from error
     return safe_pickle.dumps({"kind": record.kind, **content})
 
 
-def _unpack(path: Path, kind: str) -> Any:
+def _unpack(path: Path, kind: str, adapter: TypeAdapter[_T]) -> _T:
     content = safe_pickle.load(path)
-    found = content.pop("kind", None)
+    key, allowed = "kind", repr(kind)
     try:
-        exactly(str, repr(kind), lambda found: found == kind)(found, "kind")
-        return _RULES[kind](content, kind)
-    except MismatchError as error:
-        raise CheckpointError(
-            f"{path.name} does not hold a {kind} as gaitsim writes it: {error.key} is wrong",
-            where=str(path),
-            allowed=f"{error.key}: {error.allowed}",
-            remedy="use a file that gaitsim wrote: this one is of another kind or was changed",
-        ) from error
+        if content.pop("kind", None) == kind:
+            return adapter.validate_python(content)
+    except ValidationError as error:
+        key, allowed = first_problem(error, kind)
     except MemoryError as error:
         raise CheckpointError(
             f"{path.name} needs more memory than there is",
             where=str(path),
             remedy="close other programs, or use a machine with more memory",
         ) from error
+    raise CheckpointError(
+        f"{path.name} does not hold a {kind} as gaitsim writes it: {key} is wrong",
+        where=str(path),
+        allowed=f"{key}: {allowed}",
+        remedy="use a file that gaitsim wrote: this one is of another kind or was changed",
+    )
 
 
 def _plain(value: Any) -> Any:
