@@ -19,7 +19,7 @@ from gaitsim.runs.files.checkpoint import (
     read_checkpoint,
     read_with_fallback,
 )
-from gaitsim.runs.files.checksums import read_checksums
+from gaitsim.runs.files.checksums import RECORD
 from gaitsim.runs.files.folder import (
     CHECKPOINT,
     CHECKSUMS,
@@ -32,7 +32,13 @@ from gaitsim.runs.files.folder import (
     ends_early,
     unfinished,
 )
-from gaitsim.runs.files.history import header, read_history, read_islands, used_terms
+from gaitsim.runs.files.history import (
+    header,
+    read_history,
+    read_islands,
+    read_records,
+    used_terms,
+)
 from gaitsim.runs.stages import RunStage, stages_of
 
 
@@ -190,7 +196,7 @@ class RunFiles:
         Raises:
             RunError: they cannot be read.
         """
-        return read_checksums(self.path / CHECKSUMS)[: self.generation]
+        return read_records(self.path / CHECKSUMS, RECORD)[: self.generation]
 
     @cached_property
     def start(self) -> Champion | None:

@@ -1,4 +1,4 @@
-"""Training in stages: how a run's experiment changed on the way, and where."""
+"""Training in stages: the changes of a run's experiment, and the generations between them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,20 +10,20 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, ExperimentOutline, parse_experiment, read_outline
 from gaitsim.registry import load_class
 from gaitsim.registry.class_validation import PLUGIN
-from gaitsim.runs.files.checkpoint import Checkpoint
+from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 
 SCORING = ("organism", "fitness")
 
 
 @dataclass(frozen=True)
 class Change:
-    """An option by which two experiments evolve differently.
+    """A changed option that makes two experiments evolve differently.
 
     Attributes:
-        key: of the option, such as `mutation.rate`.
+        key: the key of the option, such as `mutation.rate`.
         then: its value before; None where it was not set.
         now: its value after.
-        options: where another plugin is chosen, its options.
+        options: the options of a newly chosen plugin.
     """
 
     key: str
@@ -32,7 +32,7 @@ class Change:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        """What changed; of another plugin's options, those that are not as it has them."""
+        """Return key and values, with the options of a new plugin that differ from its defaults."""
         found = _unusual(self.key.partition(".")[0], self.now, self.options)
         more = ", ".join(f"{name} {_text(value)}" for name, value in found.items())
         now = f"{_text(self.now)} ({more})" if more else _text(self.now)
@@ -40,7 +40,7 @@ class Change:
 
     @property
     def reevaluates(self) -> bool:
-        """Whether scores from before it and after it cannot be compared."""
+        """Whether scores before and after the change cannot be compared."""
         return self.key.split(".")[0] in SCORING
 
 
@@ -49,12 +49,12 @@ class RunStage:
     """Generations of a run that were evolved under one experiment.
 
     Attributes:
-        number: from 1.
+        number: its number, from 1.
         first: its first generation.
-        last: its last generation; so far, of the present stage.
-        experiment: as resolved TOML.
-        versions: of gaitsim, NumPy and each plugin's package then, by name.
-        changes: what makes it differ from the stage before.
+        last: its last generation; of the current stage, the latest one.
+        experiment: the experiment as resolved TOML.
+        versions: the versions of gaitsim, NumPy and each plugin's package then, by name.
+        changes: the changes against the stage before.
     """
 
     number: int
@@ -69,24 +69,23 @@ class RunStage:
         """The experiment, without its plugins.
 
         Raises:
-            GaitsimError: the checkpoint holds something else.
+            GaitsimError: the text is not an experiment.
         """
         return read_outline(self.experiment, f"the experiment of stage {self.number}")
 
     @property
     def reevaluated(self) -> bool:
-        """Whether its scores cannot be compared with those of the stage before."""
+        """Whether its scores cannot be compared with scores of the stage before."""
         return any(change.reevaluates for change in self.changes)
 
 
 def stages_of(checkpoint: Checkpoint) -> tuple[RunStage, ...]:
-    """Return the stages of the run that a checkpoint belongs to, the present one last."""
+    """Return the stages of the run that a checkpoint belongs to, the current one last."""
     found: list[RunStage] = []
-    ended = [(stage.generation, stage.experiment, stage.versions) for stage in checkpoint.stages]
-    present = (checkpoint.generation, checkpoint.experiment, checkpoint.versions)
-    for last, experiment, versions in (*ended, present):
+    ends: tuple[Stage | Checkpoint, ...] = (*checkpoint.stages, checkpoint)
+    for one in ends:
         first = found[-1].last + 1 if found else 1
-        stage = RunStage(len(found) + 1, first, last, experiment, versions, ())
+        stage = RunStage(len(found) + 1, first, one.generation, one.experiment, one.versions, ())
         if found:
             stage = replace(stage, changes=changes(found[-1].outline, stage.outline))
         found.append(stage)
@@ -94,7 +93,7 @@ def stages_of(checkpoint: Checkpoint) -> tuple[RunStage, ...]:
 
 
 def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...]:
-    """By what an experiment differs from that of a checkpoint: it begins a stage, if by anything.
+    """Return the changes against the experiment of a checkpoint; any change begins a stage.
 
     Raises:
         PluginError: the experiment cannot be written.
@@ -103,7 +102,7 @@ def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...
     if now == checkpoint.experiment:
         return ()
     try:
-        # As it reads today: an option that a package has got since then is no change.
+        # Parsed today, so that an option that a package gained since then is not a change.
         before = parse_experiment(checkpoint.experiment, "the checkpoint").to_toml()
     except GaitsimError:
         before = checkpoint.experiment
@@ -112,17 +111,12 @@ def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...
 
 
 def comparable(stages: Sequence[RunStage]) -> int:
-    """The first generation whose scores can be compared with those of the last stage."""
-    first = stages[-1]
-    for stage in reversed(stages):
-        first = stage
-        if stage.reevaluated:
-            break
-    return first.first
+    """Return the first generation whose scores can be compared with the last stage's."""
+    return next((stage.first for stage in reversed(stages) if stage.reevaluated), 1)
 
 
 def changes(then: ExperimentOutline, now: ExperimentOutline) -> tuple[Change, ...]:
-    """Return the options by which two experiments evolve differently."""
+    """Return the changed options that make two experiments evolve differently."""
     before, after = then.search_options(), now.search_options()
     found = []
     for section in sorted({*before, *after}):
@@ -139,7 +133,7 @@ def changes(then: ExperimentOutline, now: ExperimentOutline) -> tuple[Change, ..
 
 
 def _unusual(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The options of a plugin that are not its defaults; all where it is not installed."""
+    """Return the options that differ from a plugin's defaults; all where it is not installed."""
     if not given:
         return {}
     try:

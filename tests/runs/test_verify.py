@@ -13,7 +13,6 @@ from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
 from gaitsim.runs.files.checksums import (
     RECORD,
     genomes_checksum,
-    read_checksums,
     row_checksum,
     scores_checksum,
 )
@@ -352,7 +351,7 @@ def test_an_old_run_is_verified_by_history_and_bests(run):
     assert (verdict.identical, verdict.without_checksum, verdict.origins) == (True, LAST, ())
     # Gone on with, it has digests of the new generations alone.
     evolve(run.path, generations=LAST + 2)
-    assert len(read_checksums(run.path / "checksums.bin")) == LAST + 2
+    assert len(RunSnapshot(run.path).checksums) == LAST + 2
     verdict = everything(run)
     assert (verdict.identical, verdict.without_checksum) == (True, LAST)
     assert [origin.first for origin in verdict.origins] == [LAST + 1]

@@ -35,11 +35,8 @@ def write_bytes(path: Path, data: bytes) -> None:
     Raises:
         RunError: the file cannot be written; `path` is whole, and most likely as it was.
     """
-    with writing(path):
-        path = _place(path)
-        with _partial(path.parent, data) as partial:
-            partial.replace(path)
-            sync_folder(path.parent)
+    with replacing(path) as partial:
+        partial.write_bytes(data)
 
 
 def write_rotating(path: Path, previous: Path, data: bytes) -> None:

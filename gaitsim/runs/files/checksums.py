@@ -8,15 +8,11 @@ import hashlib
 import math
 import struct
 from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.contracts import Array, Genomes
 from gaitsim.evaluation import Evaluation
-from gaitsim.runs.files.history import read_records
 
 SIZE = 32
 RECORD = np.dtype([(part, f"V{SIZE}") for part in ("genomes", "scores", "row")])
@@ -67,15 +63,6 @@ def row_checksum(row: Mapping[str, float], bests: bytes) -> bytes:
     digest.update("\0".join(cells).encode())
     digest.update(struct.pack(f"<{len(cells)}d", *cells.values()))
     return digest.digest()
-
-
-def read_checksums(path: Path) -> NDArray[Any]:
-    """Every generation's record; none where there is no file.
-
-    Raises:
-        RunError: it cannot be read.
-    """
-    return read_records(path, RECORD)
 
 
 def _little(values: Array) -> bytes:

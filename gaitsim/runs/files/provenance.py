@@ -4,42 +4,48 @@ Another processor may round the last bit of a number differently. An entry holds
 generation on; another one follows where other versions resume the run.
 """
 
-import json
 import platform
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import PROVENANCE
+from gaitsim.runs.files.schema import EXACT_KEYS
 
 LARGEST = 10_000_000  # bytes
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """What generations were made with.
+    """Versions and processor that generations were made with.
 
     Attributes:
-        first: the generation from which on this holds.
+        first: the first of these generations.
         parts: names and versions: of gaitsim, its plugins' packages, Python, the numerical
             libraries that were used, and the processor.
     """
 
+    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
+
     first: int
-    parts: Mapping[str, str]
+    parts: dict[str, str]
+
+
+_ENTRIES = TypeAdapter(list[Provenance])
 
 
 def current_versions(experiment: Experiment) -> dict[str, str]:
-    """What is used now; ask after the first evaluation, when all that is used is loaded."""
+    """Return what is used now; complete after the first evaluation, when all is loaded."""
     config: Any = np.show_config(mode="dicts")
     blas = config.get("Build Dependencies", {}).get("blas", {})
     found = {
@@ -61,24 +67,23 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
 
 
 def write_provenance(folder: Path, first: int, parts: Mapping[str, str]) -> None:
-    """Add an entry, unless the one before says the same; those from `first` on are dropped.
+    """Add an entry, unless the one before is equal; drop entries from `first` on.
 
     Raises:
         RunError: it cannot be written.
     """
     try:
         kept = [origin for origin in read_provenance(folder) if origin.first < first]
-    except RunError:  # damaged, it hinders nobody from going on
+    except RunError:  # a damaged file must not prevent resuming
         kept = []
     if kept and kept[-1].parts == parts:
         return
-    entries = [{"first": one.first, "parts": dict(one.parts)} for one in kept]
-    entries.append({"first": first, "parts": dict(parts)})
-    write_bytes(folder / PROVENANCE, (json.dumps(entries, indent=1) + "\n").encode())
+    entries = [*kept, Provenance(first, dict(parts))]
+    write_bytes(folder / PROVENANCE, _ENTRIES.dump_json(entries, indent=1) + b"\n")
 
 
 def read_provenance(folder: Path) -> list[Provenance]:
-    """The entries of a run, in order; [] where there are none.
+    """Return the entries of a run, in order; [] without a file.
 
     Raises:
         RunError: they are damaged, or cannot be read.
@@ -86,26 +91,17 @@ def read_provenance(folder: Path) -> list[Provenance]:
     path = folder / PROVENANCE
     try:
         with path.open("rb") as file:
-            found = json.loads(file.read(LARGEST + 1)[:LARGEST])
-        if not isinstance(found, list):
-            raise TypeError
-        return [_origin(**entry) for entry in found]
+            return _ENTRIES.validate_json(file.read(LARGEST), strict=True)
     except FileNotFoundError:
         return []
     except OSError as error:
         raise RunError(f"cannot read {path}: {error.strerror}") from None
-    except (ValueError, TypeError, RecursionError):
+    except ValidationError:
         raise RunError(f"{path.name} is damaged", where=str(path), remedy="remove it") from None
 
 
-def _origin(first: int, parts: Mapping[str, str]) -> Provenance:
-    if type(first) is not int or not all(isinstance(text, str) for text in parts.values()):
-        raise TypeError
-    return Provenance(first, parts)
-
-
 def differences(origins: Sequence[Provenance], now: Mapping[str, str]) -> list[str]:
-    """Where what a run was made with differs from what is here."""
+    """Return the differences between the entries of a run and the versions here."""
     found = []
     for at, origin in enumerate(origins):
         since = f" (from generation {origin.first} on)" if at or len(origins) > 1 else ""
