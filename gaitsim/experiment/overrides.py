@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gaitsim.errors import ExperimentError, GaitsimError, nearest
+from gaitsim.experiment.model import Evolution, Islands
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems, Typed
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
@@ -116,9 +117,7 @@ def _choose(table: dict[str, Any], section: str, name: Any, overrides: Overrides
 
 def _owner(data: dict[str, Any], name: str) -> str:
     """'did you mean …?' for an option given without its section, or ''."""
-    from gaitsim.experiment.model import Evolution, Islands
-
-    owners = ["evolution"] if name in Evolution.model_fields else []
-    owners += ["islands"] if name in Islands.model_fields else []
-    owners += [kind for kind in KINDS if isinstance(data.get(kind), dict) and name in data[kind]]
+    options_of = {"evolution": Evolution.model_fields, "islands": Islands.model_fields}
+    options_of |= {kind: data[kind] for kind in KINDS if isinstance(data.get(kind), dict)}
+    owners = [section for section, known in options_of.items() if name in known]
     return f"did you mean {f'{owners[0]}.{name}'!r}?" if owners else ""

@@ -1,4 +1,4 @@
-"""What the files of a run say, without any plugin. Each file is read once."""
+"""The contents of a run folder, read without any plugin. Each file is read once."""
 
 import os
 from dataclasses import dataclass
@@ -46,9 +46,9 @@ from gaitsim.runs.stages import RunStage, stages_of
 class RunFiles:
     """The contents of a run folder; its files are as safe to open as text files.
 
-    A file is read when it is first asked for, and kept. The run may grow meanwhile: records
-    after the generation of the checkpoint are left out. They belong to a generation that is
-    being written, or that a killed process left half written.
+    A file is read at its first use, and kept. The run may grow meanwhile: records after the
+    generation of the checkpoint are left out. They belong to a generation that is being
+    written, or that a killed process left incomplete.
 
     Attributes:
         path: the run's folder.
@@ -66,7 +66,7 @@ class RunFiles:
         try:
             return path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or "it is not a text in UTF-8"
+            reason = getattr(error, "strerror", None) or "it is not a text file in UTF-8"
             raise RunError(
                 f"cannot read {path}: {reason}",
                 remedy="restore it from a copy of the run; the checkpoint holds its text, too",
@@ -83,7 +83,6 @@ class RunFiles:
 
     @cached_property
     def _found(self) -> tuple[Checkpoint | None, str]:
-        """The checkpoint and a warning."""
         current, previous = self.path / CHECKPOINT, self.path / PREVIOUS
         if not current.exists() and not previous.exists():
             self._check_no_generation()
@@ -93,24 +92,24 @@ class RunFiles:
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """The latest whole checkpoint; None before the first generation.
+        """The latest undamaged checkpoint; None before the first generation.
 
         Raises:
-            CheckpointError: no whole one is left.
+            CheckpointError: all are damaged.
         """
         return self._found[0]
 
     @property
     def warning(self) -> str:
-        """Why `checkpoint` is not the last one, or ''."""
+        """Why `checkpoint` is the previous one, or ''."""
         return self._found[1]
 
     @cached_property
     def _previous(self) -> tuple[Checkpoint | None, str]:
         """The checkpoint of the generation before, and why it cannot be read."""
         path = self.path / PREVIOUS
-        # Not in a run of one generation, nor in a copy by `gaitsim fork`. And where the last one
-        # is damaged, this one stands in for it.
+        # A run of one generation and a copy by `gaitsim fork` have none. Where the last one is
+        # damaged, the previous one replaces it.
         if self.warning or not path.exists():
             return None, ""
         try:
@@ -126,7 +125,7 @@ class RunFiles:
 
     @property
     def damaged(self) -> tuple[str, ...]:
-        """The checkpoints that cannot be read, a text each: which, and why."""
+        """Messages about checkpoints that cannot be read: which, and why."""
         return tuple(text for text in (self.warning, self._previous[1]) if text)
 
     @property
@@ -147,7 +146,7 @@ class RunFiles:
 
     @cached_property
     def stages(self) -> tuple[RunStage, ...]:
-        """The stages of the run, the present one last; () before the first generation."""
+        """The stages of the run, the current one last; () before the first generation."""
         return stages_of(self.checkpoint) if self.checkpoint else ()
 
     @cached_property
@@ -164,11 +163,11 @@ class RunFiles:
         if not columns:
             raise ends_early(self.path, HISTORY, 0, self.generation)
         terms = [name for name in self.checkpoint.terms if name in columns]
-        # Without those of a stage whose first generation was not finished.
+        # Without columns of a stage whose first generation was not finished.
         return {name: columns[name] for name in header(used_terms(columns, terms))}
 
     def _cut(self, records: NDArray[Any], name: str) -> NDArray[Any]:
-        """The records of a file up to the checkpoint's generation."""
+        """Return the records of a file up to the checkpoint's generation."""
         if len(records) < self.generation:
             raise ends_early(self.path, name, len(records), self.generation)
         return records[: self.generation]
@@ -177,10 +176,10 @@ class RunFiles:
     def islands(self) -> NDArray[np.float64]:
         """The best score of each island by generation, (generations, islands).
 
-        Of a run of one population, (generations, 1): the best scores of the history.
+        For a run of one population these are the best scores of the history.
 
         Raises:
-            RunError: it is damaged, or ends before the checkpoint.
+            RunError: the file is damaged, or ends before the checkpoint.
         """
         if self.checkpoint is None:
             return np.empty((0, 1))
@@ -200,7 +199,7 @@ class RunFiles:
 
     @cached_property
     def start(self) -> Champion | None:
-        """The individual that the run began with; None where its first population was drawn.
+        """The individual that the run began with; None where it began at random.
 
         Raises:
             CheckpointError: its file is damaged or hostile.

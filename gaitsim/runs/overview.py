@@ -1,4 +1,4 @@
-"""Runs at a glance, cheaply enough to look once a second while others write them."""
+"""Runs at a glance, cheap enough to read once a second while other processes write them."""
 
 import math
 import os
@@ -19,9 +19,9 @@ from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
 POINTS = 256
-"""How many points a run's curve has at most; at least half as many once there are so many."""
+"""Maximum number of points of a run's curve; a longer run has at least half as many."""
 PATIENCE = 10
-"""How many times as long as reading took we wait before we read again."""
+"""Time between two readings of a run, as a multiple of the time that reading takes."""
 
 State = Literal["running", "stopped", "finished", "other format", "damaged"]
 
@@ -32,18 +32,18 @@ class Overview:
 
     Attributes:
         path: its folder.
-        state: whether a process evolves it now, it can be resumed, a stop condition
-            holds, another version of gaitsim wrote it, or it cannot be read.
+        state: running (a process evolves it now), stopped (it can be resumed), finished (a stop
+            condition holds), old format (another gaitsim wrote it), or damaged.
         plugins: the name of each plugin by kind.
         description: of its experiment.
         seed: of its experiment.
-        generation: the last one that is finished.
-        generations: how many are planned.
-        best: the best score so far that can be compared with the last one's; None before
-            the first, and where all failed.
-        stage: the number of the stage it is in, from 1.
-        seconds: how long it was evolved for.
-        changed: when it last changed, in seconds since 1970.
+        generation: the last finished generation.
+        generations: the number of planned generations.
+        best: the best score comparable with the last generation; None before the first, and
+            where all individuals failed.
+        stage: the number of the current stage, from 1.
+        seconds: the time that its evolution took.
+        changed: the time of its last change, in seconds since 1970.
         curve: the best score over the generations, thinned; NaN where all failed.
         problem: why it cannot be read.
     """
@@ -64,7 +64,7 @@ class Overview:
 
     @property
     def name(self) -> str:
-        """Of its folder."""
+        """The name of its folder."""
         return self.path.name
 
 
@@ -126,7 +126,7 @@ def overview(path: Path) -> Overview | None:
 
 
 class _Watched:
-    """One run, and what was read of it."""
+    """One run with its latest overview."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -104,7 +104,7 @@ def plan_resume(
 
 
 def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> Experiment:
-    """The experiment after the overrides, held to what the population allows."""
+    """Return the experiment after the overrides, and refuse what the population does not allow."""
     number = run.stages[-1].outline.islands.number
     population = len(checkpoint.genomes) // number
     if not overrides:
@@ -144,7 +144,7 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
 
 
 def _asked_size(overrides: Overrides, population: int) -> list[GaitsimError]:
-    """The problem of another population's size, in overrides that have other problems."""
+    """Return the problem of a changed population size in overrides that have other problems."""
     asked = overrides.get(POPULATION, population)
     if isinstance(asked, Typed):
         asked = options.parse_value(asked)
@@ -190,7 +190,7 @@ def _compare_versions(
 
 
 def restored(checkpoint: Checkpoint) -> Generation:
-    """The generation that a checkpoint holds."""
+    """Return the generation in a checkpoint."""
     reasons = {int(index): reason for index, reason in checkpoint.reasons.items()}
     return Generation(
         number=checkpoint.generation,
@@ -213,19 +213,19 @@ def restored(checkpoint: Checkpoint) -> Generation:
 def next_progress(
     checkpoint: Checkpoint, evolution: Evolution, begins: Sequence[Change]
 ) -> Progress:
-    """Progress from which the generation after a checkpoint starts.
+    """Return the progress with which the generation after a checkpoint starts.
 
     Args:
-        checkpoint: of the last generation.
-        evolution: of the generations to come.
-        begins: the changes that begin a stage; none where none begins.
+        checkpoint: the checkpoint of the last generation.
+        evolution: the options for the generations to come.
+        begins: the changes that begin a stage; empty where none begins.
     """
     progress = restored(checkpoint).progress
     if begins:
         reevaluated = any(change.reevaluates for change in begins)
         size = len(checkpoint.genomes)
         progress = progress.next_stage(evolution, reevaluated=reevaluated, population=size)
-    # One that the user changed holds from now on, whether a stage begins or not.
+    # A changed threshold applies from now on, whether a stage begins or not.
     before = read_outline(checkpoint.experiment, "the checkpoint").evolution
     if evolution.fitness_threshold != before.fitness_threshold:
         progress = replace(progress, threshold=evolution.fitness_threshold)

@@ -6,7 +6,6 @@ open ─▶ prepare ─▶ re-evaluate, if a stage asks for it ─▶ evolve ─
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Self
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, Executor
@@ -15,7 +14,7 @@ from gaitsim.runs.files.folder import command
 from gaitsim.runs.writer import RunWriter
 
 
-class Session:
+class Session(ExitStack):
     """A run that this process evolves; a context manager that ends its workers and its lock.
 
     Errors inside the block say how to resume the run.
@@ -35,18 +34,12 @@ class Session:
         cluster: Executor | None = None,
         on_warning: Callable[[str], None] = lambda text: None,
     ) -> None:
+        super().__init__()
         self.writer = writer
         self._workers, self._cluster, self._on_warning = workers, cluster, on_warning
         self._evaluator: Evaluator | None = None
-        self._held = ExitStack()
-        self._held.enter_context(writer)
-        self._held.enter_context(_resumable(writer.path))
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *raised: object) -> None:
-        self._held.__exit__(*raised)  # type: ignore[arg-type]
+        self.enter_context(writer)
+        self.enter_context(_resumable(writer.path))
 
     def prepare(self) -> Evaluator:
         """Start the workers and compile the body's kernels; a second call does nothing.
@@ -56,7 +49,7 @@ class Session:
             GaitsimError: workers elsewhere lack a package, or have it in another version.
         """
         if self._evaluator is None:
-            self._evaluator = self._held.enter_context(
+            self._evaluator = self.enter_context(
                 Evaluator(self.writer.experiment, self._workers, self._on_warning, self._cluster)
             )
             self._evaluator.prepare()

@@ -14,7 +14,7 @@ from gaitsim.individual import Individual
 from gaitsim.runs.compatibility import check_population, missing_packages
 from gaitsim.runs.contents import RunFiles
 from gaitsim.runs.files.folder import BESTS, EXPERIMENT, HISTORY, command
-from gaitsim.runs.files.history import best_terms, read_bests, record_type
+from gaitsim.runs.files.history import best_terms, read_records, record_type
 from gaitsim.runs.stages import Change, RunStage, changes, comparable, pending
 
 
@@ -123,7 +123,7 @@ class RunSnapshot(RunFiles):
         if checkpoint is None:
             return np.empty(0, record_type(space))
         check_population(self.experiment, checkpoint, self.path)
-        return self._cut(read_bests(self.path / BESTS, space), BESTS)
+        return self._cut(read_records(self.path / BESTS, record_type(space)), BESTS)
 
     @property
     def best_generation(self) -> int | None:

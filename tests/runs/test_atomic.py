@@ -58,7 +58,7 @@ def test_no_pipe_is_replaced_and_links_stay_links(tmp_path, write):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "to-pipe").symlink_to("pipe")
     for name in ("pipe", "to-pipe", "/dev/null"):
-        with pytest.raises(RunError, match="is no file, but a device or a pipe"):
+        with pytest.raises(RunError, match="is not a file, but a device or a pipe"):
             write(tmp_path / name, NEW)
     assert (tmp_path / "pipe").is_fifo()
     (tmp_path / "folder").mkdir()

@@ -16,8 +16,8 @@ from gaitsim.runs.files.history import (
     COLUMNS,
     line,
     line_ends,
-    read_bests,
     read_history,
+    read_records,
     record_type,
     row,
 )
@@ -150,7 +150,11 @@ def test_a_damaged_history_is_one_message(tmp_path, content):
 
 
 def test_what_cannot_be_read_is_one_message(tmp_path):
-    for read in (read_history, line_ends, lambda path: read_bests(path, BitSpace(("a",)))):
+    for read in (
+        read_history,
+        line_ends,
+        lambda path: read_records(path, record_type(BitSpace(("a",)))),
+    ):
         with pytest.raises(RunError, match=f"cannot read {tmp_path}: Is a directory"):
             read(tmp_path)
 
@@ -167,9 +171,9 @@ def test_bests_are_records_of_score_and_genome(tmp_path, space):
     data = records.tobytes()
     for cut in range(len(data) + 1):
         path.write_bytes(data[:cut])
-        read = read_bests(path, space)
+        read = read_records(path, record_type(space))
         assert read.tobytes() == data[: cut - cut % records.dtype.itemsize]
-    assert len(read_bests(tmp_path / "missing.bin", space)) == 0
+    assert len(read_records(tmp_path / "missing.bin", record_type(space))) == 0
 
 
 def test_a_file_grows_and_is_cut_back(tmp_path):

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, whatever stops the program."""
+"""Files that are complete or absent, whatever stops the program."""
 
 import errno
 import os
@@ -30,10 +30,10 @@ _NO_FOLDER_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EACCES}
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Put `data` at `path`, which even after a crash holds all of it or what it held before.
+    """Write `data` to `path`, which even after a crash has either its new or its old content.
 
     Raises:
-        RunError: the file cannot be written; `path` is whole, and most likely as it was.
+        RunError: the file cannot be written; `path` is whole, and most likely unchanged.
     """
     with replacing(path) as partial:
         partial.write_bytes(data)
@@ -130,12 +130,12 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def _place(path: Path) -> Path:
-    """Where a file is put: where a link leads to, and never in the place of a device or a pipe."""
+    """Return the path to write to: the target of a link, never a device or a pipe."""
     if path.is_symlink():
         path = path.resolve()
     if path.exists() and not path.is_file() and not path.is_dir():
         raise RunError(
-            f"{path} is no file, but a device or a pipe",
+            f"{path} is not a file, but a device or a pipe",
             allowed="the name of a file, which is replaced if it is there",
         )
     return path
@@ -147,7 +147,7 @@ def _new_name(folder: Path) -> Path:
 
 @contextmanager
 def _partial(folder: Path, data: bytes) -> Iterator[Path]:
-    """A temporary file in `folder` with `data` safely on the disk; gone afterwards."""
+    """Create a temporary file in `folder` with `data` on the disk; remove it afterwards."""
     partial = _new_name(folder)
     try:
         with partial.open("xb") as file:
@@ -162,7 +162,7 @@ def _partial(folder: Path, data: bytes) -> Iterator[Path]:
 
 @contextmanager
 def _twin(path: Path) -> Iterator[Path]:
-    """A second name for the file at `path`, or a copy where the file system has no hard links."""
+    """Create a second name for a file, or a copy where the file system has no hard links."""
     twin = _new_name(path.parent)
     try:
         os.link(path, twin)

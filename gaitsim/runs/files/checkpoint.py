@@ -1,4 +1,4 @@
-"""What a checkpoint and a champion hold, checked to the last key when they are read."""
+"""Checkpoints and champions: their contents, checked to the last key, and their files."""
 
 from dataclasses import dataclass, fields
 from itertools import pairwise
@@ -37,11 +37,11 @@ _GENOME = array(("genes",), _GENES, "finite", np.isfinite)
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage that came to its end, since the experiment was changed after it.
+    """A stage that has ended, since the experiment was changed after it.
 
     Args:
-        generation: its last one.
-        experiment: that held up to it, as resolved TOML.
+        generation: its last generation.
+        experiment: its experiment as resolved TOML.
         versions: of gaitsim, NumPy and each plugin's package then, by name.
     """
 
@@ -54,7 +54,7 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """The state that a run is resumed from, to the bit.
+    """The state from which a run is resumed, to the bit.
 
     Args:
         experiment: the experiment as resolved TOML.
@@ -69,7 +69,7 @@ class Checkpoint:
         stagnation: generations since the best score last rose.
         best_score: the best score so far; −inf where none was finite.
         threshold: the score that the next champion must beat; None where none is saved.
-        stages: those before the present one, in the order of their generations.
+        stages: the stages before the current one, in order.
     """
 
     kind: ClassVar[str] = "population"
@@ -114,11 +114,11 @@ class Champion:
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None = None) -> None:
-    """Write `checkpoint` to `path` at one stroke; what stood there is kept as `previous`.
+    """Write `checkpoint` to `path` atomically, and keep the old file as `previous`.
 
     Raises:
-        RunError: the file cannot be written; what stood there still does.
-        ValueError: the checkpoint is not one; see `Checkpoint`.
+        RunError: the file cannot be written; the old one is still there.
+        ValueError: the checkpoint is invalid; see `Checkpoint`.
     """
     data = pack(checkpoint)
     if previous is None:
@@ -128,11 +128,11 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None =
 
 
 def write_champion(path: Path, champion: Champion) -> None:
-    """Write `champion` to `path` at one stroke.
+    """Write `champion` to `path` atomically.
 
     Raises:
-        RunError: the file cannot be written; what stood there still does.
-        ValueError: the champion is not one; see `Champion`.
+        RunError: the file cannot be written; the old one is still there.
+        ValueError: the champion is invalid; see `Champion`.
     """
     write_bytes(path, pack(champion))
 
@@ -143,7 +143,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
     Raises:
         SchemaVersionError: it is whole, but of an older or a newer gaitsim.
         CheckpointError: it is missing, damaged, foreign or hostile.
-        RunError: it may not be read.
+        RunError: permission denied.
     """
     return _unpack(path, Checkpoint.kind, _CHECKPOINT)
 
@@ -161,8 +161,8 @@ def read_with_fallback(
     Args:
         path: the checkpoint.
         previous: the one before it.
-        rename: whether a damaged file is renamed, to be looked at: `a.pickle` to
-            `a.damaged-1.pickle`. Only for who will write the next one.
+        rename: whether to rename a damaged `a.pickle` to `a.damaged-1.pickle`, so that it is
+            kept. Only for the writer of the run.
 
     Returns:
         The checkpoint, and a warning where it is the one before.
@@ -259,7 +259,6 @@ def _unpack(path: Path, kind: str, adapter: TypeAdapter[_T]) -> _T:
 
 
 def _plain(value: Any) -> Any:
-    """`value` as builtins."""
     match value:
         case np.ndarray():
             return plain_array(value)

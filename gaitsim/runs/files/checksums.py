@@ -1,7 +1,7 @@
 """`checksums.bin`: checksums of each generation, by which `gaitsim verify` finds changes.
 
-They reveal accidental damage and changes, and in which generation. They prove nothing
-about who wrote them: only evolving again does.
+They reveal damage and accidental changes, and in which generation. They do not prove who wrote
+the run: only evolving it again does.
 """
 
 import hashlib
@@ -19,13 +19,13 @@ RECORD = np.dtype([(part, f"V{SIZE}") for part in ("genomes", "scores", "row")])
 """SHA-256 of the genomes, of scores and terms, and of the generation's row and best."""
 
 NONE = bytes(SIZE)
-"""Stands where no checksum was written."""
+"""Marks a generation without a checksum."""
 
 
 def checksums(
     genomes: Genomes, evaluation: Evaluation, row: Mapping[str, float], bests: bytes
 ) -> bytes:
-    """The record of a generation.
+    """Return the record of a generation.
 
     Args:
         genomes: (population, genes).
@@ -52,7 +52,7 @@ def scores_checksum(evaluation: Evaluation) -> bytes:
 def row_checksum(row: Mapping[str, float], bests: bytes) -> bytes:
     """Return the checksum of a row of the history, without its time, and of the bests.
 
-    Numbers that are none are left out, too: another stage's terms are such columns.
+    NaN is left out, too: columns of another stage's terms hold it.
     """
     cells = {
         name: value
@@ -66,7 +66,7 @@ def row_checksum(row: Mapping[str, float], bests: bytes) -> bytes:
 
 
 def _little(values: Array) -> bytes:
-    """The bytes of an array, little-endian, all that is no number alike."""
+    """Return the bytes of an array, little-endian, with all NaN alike."""
     if values.dtype.kind == "f" and np.isnan(values).any():
         values = np.where(np.isnan(values), np.nan, values)
     return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()

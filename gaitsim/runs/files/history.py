@@ -249,15 +249,6 @@ def record_type(space: GenomeSpace) -> np.dtype[Any]:
     return np.dtype([("score", "<f8"), ("genome", space.dtype.newbyteorder("<"), (space.genes,))])
 
 
-def read_bests(path: Path, space: GenomeSpace) -> NDArray[Any]:
-    """Return every generation's best as a structured array with `score` and `genome`.
-
-    Raises:
-        RunError: the file cannot be read.
-    """
-    return read_records(path, record_type(space))
-
-
 def read_records(path: Path, layout: np.dtype[Any]) -> NDArray[Any]:
     """Return the records of a file with one per generation; none where there is no file.
 

@@ -15,8 +15,8 @@ the rest in any Python. The pickle holds dict with string keys, list, str, int o
 64 bits, float, bool, None and bytes, and nothing occurs in it by reference: that
 leaves 24 opcodes, none of which names, calls or remembers anything.
 
-A right digest shows that a file is undamaged, not that it is well meant. So the
-opcodes are checked to the last before one of them is carried out.
+A correct checksum shows that a file is undamaged, not that it is harmless. So all opcodes are
+checked before any of them is executed.
 """
 
 import hashlib
@@ -152,7 +152,7 @@ def loads(data: bytes, path: Path) -> dict[str, Any]:
 
 
 def _older(path: Path, version: int, content: dict[str, Any]) -> SchemaVersionError:
-    """The error of a file in the format of an older gaitsim, which the file names itself."""
+    """Return the error for a file of an older gaitsim, whose version the file contains."""
     versions = content.get("versions")
     found = versions.get("gaitsim") if isinstance(versions, dict) else None
     writer = f"gaitsim {found if isinstance(found, str) else '?'}"[:40]
@@ -172,7 +172,7 @@ def _digest(data: memoryview) -> bytes:
 
 
 def _scan(data: bytes) -> None:
-    """Look at every opcode of the file `data` without building anything.
+    """Check every opcode of a file without building anything.
 
     Raises:
         RefusedError: an opcode, a length, a depth or a key that no honest file has.
@@ -202,12 +202,12 @@ def _scan(data: bytes) -> None:
 
 
 def _text_length(arg: object) -> int:
-    """Characters in the value of an opcode, after a look at the value itself."""
+    """Return the number of characters in the argument of an opcode, after checking it."""
     if isinstance(arg, int) and not -(2**63) <= arg < 2**63:
         raise RefusedError("a whole number needs more than 64 bits")
     if not isinstance(arg, str):
         return 0
-    arg.encode()  # halves of surrogate pairs could be read and never printed
+    arg.encode()  # surrogates can be read but not printed
     return len(arg)
 
 
@@ -220,7 +220,7 @@ def _reason(error: BaseException) -> str:
 def _refusal(
     path: Path,
     reason: str,
-    remedy: str = "use an older copy of the file: this one cannot be mended",
+    remedy: str = "use an older copy of the file: this one cannot be repaired",
     allowed: str = "",
 ) -> CheckpointError:
     return CheckpointError(

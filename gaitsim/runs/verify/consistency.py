@@ -1,4 +1,4 @@
-"""Whether the files of a run agree with one another."""
+"""Check whether the files of a run agree with one another."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -25,7 +25,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, comparable
 
 KEEPING = ("fitness_threshold", "delta_fitness")
-"""Options of [evolution] that begin no stage, yet say which champions are kept."""
+"""Options of [evolution] that begin no stage, but decide which champions are kept."""
 
 
 def row_of(run: RunSnapshot, generation: int) -> dict[str, float]:
@@ -85,7 +85,7 @@ def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
 
 
 def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
-    """Where the files of a run disagree with one another, by generation in order.
+    """Return where the files of a run disagree with one another, by generation in order.
 
     Raises:
         GaitsimError: an experiment of it has problems, or its body fails.
@@ -103,7 +103,7 @@ def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
 
 
 def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
-    """History and bests, with one another and with their checksums."""
+    """Compare history and bests with one another and with their checksums."""
     for at, score in enumerate(run.bests["score"].tolist()):
         generation = at + 1
         found = row_of(run, generation)
@@ -122,7 +122,7 @@ def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 def _of_checkpoint(
     run: RunSnapshot, checkpoint: Checkpoint | None, name: str
 ) -> Iterator[tuple[int, str]]:
-    """A checkpoint with its checksums, its row and its record."""
+    """Compare a checkpoint with its checksums, its row and its record."""
     if checkpoint is None:
         return
     generation = restored(checkpoint)
@@ -136,7 +136,7 @@ def _of_checkpoint(
 
 
 def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
-    """How far the checkpoint says that the search is, with the history."""
+    """Compare the progress of the search in the checkpoint with the history."""
     checkpoint, last = run.finished, run.generation
     course = run.history["best"][comparable(run.stages) - 1 :]
     best = float(course.max())
@@ -148,7 +148,7 @@ def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
 
 
 def _of_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
-    """The champions with the bests and the history."""
+    """Compare the champions with the bests and the history."""
     for generation in kept_champions(run.path):
         if generation > run.generation:
             continue
