@@ -276,8 +276,8 @@ class TestLeaving:
             assert (
                 RunSnapshot(path).experiment_text == load_experiment(reference, overrides).to_toml()
             )
-            await driver.until(lambda: live.process is None or live.state == "finished")
             await driver.until(lambda: RunSnapshot(path).generation == 2)
+            await driver.until(lambda: live.process is None)  # else it asks before it leaves
             await driver.press("escape")
             await driver.at("Home")
 
