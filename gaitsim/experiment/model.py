@@ -179,8 +179,7 @@ def _table(model: BaseModel, head: Mapping[str, str]) -> Any:
     for name, field in type(model).model_fields.items():
         about = options.meaning(field)
         note = _one_line(f"{about} ({options.allowed(field)})" if about else options.allowed(field))
-        default = None if field.is_required() else field.get_default(call_default_factory=True)
-        if name not in given and default is None and not field.is_required():
+        if name not in given and field.get_default(call_default_factory=True) is None:
             table.add(tomlkit.comment(f"{name} is not set: {note}"))
             continue
         # Not set although its default is: left out, it would come back as the default.

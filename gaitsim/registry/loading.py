@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.registry.entry_points import Entry, entries, find
-from gaitsim.registry.plugin_context import plugin_errors
+from gaitsim.registry.plugin_context import contract_error, plugin_errors
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Plugin
@@ -34,29 +34,23 @@ def load_entry(entry: Entry) -> "type[Plugin]":
     with plugin_errors(entry, "being imported"):
         loaded = EntryPoint(entry.name, entry.target, f"gaitsim.{entry.kind}").load()
     expected: type[Plugin] = getattr(contracts, entry.kind.capitalize())
+    contract = f"gaitsim.contracts.{expected.__name__}"
     if not (isinstance(loaded, type) and issubclass(loaded, expected)):
         named = isinstance(loaded, type)
         what = f"the class {loaded.__name__}" if named else f"a {type(loaded).__name__}"
         raise PluginError(
             f"{entry} is not a subclass of {expected.__name__}, but {what}",
             where=entry.target,
-            allowed=f"a subclass of gaitsim.contracts.{expected.__name__}",
+            allowed=f"a subclass of {contract}",
             remedy=f"correct the entry point in the pyproject.toml of {entry.package}",
         )
     abstract = sorted(getattr(loaded, "__abstractmethods__", ()))
     if abstract:
-        raise PluginError(
-            f"{entry} does not implement {', '.join(abstract)}",
-            where=entry.target,
-            remedy=f"implement every method of gaitsim.contracts.{expected.__name__}",
+        raise contract_error(
+            entry, f"does not implement {', '.join(abstract)}", f"every method of {contract}"
         )
-    found = problems(entry.kind, loaded)
-    if found:
-        raise PluginError(
-            f"{entry} breaks its contract: {'; '.join(found)}",
-            where=entry.target,
-            remedy=f"see gaitsim.contracts.{expected.__name__}; or update {entry.package}",
-        )
+    if found := problems(entry.kind, loaded):
+        raise contract_error(entry, f"breaks its contract: {'; '.join(found)}", f"see {contract}")
     return loaded
 
 

@@ -39,6 +39,7 @@ def _answer(questions: Questions, answers: int) -> None:
     from gaitsim.errors import GaitsimError
     from gaitsim.registry import Entry
     from gaitsim.testing.examine import examine, outcome
+    from gaitsim.testing.report import advice
 
     def send(**answer: Any) -> None:
         os.write(answers, json.dumps(answer).encode() + b"\n")
@@ -58,7 +59,13 @@ def _answer(questions: Questions, answers: int) -> None:
         report = examine(entry, options, lambda text: send(doing=text))
         text = _printed()
         if text:
-            report = replace(report, findings=(*report.findings, _printing(text)))
+            printing = advice(
+                "standard output",
+                "no output there: it is for results, such as those of --json",
+                f"{text!r}",
+                "use the module logging, or print(…, file=sys.stderr)",
+            )
+            report = replace(report, findings=(*report.findings, printing))
         send(report=report.to_json(), digest=report.digest)
 
 
@@ -71,17 +78,6 @@ def _printed() -> str:
     os.ftruncate(1, 0)
     os.lseek(1, 0, os.SEEK_SET)
     return text
-
-
-def _printing(text: str) -> Any:
-    from gaitsim.testing.report import advice
-
-    return advice(
-        "standard output",
-        "no output there: it is for results, such as those of --json",
-        f"{text!r}",
-        "use the module logging, or print(…, file=sys.stderr)",
-    )
 
 
 if __name__ == "__main__":

@@ -74,7 +74,9 @@ def _normal(package: str) -> str:
 
 def _of_folder(folder: Path, metadata: Path) -> Chosen:
     file = folder / "pyproject.toml"
-    project = _project(file)
+    remedy = "name the folder of a package, which contains its pyproject.toml"
+    text = read_file(file, "project", "'gaitsim plugins new'", remedy)
+    project = _table(toml.parse(text, str(file)), "project", file)
     name, version = str(project.get("name", folder.name)), str(project.get("version", "0"))
     points = {
         group.removeprefix(_GROUP): names
@@ -98,12 +100,6 @@ def _of_folder(folder: Path, metadata: Path) -> Chosen:
     )
     _install(metadata, name, version, points)
     return Chosen(found, (str(metadata), *_sources(folder, found)))
-
-
-def _project(file: Path) -> dict[str, Any]:
-    remedy = "name the folder of a package, which contains its pyproject.toml"
-    text = read_file(file, "project", "'gaitsim plugins new'", remedy)
-    return _table(toml.parse(text, str(file)), "project", file)
 
 
 def _table(data: dict[str, Any], key: str, file: Path) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Rules for a body: the same bits again, in other chunks, and in threads."""
 
 from collections.abc import Iterator
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
 
 from gaitsim.contracts import Genomes, Motion, Organism
 from gaitsim.testing.report import Finding, error
@@ -49,15 +49,11 @@ def repeated(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Findi
 
 
 def _threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
-    from concurrent.futures import ThreadPoolExecutor
-
-    def moved(_: int) -> dict[str, Any]:
-        return rows(body.move(genomes.copy()), range(len(genomes)))
-
-    whole = rows(motion, range(len(genomes)))
+    everyone = range(len(genomes))
     with ThreadPoolExecutor(2) as pool:
-        names = [differing(whole, part) for part in pool.map(moved, range(6))]
-    name = next(filter(None, names), "")
+        parts = pool.map(lambda _: rows(body.move(genomes.copy()), everyone), range(6))
+    whole = rows(motion, everyone)
+    name = next(filter(None, (differing(whole, part) for part in parts)), "")
     if name:
         yield error(
             "threads",
