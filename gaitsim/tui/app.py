@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual import work
 from textual.app import App
@@ -19,7 +19,7 @@ from textual.widgets import Input
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
 from gaitsim.tui.config import Config, remember_theme
-from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
+from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.themes import DEFAULT, THEMES
@@ -273,3 +273,7 @@ def _line(problem: GaitsimError) -> str:
 
 async def _may_leave(screen: Screen[Any]) -> bool:
     return not isinstance(screen, GaitScreen) or await screen.may_leave()
+
+
+if TYPE_CHECKING:  # the type checker compares the app with what screens use of it
+    _navigator: Navigator = GaitsimApp()

@@ -1,14 +1,15 @@
 """The base class of all screens."""
 
 import asyncio
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar, cast
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import ClassVar, NamedTuple, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
-if TYPE_CHECKING:
-    from gaitsim.tui.app import GaitsimApp
+from gaitsim.errors import GaitsimError
+from gaitsim.tui.tasks import Tasks
 
 T = TypeVar("T")
 
@@ -19,6 +20,33 @@ class PaletteCommand(NamedTuple):
     title: str
     help: str
     do: Callable[[], object]
+
+
+class Navigator(Protocol):
+    """The app as its screens see it, so that they need not import it.
+
+    Attributes:
+        folder: where runs are.
+        clock: the time, in seconds since 1970.
+        tasks: the commands in the background.
+    """
+
+    folder: Path
+    clock: Callable[[], float]
+    tasks: Tasks
+
+    def open_run(self, run: Path, *, go: bool = False) -> None: ...
+    def open_new(self, experiment: str | None = None) -> None: ...
+    def open_replay(
+        self, run: Path, generation: int | None = None, beside: Path | None = None
+    ) -> None: ...
+    def open_compare(self, runs: list[Path]) -> None: ...
+    def open_plugins(self) -> None: ...
+    def open_export(self, run: Path) -> object: ...
+    def begin_task(self, arguments: Sequence[str]) -> None: ...
+    def leave(self, screen: Screen[None]) -> object: ...
+    def tell(self, error: GaitsimError) -> None: ...
+    def palette(self) -> Iterable[PaletteCommand]: ...
 
 
 class GaitScreen(Screen[None]):
@@ -37,9 +65,9 @@ class GaitScreen(Screen[None]):
     ]
 
     @property
-    def gaitsim(self) -> "GaitsimApp":
+    def gaitsim(self) -> Navigator:
         """The app."""
-        return cast("GaitsimApp", self.app)
+        return cast(Navigator, self.app)
 
     def command_line(self) -> str:
         """Return the command line that does the same as this screen; '' for none."""
