@@ -110,13 +110,12 @@ class Search(ReprMixin, Iterator[Generation]):
         self.last = generation = next(self._generations)
         score = float(generation.scores[generation.best])
         if np.isfinite(score) and (self.champion is None or score > self.champion.score):
-            best, terms = generation.best, generation.evaluation.terms
             self.champion = Individual(
                 self.experiment,
                 score,
-                {name: float(values[best]) for name, values in terms.items()},
+                generation.evaluation.terms_of(generation.best),
                 generation.number,
-                generation.genomes[best],
+                generation.genomes[generation.best],
                 self.path,
             )
         return generation

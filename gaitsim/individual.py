@@ -56,9 +56,8 @@ class Individual(ReprMixin):
             PluginError: the fitness cannot evaluate it.
         """
         evaluation = evaluate_motion(experiment, motion, 1)
-        terms = {name: float(values[0]) for name, values in evaluation.terms.items()}
         score = float(evaluation.scores[0])  # −inf of a motion that failed
-        return cls(experiment, score, terms, source=source, played=motion)
+        return cls(experiment, score, evaluation.terms_of(0), source=source, played=motion)
 
     @property
     def title(self) -> str:
@@ -169,5 +168,4 @@ def score_terms(experiment: Experiment, motion: Motion) -> dict[str, float]:
     Raises:
         PluginError: the fitness cannot evaluate it.
     """
-    evaluation = evaluate_motion(experiment, motion, motion.population)
-    return {name: float(values[0]) for name, values in evaluation.terms.items()}
+    return evaluate_motion(experiment, motion, motion.population).terms_of(0)

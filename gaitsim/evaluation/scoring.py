@@ -27,6 +27,10 @@ class Evaluation:
     terms: dict[str, Scores]
     reasons: dict[int, str]
 
+    def terms_of(self, individual: int) -> dict[str, float]:
+        """Return the terms of one individual's score by name."""
+        return {name: float(values[individual]) for name, values in self.terms.items()}
+
 
 def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     """Move and score genomes, (population, genes); leave them unchanged.

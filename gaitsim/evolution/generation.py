@@ -108,8 +108,6 @@ class Generation(ReprMixin):
             "mean": float(finite.mean()) if len(finite) else "",
             "diversity": self.diversity,
             "failed": failed or "",
-            "terms of the best": {
-                name: float(values[best]) for name, values in self.evaluation.terms.items()
-            },
+            "terms of the best": self.evaluation.terms_of(best),
             "stop": self.stop,
         }

@@ -181,13 +181,12 @@ class RunWriter:
 
     def _write_champion(self, generation: Generation) -> None:
         best = generation.best
-        terms = generation.evaluation.terms
         champion = Champion(
             **self._made_with,
             generation=generation.number,
             genome=generation.genomes[best],
             score=float(generation.scores[best]),
-            terms={name: float(values[best]) for name, values in terms.items()},
+            terms=generation.evaluation.terms_of(best),
         )
         folder = self.path / CHAMPIONS
         with writing(folder):

@@ -67,7 +67,7 @@ def row(generation: Generation) -> dict[str, float]:
         "std": float(finite.std()) if alive.any() else 0.0,
         "diversity": generation.diversity,
         "seconds": generation.seconds,
-        **{name: float(values[best]) for name, values in terms.items()},
+        **generation.evaluation.terms_of(best),
         **means,
     }
 
