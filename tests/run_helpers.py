@@ -6,8 +6,6 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
 LONG = "evolution.generations=8"
-
-
 THRESHOLD = "evolution.fitness_threshold=0"
 
 
@@ -55,3 +53,17 @@ def names(path):
 
 class Killed(BaseException):
     """As if the process were gone."""
+
+
+def kill_at(patch, owner, step, number):
+    """Let the n-th call of a step, counted from 0, raise `Killed`; a write is then cut short."""
+    real, calls = getattr(owner, step), iter(range(100))
+
+    def stub(*arguments, **options):
+        if next(calls) == number:
+            if step == "write":
+                real(arguments[0], arguments[1][:9])
+            raise Killed
+        return real(*arguments, **options)
+
+    patch.setattr(owner, step, stub)

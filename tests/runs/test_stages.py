@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from run_helpers import THRESHOLD, go_on
+from run_helpers import THRESHOLD, Killed, go_on, kill_at
 
 from gaitsim.errors import ExperimentError, RunError
 from gaitsim.evaluation import evaluate
@@ -283,23 +283,10 @@ def test_a_stage_gone_on_with_is_the_same(plain, staged, until):
     assert_same(RunSnapshot(plain), staged)
 
 
-class Killed(BaseException):
-    """As if the process were gone."""
-
-
 def killed_in(monkeypatch, owner, step, number, doing):
     """Do something, killed at the n-th call of a step; whether it came to that."""
-    real, calls = getattr(owner, step), iter(range(100))
-
-    def stub(*arguments, **options):
-        if next(calls) == number:
-            if step == "write":
-                real(arguments[0], arguments[1][:9])
-            raise Killed
-        return real(*arguments, **options)
-
     with monkeypatch.context() as patch:
-        patch.setattr(owner, step, stub)
+        kill_at(patch, owner, step, number)
         try:
             doing()
         except Killed:

@@ -16,6 +16,7 @@ from run_helpers import (
     assert_same,
     events,
     go_on,
+    kill_at,
     names,
     record_all,
 )
@@ -137,18 +138,9 @@ def test_a_run_killed_at_any_step_goes_on_the_same(
     if begun:
         go_on(path, begun)
     before = begun and RunSnapshot(path).fingerprint()
-    real, calls = getattr(owner, step), iter(range(100))
-
-    def stub(*arguments, **options):
-        if next(calls) == number:
-            if step == "write":
-                real(arguments[0], arguments[1][:9])
-            raise Killed
-        return real(*arguments, **options)
-
     with RunWriter.open(path) as writer, monkeypatch.context() as patch:
         event = next(events(writer))
-        patch.setattr(owner, step, stub)
+        kill_at(patch, owner, step, number)
         with pytest.raises(Killed):
             writer.record(event)
     # Until the new checkpoint is there, the run is what it was, and is read as such.
