@@ -8,6 +8,7 @@ from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment.model import Experiment, space_of
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides
 from gaitsim.experiment.reader import Reader
+from gaitsim.opening import read_regular
 from gaitsim.registry.presets import read_preset
 
 LARGEST = 1_000_000  # bytes of an experiment file
@@ -57,15 +58,7 @@ def read_file(path: Path, noun: str, preset: str, remedy: str) -> str:
         GaitsimError: it cannot be read, is no text, or too large.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST + 1)
-        if len(data) > LARGEST:
-            raise GaitsimError(
-                f"the {noun} file {path} is too large",
-                allowed=f"at most {LARGEST:,} bytes",
-                remedy=f"start from {preset}",
-            )
-        return data.decode("utf-8-sig")
+        return read_regular(path, LARGEST, follow=True).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise GaitsimError(
             f"{path} is not a text file in UTF-8: {error.reason} at byte {error.start}",

@@ -3,7 +3,6 @@
 import os
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,8 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.experiment import ExperimentOutline, read_outline
+from gaitsim.experiment.loading import LARGEST
+from gaitsim.opening import read_regular
 from gaitsim.runs.files.checkpoint import (
     Champion,
     Checkpoint,
@@ -34,6 +35,7 @@ from gaitsim.runs.files.folder import (
 )
 from gaitsim.runs.files.history import (
     header,
+    line_ends,
     read_history,
     read_islands,
     read_records,
@@ -64,7 +66,7 @@ class RunFiles:
         """The resolved experiment as TOML."""
         path = self.path / EXPERIMENT
         try:
-            return path.read_text(encoding="utf-8")
+            return read_regular(path, LARGEST).decode()
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "it is not a text file in UTF-8"
             raise RunError(
@@ -84,7 +86,7 @@ class RunFiles:
     @cached_property
     def _found(self) -> tuple[Checkpoint | None, str]:
         current, previous = self.path / CHECKPOINT, self.path / PREVIOUS
-        if not current.exists() and not previous.exists():
+        if not os.path.lexists(current) and not os.path.lexists(previous):
             self._check_no_generation()
             return None, ""
         checkpoint, warning = read_with_fallback(current, previous, rename=self.keep_damaged)
@@ -110,7 +112,7 @@ class RunFiles:
         path = self.path / PREVIOUS
         # A run of one generation and a copy by `gaitsim fork` have none. Where the last one is
         # damaged, the previous one replaces it.
-        if self.warning or not path.exists():
+        if self.warning or not os.path.lexists(path):
             return None, ""
         try:
             found = read_checkpoint(path)
@@ -158,7 +160,7 @@ class RunFiles:
         """
         if self.checkpoint is None:
             return {}
-        columns = read_history(self.path / HISTORY)
+        columns = read_history(self.path / HISTORY, self.generation)
         columns = {name: self._cut(values, HISTORY) for name, values in columns.items()}
         if not columns:
             raise ends_early(self.path, HISTORY, 0, self.generation)
@@ -186,7 +188,7 @@ class RunFiles:
         number = self.stages[-1].outline.islands.number
         if number == 1:
             return self.history["best"][:, None]
-        return self._cut(read_islands(self.path / ISLANDS, number), ISLANDS)
+        return self._cut(read_islands(self.path / ISLANDS, number, self.generation), ISLANDS)
 
     @cached_property
     def checksums(self) -> NDArray[Any]:
@@ -195,7 +197,7 @@ class RunFiles:
         Raises:
             RunError: they cannot be read.
         """
-        return read_records(self.path / CHECKSUMS, RECORD)[: self.generation]
+        return read_records(self.path / CHECKSUMS, RECORD, self.generation)
 
     @cached_property
     def start(self) -> Champion | None:
@@ -214,13 +216,9 @@ class RunFiles:
 
         Raises:
             CheckpointError: there was one.
+            RunError: the history cannot be read.
         """
-        try:
-            with (self.path / HISTORY).open("rb") as file:
-                rows = [*islice(file, 3)][1:]
-        except OSError:
-            return
-        if len(rows) > 1:
+        if len(line_ends(self.path / HISTORY, 2)) > 2:
             raise CheckpointError(
                 f"{CHECKPOINT} and {PREVIOUS} are gone, but {HISTORY} holds generations",
                 where=str(self.path),

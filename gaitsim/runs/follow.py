@@ -6,9 +6,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import RunError
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, ends_early
-from gaitsim.runs.files.history import COLUMNS, MEAN, Columns, parse_rows
+from gaitsim.runs.files.history import (
+    COLUMNS,
+    MEAN,
+    Columns,
+    opened,
+    parse_rows,
+    read_head,
+    read_rows,
+)
 from gaitsim.runs.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
@@ -49,25 +56,20 @@ class RunFollower:
         """
         last, path = run.generation, self.path / HISTORY
         columns: Rows = {}
-        try:
-            with path.open("rb") as file:
-                head = file.readline()
-                file.seek(max(self._offset - len(self._row), 0))
-                if head != self._head or file.read(len(self._row)) != self._row:
-                    # Rewritten, with columns for other terms or from an older checkpoint.
-                    self._head, self._row, self._offset, self._next = head, b"", len(head), 1
-                    file.seek(len(head))
-                lines = file.read().split(b"\n")[:-1]
-        except FileNotFoundError:
-            lines = []
-        except OSError as error:
-            raise RunError(f"cannot read {path}: {error.strerror}") from None
-        lines = [line + b"\n" for line in lines[: max(last + 1 - self._next, 0)]]
-        if self._head.endswith(b"\n"):
-            columns = parse_rows(path, self._head, b"".join(lines), self._next)
-            self._offset += sum(map(len, lines))
-            self._next += len(lines)
-            self._row = lines[-1] if lines else self._row
+        with opened(path) as file:
+            head = read_head(path, file)
+            file.seek(max(self._offset - len(self._row), 0))
+            if head != self._head or file.read(len(self._row)) != self._row:
+                # Rewritten, with columns for other terms or from an older checkpoint.
+                self._head, self._row, self._offset, self._next = head, b"", len(head), 1
+                file.seek(len(head))
+            left = max(last + 1 - self._next, 0)
+            rows = read_rows(path, file, head, left) if head else b""
+        if head:
+            columns = parse_rows(path, head, rows, self._next)
+            self._offset += len(rows)
+            self._next += rows.count(b"\n")
+            self._row = rows[rows.rfind(b"\n", 0, -1) + 1 :] or self._row
         if self._next <= last:
             self._head = b""  # what was read is not returned: read it again
             raise ends_early(run.path, HISTORY, self._next - 1, last)

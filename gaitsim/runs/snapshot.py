@@ -123,7 +123,9 @@ class RunSnapshot(RunFiles):
         if checkpoint is None:
             return np.empty(0, record_type(space))
         check_population(self.experiment, checkpoint, self.path)
-        return self._cut(read_records(self.path / BESTS, record_type(space)), BESTS)
+        return self._cut(
+            read_records(self.path / BESTS, record_type(space), self.generation), BESTS
+        )
 
     @property
     def best_generation(self) -> int | None:

@@ -1,7 +1,6 @@
 """Files that are wrong are refused at their place, with all their problems at once."""
 
 import errno
-from pathlib import Path
 
 import pytest
 
@@ -212,7 +211,7 @@ def test_a_file_that_is_no_text_is_refused(here, content, what):
         (f"{'x' * 300}.toml", "name too long"),
         ("file.toml/x", "Not a directory"),
         ("nul\0.toml", "null byte"),
-        ("/dev/zero", "too large"),
+        ("/dev/zero", "not a regular file"),
     ],
 )
 def test_a_file_that_cannot_be_read_is_told(here, reference, what):
@@ -227,7 +226,7 @@ def test_a_file_without_permission_is_told(here, monkeypatch):
         raise PermissionError(errno.EACCES, "Permission denied")
 
     (here / "x.toml").write_text(SPIDER)
-    monkeypatch.setattr(Path, "open", refuse)  # root, as in many containers, may read all files
+    monkeypatch.setattr("os.open", refuse)  # root, as in many containers, may read all files
     with pytest.raises(GaitsimError, match=r"x\.toml: Permission denied"):
         load_experiment("x.toml")
 

@@ -122,7 +122,7 @@ def test_a_checkpoint_that_may_not_be_read_does_not_fall_back(pair, monkeypatch)
     def forbidden(*args, **options):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "open", forbidden)
+    monkeypatch.setattr("os.open", forbidden)
     with pytest.raises(RunError, match="may not be read") as refusal:
         read_with_fallback(*pair)
     assert not isinstance(refusal.value, CheckpointError)

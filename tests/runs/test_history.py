@@ -119,10 +119,10 @@ def test_a_last_row_that_is_not_whole_is_left_out(tmp_path):
     for cut in range(len(text)):
         path.write_text(text[:cut])
         whole = text[:cut].count("\n")
-        assert line_ends(path) == ends[:whole]
+        assert line_ends(path, 9) == ends[:whole]
         assert len(read_history(path).get("best", [])) == max(whole - 1, 0)
     assert read_history(tmp_path / "missing.csv") == {}
-    assert line_ends(tmp_path / "missing.csv") == []
+    assert line_ends(tmp_path / "missing.csv", 9) == []
 
 
 GOOD = table(generation([1.0], number=1), generation([2.0], number=2))
@@ -152,7 +152,7 @@ def test_a_damaged_history_is_one_message(tmp_path, content):
 def test_what_cannot_be_read_is_one_message(tmp_path):
     for read in (
         read_history,
-        line_ends,
+        lambda path: line_ends(path, 9),
         lambda path: read_records(path, record_type(BitSpace(("a",)))),
     ):
         with pytest.raises(RunError, match=f"cannot read {tmp_path}: Is a directory"):

@@ -77,6 +77,7 @@ def test_a_folder_that_cannot_be_locked_is_named(tmp_path, monkeypatch):
     with pytest.raises(RunError, match=r"cannot lock the run .*directory"):
         RunLock(tmp_path)
     assert not is_locked(tmp_path)
+    (tmp_path / ".lock").rmdir()
 
     def read_only(*arguments, **options):
         raise OSError(errno.EROFS, os.strerror(errno.EROFS))

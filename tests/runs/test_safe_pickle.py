@@ -199,13 +199,13 @@ def test_there_is_no_version_0():
 
 
 def test_what_is_no_file_is_refused(tmp_path):
-    with pytest.raises(CheckpointError, match="not a file"):
+    with pytest.raises(CheckpointError, match="Is a directory"):
         load(tmp_path)
     with pytest.raises(CheckpointError, match="no such file"):
         load(tmp_path / "missing.pickle")
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe")
-        with pytest.raises(CheckpointError, match="not a file"):
+        with pytest.raises(CheckpointError, match="not a regular file"):
             load(tmp_path / "pipe")
 
 
@@ -243,7 +243,7 @@ def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch
     def forbidden(*args, **options):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "open", forbidden)
+    monkeypatch.setattr(os, "open", forbidden)
     with pytest.raises(RunError, match="may not be read") as refusal:
         load(path)
     assert not isinstance(refusal.value, CheckpointError)

@@ -5,12 +5,15 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from gaitsim.opening import open_descriptor
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.history import (
     Columns,
     header,
     line,
+    opened,
     parse_rows,
+    read_head,
     read_history,
     terms_of,
     used_terms,
@@ -27,7 +30,7 @@ class AppendOnlyFile:
 
         Whole records of `size` bytes that are missing are filled with zeros.
         """
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        self._descriptor = open_descriptor(path, os.O_RDWR | os.O_CREAT)
         whole = os.fstat(self._descriptor).st_size // size * size
         os.ftruncate(self._descriptor, min(whole, keep))
         os.ftruncate(self._descriptor, keep)
@@ -85,8 +88,8 @@ class AppendOnlyHistory:
 
     def _prepare(self, terms: Sequence[str]) -> str:
         """Give the file columns for these terms; return the header of an empty file."""
-        with self._path.open("rb") as file:
-            head = file.readline()
+        with opened(self._path) as file:
+            head = read_head(self._path, file)
         self._columns = header(terms)
         if not head:
             return line(self._columns)

@@ -6,10 +6,13 @@ This module builds and reads their records; `records` writes them.
 import csv
 import io
 import math
+import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +20,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import GenomeSpace
 from gaitsim.errors import RunError
 from gaitsim.evolution import Generation
+from gaitsim.opening import open_regular
 
 COLUMNS = (
     "generation",
@@ -33,6 +37,10 @@ COLUMNS = (
     "seconds",
 )
 MEAN = "mean:"
+LARGEST = 2**30  # bytes of a table, which are more than two million generations
+LARGEST_RECORDS = 2**32  # bytes of a file of records
+LONGEST_HEAD = 2**20  # bytes of a table's first line
+LONGEST_CELL = 25  # bytes, with the comma: -2.2250738585072014e-308,
 Columns = dict[str, NDArray[np.float64]]
 """Columns of a history by name, (generations,) each."""
 
@@ -88,15 +96,15 @@ def islands_header(islands: int) -> tuple[str, ...]:
     return ("generation", *(f"island {number}" for number in range(1, islands + 1)))
 
 
-def read_islands(path: Path, islands: int) -> NDArray[np.float64]:
+def read_islands(path: Path, islands: int, most: int | None = None) -> NDArray[np.float64]:
     """Return the best score of each island by generation, (generations, islands).
 
-    An incomplete last line is being written, and left out.
+    An incomplete last line is being written, and left out, as are rows after the first `most`.
 
     Raises:
         RunError: the file cannot be read, or is damaged.
     """
-    columns = _read_table(path, islands_header(islands))
+    columns = _read_table(path, islands_header(islands), most)
     if columns and len(columns) != 1 + islands:
         raise _damaged(path, f"it does not have a column for each of {islands} islands")
     return np.column_stack([*columns.values()][1:]) if columns else np.empty((0, islands))
@@ -156,31 +164,102 @@ def used_terms(columns: Mapping[str, NDArray[np.float64]], present: Sequence[str
     return [*known, *(name for name in present if name not in known)]
 
 
-def line_ends(path: Path) -> list[int]:
-    """Return the end of each whole line of a file, in bytes from its start; [] without a file.
+def line_ends(path: Path, rows: int) -> list[int]:
+    """Return the end of the first line of a file and of the next `rows`, in bytes from its start.
+
+    Fewer where there are not as many whole lines; [] without a file.
 
     Raises:
         RunError: the file cannot be read.
     """
-    return [end.end() for end in re.finditer(b"\n", _read(path))]
+    ends: list[int] = []
+    with opened(path) as file:
+        start = 0
+        while len(ends) <= rows and (data := file.read(2**20)):
+            ends += [start + end.end() for end in re.finditer(b"\n", data)]
+            start += len(data)
+    return ends[: rows + 1]
 
 
-def read_history(path: Path) -> Columns:
+def read_history(path: Path, most: int | None = None) -> Columns:
     """Return the columns of a history by name, each (generations,); {} where there is no file.
 
-    An incomplete last line is being written, and left out.
+    An incomplete last line is being written, and left out, as are rows after the first `most`.
 
     Raises:
         RunError: the file cannot be read, or is damaged.
     """
-    return _read_table(path, COLUMNS)
+    return _read_table(path, COLUMNS, most)
 
 
-def _read_table(path: Path, columns: Sequence[str]) -> Columns:
-    data = _read(path)
-    head = data.find(b"\n") + 1
-    rows = data[head : data.rfind(b"\n") + 1]
-    return parse_rows(path, data[:head], rows, columns=columns) if head else {}
+def _read_table(path: Path, columns: Sequence[str], most: int | None) -> Columns:
+    with opened(path) as file:
+        head = read_head(path, file)
+        if not head:
+            return {}
+        rows = read_rows(path, file, head, most)
+    return parse_rows(path, head, rows, columns=columns)
+
+
+def read_head(path: Path, file: BinaryIO) -> bytes:
+    """Return the first line of a table; b"" where it is not whole yet.
+
+    Raises:
+        RunError: it is too long to be one.
+    """
+    head = file.readline(LONGEST_HEAD)
+    if len(head) == LONGEST_HEAD:
+        raise _damaged(path, "its first line is too long")
+    return head if head.endswith(b"\n") else b""
+
+
+def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> bytes:
+    """Return the whole lines of a table from here on, at most the first `most`.
+
+    Args:
+        path: the file, for messages.
+        file: the file, opened.
+        head: its first line, by which rows that are too long or too short are found unparsed.
+        most: the number of lines; None for all.
+
+    Raises:
+        RunError: the first line or a row is damaged.
+    """
+    columns = len(column_names(path, head))
+    if most == 0:
+        return b""
+    longest = LARGEST if most is None else most * columns * LONGEST_CELL
+    data = _read(file, longest)
+    count = data.count(b"\n")
+    if 2 * columns * count > len(data) or (len(data) == longest and count < (most or 1)):
+        raise _damaged(path, "a row does not have one number per column")
+    if most is not None and count > most:
+        ends = (end.end() for end in re.finditer(b"\n", data))
+        return data[: next(islice(ends, most - 1, None))]
+    return data[: data.rfind(b"\n") + 1]
+
+
+def _read(file: BinaryIO, most: int) -> bytes:
+    """Return at most so many bytes from here on.
+
+    A file reserves memory for all that it is asked for.
+    """
+    here = file.tell()
+    left = file.seek(0, os.SEEK_END) - here
+    file.seek(here)
+    return file.read(min(most, max(left, 0)))
+
+
+def column_names(path: Path, head: bytes) -> list[str]:
+    """Return the names of a table's columns.
+
+    Raises:
+        RunError: the first line is damaged.
+    """
+    try:
+        return next(csv.reader([head.decode()]), [])
+    except (UnicodeDecodeError, csv.Error):
+        raise _damaged(path, "its first line does not name the columns") from None
 
 
 def parse_rows(
@@ -199,17 +278,17 @@ def parse_rows(
         RunError: the first line or a row is damaged.
     """
     count = rows.count(b"\n")
+    names = column_names(path, head)
+    if tuple(names[: len(columns)]) != tuple(columns):
+        raise _damaged(path, "its first line does not name the columns")
     try:
-        names = next(csv.reader([head.decode()]), [])
-        if tuple(names[: len(columns)]) != tuple(columns):
-            raise _damaged(path, "its first line does not name the columns")
         # Three times as fast as csv and float() for a hundred thousand generations.
         table = (
             np.loadtxt(io.StringIO(rows.decode()), delimiter=",", comments=None, ndmin=2)
             if count
             else np.empty((0, len(names)))
         )
-    except (UnicodeDecodeError, csv.Error, ValueError):
+    except ValueError:
         raise _damaged(path, "it contains something other than numbers") from None
     if table.shape != (count, len(names)):
         raise _damaged(path, "a row does not have one number per column")
@@ -226,13 +305,25 @@ def _damaged(path: Path, reason: str) -> RunError:
     )
 
 
-def _read(path: Path) -> bytes:
+@contextmanager
+def opened(path: Path, largest: int = LARGEST) -> Iterator[BinaryIO]:
+    """Open a file with one record per generation for reading; a missing one is empty.
+
+    Raises:
+        RunError: it cannot be read.
+    """
     try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        return b""
+        with ExitStack() as held:
+            try:
+                file = held.enter_context(open_regular(path, largest))
+            except FileNotFoundError:
+                file = io.BytesIO()
+            yield file
     except OSError as error:
-        raise RunError(f"cannot read {path}: {error.strerror}") from None
+        raise RunError(
+            f"cannot read {path}: {error.strerror}",
+            remedy="restore all files of the run from one copy",
+        ) from None
 
 
 def best_terms(columns: Mapping[str, NDArray[np.float64]], generation: int) -> dict[str, float]:
@@ -249,13 +340,14 @@ def record_type(space: GenomeSpace) -> np.dtype[Any]:
     return np.dtype([("score", "<f8"), ("genome", space.dtype.newbyteorder("<"), (space.genes,))])
 
 
-def read_records(path: Path, layout: np.dtype[Any]) -> NDArray[Any]:
+def read_records(path: Path, layout: np.dtype[Any], most: int | None = None) -> NDArray[Any]:
     """Return the records of a file with one per generation; none where there is no file.
 
-    An incomplete last record is being written, and left out.
+    An incomplete last record is being written, and left out, as are records after the first `most`.
 
     Raises:
         RunError: the file cannot be read.
     """
-    data = _read(path)
+    with opened(path, LARGEST_RECORDS) as file:
+        data = _read(file, LARGEST_RECORDS if most is None else most * layout.itemsize)
     return np.frombuffer(data, layout, count=len(data) // layout.itemsize)

@@ -8,6 +8,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from gaitsim.errors import RunError
+from gaitsim.opening import open_descriptor, read_regular
 
 
 class RunLock:
@@ -21,6 +22,8 @@ class RunLock:
         self._lock = FileLock(folder / ".lock")
         owner = folder / ".lock-owner"
         try:
+            # filelock opens other kinds of files, too.
+            os.close(open_descriptor(folder / ".lock", os.O_RDWR | os.O_CREAT))
             # Not at once: `is_locked` holds the lock of an idle run for a moment, too.
             self._lock.acquire(timeout=0.5, poll_interval=0.02)
         except Timeout:
@@ -31,14 +34,14 @@ class RunLock:
         except OSError as error:
             raise RunError(
                 f"cannot lock the run {folder}: {error.strerror}",
+                where=str(folder / ".lock"),
                 remedy="check that the folder is there and may be written",
             ) from None
-        try:
-            owner.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
-        except OSError:
-            # The name of the owner is a courtesy; the lock itself holds.
-            with suppress(OSError):
-                owner.unlink(missing_ok=True)
+        # The name of the owner is a courtesy; the lock itself holds.
+        with suppress(OSError):
+            owner.unlink(missing_ok=True)  # it may be a link
+            with owner.open("x", encoding="utf-8") as file:
+                file.write(f"process {os.getpid()} on {socket.gethostname()}")
 
     def release(self) -> None:
         """Give the run free."""
@@ -47,17 +50,16 @@ class RunLock:
 
 def _read(owner: Path) -> str:
     try:
-        return owner.read_text(encoding="utf-8")[:200] or "another process"
+        return read_regular(owner, 1000).decode()[:200] or "another process"
     except (OSError, UnicodeDecodeError):
         return "another process"
 
 
 def is_locked(folder: Path) -> bool:
     """Whether a process is writing to the run now. Makes no file in the folder."""
-    if not (folder / ".lock").exists():
-        return False
     lock = FileLock(folder / ".lock")
     try:
+        os.close(open_descriptor(folder / ".lock", os.O_RDONLY))
         lock.acquire(timeout=0)
     except Timeout:
         return True

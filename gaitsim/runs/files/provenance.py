@@ -17,6 +17,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
+from gaitsim.opening import read_regular
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import PROVENANCE
@@ -90,8 +91,7 @@ def read_provenance(folder: Path) -> list[Provenance]:
     """
     path = folder / PROVENANCE
     try:
-        with path.open("rb") as file:
-            return _ENTRIES.validate_json(file.read(LARGEST), strict=True)
+        return _ENTRIES.validate_json(read_regular(path, LARGEST), strict=True)
     except FileNotFoundError:
         return []
     except OSError as error:

@@ -32,7 +32,7 @@ class RecordFiles:
         self._layout = history.record_type(experiment.space())
         self._number = number = experiment.islands.number
         tables = (HISTORY, ISLANDS) if number > 1 else (HISTORY,)
-        ends = {name: history.line_ends(path / name) for name in tables}
+        ends = {name: history.line_ends(path / name, done) for name in tables}
         stored = {name: max(len(found) - 1, 0) for name, found in ends.items()}
         bests = path / BESTS
         stored[BESTS] = bests.stat().st_size // self._layout.itemsize if bests.exists() else 0

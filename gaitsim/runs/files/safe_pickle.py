@@ -21,14 +21,15 @@ checked before any of them is executed.
 
 import hashlib
 import io
+import os
 import pickle
 import pickletools
-import stat
 import struct
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, BinaryIO, NoReturn
 
 from gaitsim.errors import CheckpointError, RunError
+from gaitsim.opening import open_regular
 from gaitsim.runs.files.pickle_stack import OpcodeStack, RefusedError
 
 MAGIC = b"GAITSIM\0"
@@ -75,9 +76,9 @@ def dumps(content: dict[str, Any]) -> bytes:
         pickler.dump(content)
         with file.getbuffer() as view:
             _FIELDS.pack_into(view, 0, MAGIC, VERSION, len(view) - HEADER)
-            view[_DIGEST] = _digest(view)
+            view[_DIGEST] = _digest(file)
+        _scan(file)
         data = file.getvalue()
-        _scan(data)
     except Exception as error:  # the pickler raises about anything
         raise ValueError(f"no checkpoint can hold this: {error}") from error
     if len(data) > MAX_BYTES:
@@ -94,13 +95,8 @@ def load(path: Path) -> dict[str, Any]:
         RunError: it may not be read.
     """
     try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise _refusal(path, "it is not a file", "give the path of a checkpoint")
-        if status.st_size > MAX_BYTES:
-            raise _refusal(path, f"it has {status.st_size:,} bytes", allowed=f"{MAX_BYTES:,} bytes")
-        with path.open("rb") as file:
-            data = file.read(status.st_size)
+        with open_regular(path, MAX_BYTES) as file:
+            return _load(file, path)
     except FileNotFoundError as error:
         raise _refusal(path, "there is no such file", "check the path") from error
     except PermissionError as error:
@@ -108,8 +104,7 @@ def load(path: Path) -> dict[str, Any]:
             f"{path.name} may not be read", where=str(path), remedy="allow reading it"
         ) from error
     except (OSError, MemoryError) as error:
-        raise _refusal(path, _reason(error)) from error
-    return loads(data, path)
+        raise _refusal(path, _reason(error), "give the path of a checkpoint") from error
 
 
 def loads(data: bytes, path: Path) -> dict[str, Any]:
@@ -119,16 +114,23 @@ def loads(data: bytes, path: Path) -> dict[str, Any]:
         SchemaVersionError: it is whole, but of an older or a newer gaitsim.
         CheckpointError: it is damaged, foreign or hostile.
     """
-    if not data:
+    return _load(io.BytesIO(data), path)
+
+
+def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
+    """Read a whole file; one with another header or checksum never stands in memory."""
+    header = file.read(HEADER)
+    if not header:
         raise _refusal(path, "it is empty")
-    if not data.startswith(MAGIC):
+    if not header.startswith(MAGIC):
         raise _refusal(path, "it is another kind of file", "give the path of a checkpoint")
-    if len(data) < HEADER:
+    if len(header) < HEADER:
         raise _refusal(path, "it is damaged: the header is cut off")
-    _, version, length = _FIELDS.unpack_from(data)
-    if length != len(data) - HEADER:
-        raise _refusal(path, f"it is damaged: {len(data) - HEADER:,} bytes of {length:,} are there")
-    if _digest(memoryview(data)) != data[_DIGEST]:
+    _, version, length = _FIELDS.unpack_from(header)
+    found = file.seek(0, os.SEEK_END) - HEADER
+    if length != found:
+        raise _refusal(path, f"it is damaged: {found:,} bytes of {length:,} are there")
+    if _digest(file) != header[_DIGEST]:
         raise _refusal(path, "it is damaged: its checksum is wrong")
     if version > VERSION:
         raise SchemaVersionError(
@@ -140,8 +142,9 @@ def loads(data: bytes, path: Path) -> dict[str, Any]:
     if version < 1:
         raise _refusal(path, f"there is no schema version {version}")
     try:
-        _scan(data)
-        stream = io.BytesIO(data)
+        file.seek(0)
+        stream = io.BytesIO(file.read(HEADER + length))
+        _scan(stream)
         stream.seek(HEADER)
         content: dict[str, Any] = _Reader(stream).load()
     except Exception as error:  # hostile bytes can make the unpickler raise about anything
@@ -165,13 +168,16 @@ def _older(path: Path, version: int, content: dict[str, Any]) -> SchemaVersionEr
     )
 
 
-def _digest(data: memoryview) -> bytes:
-    digest = hashlib.sha256(data[: _DIGEST.start])
-    digest.update(data[_DIGEST.stop :])
+def _digest(file: BinaryIO) -> bytes:
+    file.seek(0)
+    digest = hashlib.sha256(file.read(_DIGEST.start))
+    file.seek(_DIGEST.stop)
+    while part := file.read(2**20):
+        digest.update(part)
     return digest.digest()
 
 
-def _scan(data: bytes) -> None:
+def _scan(stream: io.BytesIO) -> None:
     """Check every opcode of a file without building anything.
 
     Raises:
@@ -179,7 +185,7 @@ def _scan(data: bytes) -> None:
         Exception: whatever pickletools raises for bytes that are no pickle.
     """
     # genops reads lengths from a stream, which returns what is there and allocates no more.
-    stream = io.BytesIO(data)
+    end = stream.seek(0, os.SEEK_END)
     stream.seek(HEADER)
     stack = OpcodeStack()
     text = 0
@@ -189,7 +195,7 @@ def _scan(data: bytes) -> None:
             raise RefusedError(f"it has more than {MAX_OPCODES:,} opcodes")
         if text > MAX_TEXT:
             raise RefusedError(f"it has more than {MAX_TEXT:,} characters of text")
-        if opcode.name == "FRAME" and (arg or 0) > len(data) - stream.tell():
+        if opcode.name == "FRAME" and (arg or 0) > end - stream.tell():
             raise RefusedError("a frame is longer than the file")
         if count > 0:
             stack.follow(opcode.name)
@@ -197,7 +203,7 @@ def _scan(data: bytes) -> None:
             raise RefusedError("it is not a pickle of protocol 5")
     if stack.marks or [kind for kind, _ in stack.values] != [dict]:
         raise RefusedError("it is not one dict")
-    if stream.tell() != len(data):
+    if stream.tell() != end:
         raise RefusedError("bytes follow the end of the pickle")
 
 
@@ -214,6 +220,8 @@ def _text_length(arg: object) -> int:
 def _reason(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return "it needs more memory than there is"
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
     return str(error) or type(error).__name__
 
 
