@@ -45,26 +45,29 @@ class Codec:
             genomes: (population, genes) of 0 and 1.
 
         Returns:
-            A new array of that shape and dtype.
+            A new array of that shape and dtype; `genomes` where no magnitude is above 20.
         """
-        repaired = genomes.copy()
-        first = int(self.signed)
-        sixteen, eight, four, two, one = (
-            repaired[:, place :: self.bits] for place in range(first, self.bits)
-        )
-        over = sixteen & (eight | (four & (two | one)))  # 16 + 4 is 20
-        kept = over ^ 1
-        eight &= kept
-        four |= over
-        two &= kept
-        one &= kept
+        # At every bit as if a magnitude began there: neighbours in memory, which NumPy handles
+        # six times as fast as every sixth bit.
+        bits, first = genomes.reshape(-1), int(self.signed)
+        over = bits[3:-1] | bits[4:]
+        over &= bits[2:-2]
+        over |= bits[1:-3]
+        over &= bits[:-4]
+        over = over[first :: self.bits].reshape(len(genomes), -1)  # 16 + 4 is 20
+        if not over.any():
+            return genomes
+        repaired, kept = genomes.copy(), over ^ 1
+        repaired[:, first + 1 :: self.bits] &= kept
+        repaired[:, first + 2 :: self.bits] |= over
+        repaired[:, first + 3 :: self.bits] &= kept
+        repaired[:, first + 4 :: self.bits] &= kept
         return repaired
 
     def codes(self, genomes: Genomes) -> NDArray[np.uint8]:
         """Return the bits of each leg as one number, the index into `degrees` and `reaches`.
 
-        The population comes last, so that NumPy's innermost loops are long: 0.11 ms for
-        8,000 genomes of 36 bits. Doubling is six times as fast as shifting.
+        The population comes last, so that NumPy's innermost loops are long.
 
         Args:
             genomes: (population, genes) uint8 of 0 and 1.
@@ -72,12 +75,14 @@ class Codec:
         Returns:
             (legs, population).
         """
-        groups = np.ascontiguousarray(genomes.T).reshape(-1, self.bits, len(genomes))
-        codes = groups[:, 0].copy()
+        # At every bit as if a leg began there, as in `repair`.
+        bits = genomes.reshape(-1)
+        length = len(bits) - self.bits + 1
+        codes = bits[:length].copy()
         for place in range(1, self.bits):
             codes += codes
-            codes += groups[:, place]
-        return codes
+            codes += bits[place : place + length]
+        return np.ascontiguousarray(codes[:: self.bits].reshape(len(genomes), -1).T)
 
     @cached_property
     def degrees(self) -> NDArray[np.int64]:

@@ -100,10 +100,10 @@ class Millipede(Organism):
     def move(self, genomes: Genomes) -> Motion:
         """Decode to the reach of both sides; compute other channels when they are read.
 
-        8,000 millipedes of 6 legs take 0.30 ms on one core, 79 take 16 µs.
+        8,000 millipedes of 6 legs take 0.19 ms on one core, 79 take 11 µs.
         """
         codes = self._codec.codes(genomes)
-        reaches = self._codec.reaches[codes].reshape(2, self.pairs, len(genomes))
+        reaches = self._codec.reaches.take(codes).reshape(2, self.pairs, len(genomes))
         reach = reaches.sum(axis=1).T / self.pairs
 
         def sides() -> dict[str, Array]:

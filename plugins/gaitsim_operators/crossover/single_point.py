@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace, option
-from gaitsim_operators.crossover.exchange import exchange
+from gaitsim_operators.crossover.exchange import exchange, past
 
 
 class SinglePoint(Crossover):
@@ -30,4 +30,4 @@ class SinglePoint(Crossover):
             cuts = np.full((pairs, 1), genes // 2)
         else:
             cuts = rng.integers(1, genes, (pairs, 1))
-        return exchange(mothers, fathers, np.arange(genes) >= cuts, self.children)
+        return exchange(mothers, fathers, past(cuts, genes), self.children)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gaitsim.contracts import Crossover, Genomes, GenomeSpace
-from gaitsim_operators.crossover.exchange import exchange
+from gaitsim_operators.crossover.exchange import exchange, past
 from gaitsim_operators.draws import two_different
 
 
@@ -23,9 +23,10 @@ class TwoPoint(Crossover):
         alone is the mother's.
         """
         pairs, genes = mothers.shape
-        gene = np.arange(genes)
         if genes < 3:
-            return exchange(mothers, fathers, gene >= np.ones((pairs, 1)), self.children)
+            return exchange(mothers, fathers, np.arange(genes) >= 1, self.children)
         one, other = two_different(genes - 1, (pairs, 1), rng)
         # Between the cuts lies what is past one of them alone, whichever comes first.
-        return exchange(mothers, fathers, (gene > one) != (gene > other), self.children)
+        return exchange(
+            mothers, fathers, past(one + 1, genes) != past(other + 1, genes), self.children
+        )

@@ -21,11 +21,11 @@ class BitFlip(Mutation):
     def mutate(self, genomes: Genomes, space: GenomeSpace, rng: np.random.Generator) -> Genomes:
         """(population, genes) -> mutants of that shape, uint8."""
         population, genes = genomes.shape
-        flips = np.zeros_like(genomes)
-        rows = np.arange(population)
+        flips = np.zeros(population * genes, genomes.dtype)
+        starts = np.arange(0, len(flips), genes)
         # Floyd's sample (Bentley and Floyd 1987), for all genomes in step: a bit
         # drawn again stands for the newest of those that may be drawn.
         for newest in range(genes - min(self.count, genes), genes):
-            drawn = rng.integers(0, newest + 1, population)
-            flips[rows, np.where(flips[rows, drawn], newest, drawn)] = 1
-        return genomes ^ flips
+            drawn = starts + rng.integers(0, newest + 1, population)
+            flips[np.where(flips.take(drawn), starts + newest, drawn)] = 1
+        return genomes ^ flips.reshape(genomes.shape)
