@@ -8,12 +8,14 @@ its descriptor, and refused unless it is a regular file of a bounded size.
 import errno
 import os
 import stat
+from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
 # Windows has neither pipes in folders nor these flags, but text files.
 _FLAGS = sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_CLOEXEC", "O_BINARY", "O_NOCTTY"))
 _NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0)
+_PART = 2**20  # bytes
 
 
 def open_descriptor(path: Path, flags: int, *, follow: bool = False) -> int:
@@ -56,8 +58,7 @@ def open_regular(path: Path, largest: int, *, follow: bool = False) -> BinaryIO:
         OSError: it is another kind of file, is larger, or cannot be opened; `strerror` says why.
     """
     file = os.fdopen(open_descriptor(path, os.O_RDONLY, follow=follow), "rb")
-    size = os.fstat(file.fileno()).st_size
-    if size > largest:
+    if (size := _size(file)) > largest:
         file.close()
         raise _too_large(path, f"{size:,}", largest)
     return file
@@ -70,7 +71,9 @@ def read_regular(path: Path, largest: int, *, follow: bool = False) -> bytes:
         OSError: it is another kind of file, is larger, or cannot be read; `strerror` says why.
     """
     with open_regular(path, largest, follow=follow) as file:
-        data = file.read(largest + 1)
+        # A single read would reserve memory for all that it is asked for.
+        parts = iter(lambda: file.read(_PART), b"")
+        data = b"".join(islice(parts, largest // _PART + 2))
     if len(data) > largest:  # it grew meanwhile, or its system does not say how long it is
         raise _too_large(path, "more", largest)
     return data
@@ -82,6 +85,10 @@ def is_folder(path: Path) -> bool:
         return stat.S_ISDIR(os.lstat(path).st_mode)
     except (OSError, ValueError):
         return False
+
+
+def _size(file: BinaryIO) -> int:
+    return os.fstat(file.fileno()).st_size
 
 
 def _too_large(path: Path, size: str, largest: int) -> OSError:

@@ -1,11 +1,9 @@
 """Fork a run: copy it as of its checkpoint, to continue it under other options."""
 
-import os
 from pathlib import Path
 
-from gaitsim.errors import RunError
 from gaitsim.experiment import Overrides
-from gaitsim.runs.files.checkpoint import pack
+from gaitsim.runs.files.checkpoint import pack, read_champion
 from gaitsim.runs.files.folder import (
     BESTS,
     CHAMPIONS,
@@ -21,6 +19,8 @@ from gaitsim.runs.files.folder import (
     create_folder,
     kept_champions,
 )
+from gaitsim.runs.files.history import first_rows
+from gaitsim.runs.files.provenance import provenance_bytes, read_provenance
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -59,26 +59,19 @@ def fork_run(
     files: dict[str, str | bytes] = {
         EXPERIMENT: plan.experiment.to_toml() if changed else run.experiment_text
     }
-    copied = [START]
     checkpoint = run.checkpoint
+    if run.start is not None:
+        files[START] = pack(run.start)
     if checkpoint is not None:
         _ = run.history, run.islands  # raises where records are missing
         files |= {BESTS: run.bests.tobytes(), CHECKSUMS: run.checksums.tobytes()}
         files[CHECKPOINT] = pack(checkpoint)
         for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):
-            lines = _read(path / name).splitlines(keepends=True)
-            files[name] = b"".join(lines[: 1 + checkpoint.generation])
-        kept = [number for number in kept_champions(path) if number <= checkpoint.generation]
-        copied += [PROVENANCE, *map(champion_file, kept)]
-    files |= {name: _read(path / name) for name in copied if os.path.lexists(path / name)}
+            files[name] = first_rows(path / name, checkpoint.generation)
+        for number in kept_champions(path):
+            if number <= checkpoint.generation:
+                name = champion_file(number)
+                files[name] = pack(read_champion(path / name))
+        if entries := read_provenance(path):
+            files[PROVENANCE] = provenance_bytes(entries)
     return create_folder(out or path, files, (CHAMPIONS, EXPORTS))
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise RunError(
-            f"cannot read {path}: {error.strerror}",
-            remedy="restore all files of the run from one copy",
-        ) from None

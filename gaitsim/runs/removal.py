@@ -13,12 +13,19 @@ _GONE = ".deleted-"
 
 
 def delete_run(path: Path) -> None:
-    """Delete a run with all that was made of it.
+    """Delete a run with all that was made of it; links in it are removed, not their targets.
 
     Raises:
-        RunError: it is no run, another process writes it, or it cannot be deleted.
+        RunError: it is not a run, or a link to one; another process writes it; or it cannot be
+            deleted.
     """
-    if path.is_symlink() or not (path / EXPERIMENT).is_file():
+    if path.is_symlink():
+        raise RunError(
+            f"{path} is a symbolic link to a run",
+            allowed="the run itself",
+            remedy=f"delete the run at {path.resolve()}, or remove the link alone: rm {path}",
+        )
+    if not (path / EXPERIMENT).is_file():
         raise RunError(
             f"{path} is not a run: it holds no {EXPERIMENT}",
             remedy="'gaitsim runs' lists the runs here",
@@ -33,10 +40,10 @@ def delete_run(path: Path) -> None:
         lock.release()
     try:
         shutil.rmtree(gone)
-    except OSError as error:
+    except (OSError, RecursionError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "its folders are too deep"
         raise RunError(
-            f"the run {path.name} is gone, but some of its files cannot be deleted: "
-            f"{error.strerror}",
+            f"the run {path.name} is gone, but some of its files cannot be deleted: {reason}",
             where=str(gone),
             remedy="delete that folder by hand",
         ) from None

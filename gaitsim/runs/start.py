@@ -26,7 +26,7 @@ def kept_individual(reference: str) -> Champion:
     """
     # os.path, unlike pathlib, answers for names that no file can have, too.
     if os.path.isfile(reference):  # noqa: PTH113
-        return read_champion(Path(reference))
+        return read_champion(Path(reference).resolve())  # the link of a user is theirs
     run, mark, number = reference.rpartition("@")
     if mark and number.isascii() and number.isdecimal() and len(number) < 10:
         try:  # for a run whose name ends so

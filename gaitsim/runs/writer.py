@@ -24,6 +24,7 @@ from gaitsim.runs.files.folder import (
     PREVIOUS,
     champion_file,
     kept_champions,
+    own_folder,
 )
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.files.provenance import current_versions, write_provenance
@@ -89,7 +90,7 @@ class RunWriter:
             run = RunSnapshot(path, keep_damaged=True)
             plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
             if overrides or generations is not None:
-                write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode())
+                write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode(), follow=False)
             done = plan.last.number if plan.last else 0
             files = held.enter_context(RecordFiles(path, plan.experiment, done))
             with writing(path):
@@ -188,9 +189,7 @@ class RunWriter:
             score=float(generation.scores[best]),
             terms=generation.evaluation.terms_of(best),
         )
-        folder = self.path / CHAMPIONS
-        with writing(folder):
-            folder.mkdir(exist_ok=True)
+        own_folder(self.path, CHAMPIONS)
         write_champion(self.path / champion_file(generation.number), champion)
 
     def _checkpoint(self, generation: Generation) -> Checkpoint:

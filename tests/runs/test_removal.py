@@ -47,7 +47,7 @@ def test_what_is_no_run_stays(tmp_path, make):
 def test_a_link_to_a_run_is_not_followed(run, tmp_path):
     link = tmp_path / "link"
     link.symlink_to(run)
-    with pytest.raises(RunError, match="not a run"):
+    with pytest.raises(RunError, match="a symbolic link to a run"):
         delete_run(link)
     assert list_runs(run.parent) == [run]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from gaitsim.opening import open_descriptor
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.history import (
     Columns,
     header,
@@ -30,7 +30,8 @@ class AppendOnlyFile:
 
         Whole records of `size` bytes that are missing are filled with zeros.
         """
-        self._descriptor = open_descriptor(path, os.O_RDWR | os.O_CREAT)
+        with writing(path):
+            self._descriptor = open_descriptor(path, os.O_RDWR | os.O_CREAT)
         whole = os.fstat(self._descriptor).st_size // size * size
         os.ftruncate(self._descriptor, min(whole, keep))
         os.ftruncate(self._descriptor, keep)
@@ -102,7 +103,7 @@ class AppendOnlyHistory:
             # Closed first: a file that is open cannot be replaced on every system.
             self._file.close()
             data = _table(before, self._columns).encode()
-            write_bytes(self._path, data)
+            write_bytes(self._path, data, follow=False)
             self._file = AppendOnlyFile(self._path, len(data))
         return ""
 

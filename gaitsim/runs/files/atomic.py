@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from gaitsim.errors import RunError
+from gaitsim.opening import is_folder
 
 _PREFIX, _SUFFIX = ".gaitsim-", ".partial"
 
@@ -25,17 +26,25 @@ _REMEDIES = {
     errno.ENOTDIR: _NO_FOLDER,
     errno.EEXIST: _NO_FOLDER,
     errno.EISDIR: "move the folder of that name away",
+    errno.ELOOP: "remove the link, and restore the file from a copy of the run",
+    errno.EMLINK: "replace it by a copy: otherwise, its other name would change, too",
 }
 _NO_FOLDER_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EACCES}
 
 
-def write_bytes(path: Path, data: bytes) -> None:
+def write_bytes(path: Path, data: bytes, *, follow: bool = True) -> None:
     """Write `data` to `path`, which even after a crash has either its new or its old content.
+
+    Args:
+        path: the file.
+        data: its content.
+        follow: whether to write to the target of a link, as where a user names the file. A link
+            in a run folder is replaced instead: its target may be anywhere.
 
     Raises:
         RunError: the file cannot be written; `path` is whole, and most likely unchanged.
     """
-    with replacing(path) as partial:
+    with replacing(path, follow=follow) as partial:
         partial.write_bytes(data)
 
 
@@ -49,7 +58,7 @@ def write_rotating(path: Path, previous: Path, data: bytes) -> None:
         RunError: the files cannot be written; both are whole, and most likely as they were.
     """
     with writing(path), _partial(path.parent, data) as partial:
-        if path.exists():
+        if path.is_file() and not path.is_symlink():
             with _twin(path) as twin:
                 twin.replace(previous)
         partial.replace(path)
@@ -57,17 +66,21 @@ def write_rotating(path: Path, previous: Path, data: bytes) -> None:
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replacing(path: Path, *, follow: bool = True) -> Iterator[Path]:
     """A temporary file beside `path` for others to write; it becomes `path` where all goes well.
 
     For what is too long to hold in memory. Whatever ends the block early leaves `path` as
     it was, and no temporary file.
 
+    Args:
+        path: the file.
+        follow: whether to write to the target of a link, rather than to replace the link.
+
     Raises:
         RunError: the file cannot be written; `path` is whole, and most likely as it was.
     """
     with writing(path):
-        path = _place(path)
+        path = _target(path) if follow else path
         partial = _new_name(path.parent)
         try:
             yield partial
@@ -113,7 +126,8 @@ def remove_partials(folder: Path) -> None:
     """
     with writing(folder):
         for partial in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
-            partial.unlink(missing_ok=True)
+            if not is_folder(partial):  # none of ours
+                partial.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -129,7 +143,7 @@ def writing(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _place(path: Path) -> Path:
+def _target(path: Path) -> Path:
     """Return the path to write to: the target of a link, never a device or a pipe."""
     if path.is_symlink():
         path = path.resolve()

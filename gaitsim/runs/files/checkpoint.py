@@ -122,7 +122,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None =
     """
     data = pack(checkpoint)
     if previous is None:
-        write_bytes(path, data)
+        write_bytes(path, data, follow=False)
     else:
         write_rotating(path, previous, data)
 
@@ -134,7 +134,7 @@ def write_champion(path: Path, champion: Champion) -> None:
         RunError: the file cannot be written; the old one is still there.
         ValueError: the champion is invalid; see `Champion`.
     """
-    write_bytes(path, pack(champion))
+    write_bytes(path, pack(champion), follow=False)
 
 
 def read_checkpoint(path: Path) -> Checkpoint:

@@ -1,5 +1,6 @@
 """Run folders: what they are called, how one is made, found and listed."""
 
+import errno
 import os
 import re
 import secrets
@@ -83,15 +84,34 @@ def unfinished(run: Path) -> RunError:
     )
 
 
+def own_folder(run: Path, name: str) -> Path:
+    """Return a folder within a run; create it if it is missing.
+
+    Raises:
+        RunError: it cannot be created, or is a link, by which files elsewhere would change.
+    """
+    folder = run / name
+    with writing(folder):
+        if folder.is_symlink():
+            raise OSError(errno.ELOOP, "it is a symbolic link")
+        folder.mkdir(exist_ok=True)
+    return folder
+
+
 def exports_folder(run: Path) -> Path:
     """Return the folder for what is exported from a run; create it if it is missing.
 
     Raises:
-        RunError: it cannot be created.
+        RunError: it cannot be created, or it or a file in it is a link to elsewhere.
     """
-    folder = run / EXPORTS
+    folder = own_folder(run, EXPORTS)
     with writing(folder):
-        folder.mkdir(exist_ok=True)
+        for entry in folder.iterdir():
+            if entry.is_symlink() and not entry.resolve().is_relative_to(folder.resolve()):
+                raise RunError(
+                    f"{entry} is a symbolic link that leads out of the folder",
+                    remedy="remove it, or choose another place with --out",
+                )
     return folder
 
 
@@ -101,8 +121,15 @@ def champion_file(generation: int) -> str:
 
 
 def kept_champions(run: Path) -> list[int]:
-    """The generations of which a run's folder keeps a champion's file, in order."""
-    names = (path.stem for path in (run / CHAMPIONS).glob("generation-*.pickle"))
+    """The generations of which a run's folder keeps a champion's file, in order.
+
+    Raises:
+        RunError: their folder is a link, or cannot be read.
+    """
+    if not os.path.lexists(run / CHAMPIONS):
+        return []
+    folder = own_folder(run, CHAMPIONS)
+    names = (path.stem for path in folder.glob("generation-*.pickle"))
     matches = (re.fullmatch(r"generation-(\d+)", name) for name in names)
     return sorted(int(match[1]) for match in matches if match)
 

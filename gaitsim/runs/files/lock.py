@@ -1,5 +1,6 @@
 """One process at a time writes to a run."""
 
+import errno
 import os
 import socket
 from contextlib import suppress
@@ -9,6 +10,9 @@ from filelock import FileLock, Timeout
 
 from gaitsim.errors import RunError
 from gaitsim.opening import open_descriptor, read_regular
+
+_REMOVE = "remove it, if no process writes the run"
+_REMEDIES = dict.fromkeys((errno.ELOOP, errno.EINVAL, errno.EISDIR, errno.EMLINK), _REMOVE)
 
 
 class RunLock:
@@ -35,7 +39,9 @@ class RunLock:
             raise RunError(
                 f"cannot lock the run {folder}: {error.strerror}",
                 where=str(folder / ".lock"),
-                remedy="check that the folder is there and may be written",
+                remedy=_REMEDIES.get(
+                    error.errno or 0, "check that the folder is there and may be written"
+                ),
             ) from None
         # The name of the owner is a courtesy; the lock itself holds.
         with suppress(OSError):

@@ -80,7 +80,12 @@ def write_provenance(folder: Path, first: int, parts: Mapping[str, str]) -> None
     if kept and kept[-1].parts == parts:
         return
     entries = [*kept, Provenance(first, dict(parts))]
-    write_bytes(folder / PROVENANCE, _ENTRIES.dump_json(entries, indent=1) + b"\n")
+    write_bytes(folder / PROVENANCE, provenance_bytes(entries), follow=False)
+
+
+def provenance_bytes(entries: Sequence[Provenance]) -> bytes:
+    """Return the content of the file of these entries."""
+    return _ENTRIES.dump_json([*entries], indent=1) + b"\n"
 
 
 def read_provenance(folder: Path) -> list[Provenance]:
