@@ -1,6 +1,7 @@
 """TOML as gaitsim reads and shows it: plain values, or one error that says where it stops."""
 
 import json
+from collections import deque
 from collections.abc import Iterator
 from datetime import date, datetime, time
 from typing import Any
@@ -62,9 +63,9 @@ def _too_deep(source: str, key: str) -> GaitsimError:
 
 def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
     """Every key with its value and depth; without recursion, so that no depth does harm."""
-    waiting: list[tuple[str, Any, int]] = [(key, value, 1) for key, value in data.items()]
+    waiting = deque((key, value, 1) for key, value in data.items())
     while waiting:
-        key, value, depth = waiting.pop(0)
+        key, value, depth = waiting.popleft()
         yield key, value, depth
         if isinstance(value, dict):
             waiting += [(f"{key}.{name}", item, depth + 1) for name, item in value.items()]

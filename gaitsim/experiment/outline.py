@@ -74,8 +74,10 @@ def read_outline(text: str, source: str) -> ExperimentOutline:
     sections = {name: table for name, table in tables.items() if isinstance(table, dict)}
     plugins = {kind: sections.get(kind, {}).get(PLUGIN) for kind in KINDS}
     seed = tables.get("seed", 0)
+    labels = {key: tables.get(key, "") for key in ("name", "description")}
     missing = [f"{kind}.{PLUGIN}" for kind, name in plugins.items() if not isinstance(name, str)]
-    missing += [] if type(seed) is int else ["seed"]
+    missing += [] if type(seed) is int and 0 <= seed < 2**63 else ["seed"]
+    missing += [key for key, text in labels.items() if not isinstance(text, str)]
     if missing:
         raise GaitsimError(
             f"{source} is not an experiment: {missing[0]} is missing or invalid",
@@ -85,8 +87,8 @@ def read_outline(text: str, source: str) -> ExperimentOutline:
             key=missing[0],
         )
     return ExperimentOutline(
-        str(tables.get("name", "")),
-        str(tables.get("description", "")),
+        labels["name"],
+        labels["description"],
         seed,
         {kind: str(name) for kind, name in plugins.items()},
         _section(Evolution, tables.get("evolution", {}), "evolution", source),

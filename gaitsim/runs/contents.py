@@ -35,12 +35,12 @@ from gaitsim.runs.files.folder import (
 )
 from gaitsim.runs.files.history import (
     header,
-    line_ends,
     read_history,
     read_islands,
     read_records,
     used_terms,
 )
+from gaitsim.runs.files.tables import damaged, line_ends
 from gaitsim.runs.stages import RunStage, stages_of
 
 
@@ -164,7 +164,10 @@ class RunFiles:
         columns = {name: self._cut(values, HISTORY) for name, values in columns.items()}
         if not columns:
             raise ends_early(self.path, HISTORY, 0, self.generation)
-        terms = [name for name in self.checkpoint.terms if name in columns]
+        terms = [*self.checkpoint.terms]
+        for name in terms:
+            if name not in columns:
+                raise damaged(self.path / HISTORY, f"it lacks the term {name!r} of the checkpoint")
         # Without columns of a stage whose first generation was not finished.
         return {name: columns[name] for name in header(used_terms(columns, terms))}
 

@@ -7,15 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, ends_early
-from gaitsim.runs.files.history import (
-    COLUMNS,
-    MEAN,
-    Columns,
-    opened,
-    parse_rows,
-    read_head,
-    read_rows,
-)
+from gaitsim.runs.files.history import COLUMNS, MEAN, parse_history
+from gaitsim.runs.files.tables import Columns, opened, read_head, read_rows
 from gaitsim.runs.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
@@ -66,7 +59,7 @@ class RunFollower:
             left = max(last + 1 - self._next, 0)
             rows = read_rows(path, file, head, left) if head else b""
         if head:
-            columns = parse_rows(path, head, rows, self._next)
+            columns = parse_history(path, head, rows, self._next)
             self._offset += len(rows)
             self._next += rows.count(b"\n")
             self._row = rows[rows.rfind(b"\n", 0, -1) + 1 :] or self._row

@@ -63,7 +63,6 @@ def fork_run(
     if run.start is not None:
         files[START] = pack(run.start)
     if checkpoint is not None:
-        _ = run.history, run.islands  # raises where records are missing
         files |= {BESTS: run.bests.tobytes(), CHECKSUMS: run.checksums.tobytes()}
         files[CHECKPOINT] = pack(checkpoint)
         for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):

@@ -78,6 +78,7 @@ def plan_resume(
         check_size(experiment)
         return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "")
     experiment = _changed(run, checkpoint, given)
+    _ = run.history, run.islands  # raises where they are damaged
     warnings = [run.warning] if run.warning else []
     numpy_changed = _compare_versions(run, experiment, checkpoint, any_version=any_version)
     found = pending(checkpoint, experiment)

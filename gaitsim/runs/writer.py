@@ -161,7 +161,7 @@ class RunWriter:
         values = history.row(generation)
         terms = generation.evaluation.terms
         for name in terms:
-            if name in history.COLUMNS or name.startswith(history.MEAN):
+            if not history.is_term(name):
                 what = f"names a term {name!r}, which is a column of the history"
                 allowed = f"other names than {', '.join(history.COLUMNS)}"
                 raise contract_error(self.experiment.entries["fitness"], what, allowed)

@@ -14,13 +14,12 @@ from gaitsim.evolution import Generation, Progress
 from gaitsim.runs.files.append_only import AppendOnlyFile
 from gaitsim.runs.files.history import (
     COLUMNS,
-    line,
-    line_ends,
     read_history,
     read_records,
     record_type,
     row,
 )
+from gaitsim.runs.files.tables import line, line_ends
 
 INF = math.inf
 scores = st.floats(-1e6, 1e6)
@@ -137,6 +136,23 @@ DAMAGED = {
     "a zero byte": GOOD.replace("70", "7\0"),
     "no text": GOOD.encode("utf-16"),
     "an open quote": GOOD.replace("median", '"median'),
+    "a term renamed": GOOD.replace(",reach", ",reached"),
+    "a mean renamed": GOOD.replace("mean:reach", "mean:reached"),
+    "a column more": GOOD.replace("\n", ",1\n").replace("reach,1", "reach,more"),
+    "a term twice": GOOD.replace("mean:reach", "reach,mean:reach,mean:reach").replace(
+        ".0\n", ".0,1,1\n"
+    ),
+    "a term that is a column": GOOD.replace("reach", "best"),
+    "a term that is a line": GOOD.replace("reach", '"a\nb"'),
+    "evaluations that are no number": GOOD.replace(",70,", ",nan,"),
+    "evaluations without end": GOOD.replace(",70,", ",inf,"),
+    "evaluations in parts": GOOD.replace(",70,", ",70.5,"),
+    "a stage too early": GOOD.replace("\n2,1,", "\n2,0,"),
+    "a best beyond all": GOOD.replace("70,2.0", "70,inf"),
+    "a time without end": GOOD.replace("0.125", "1e400"),
+    "a time backwards": GOOD.replace("0.125", "-1"),
+    "empty lines": "\n" * 100_000,
+    "rows too short": GOOD + "\n" * 100_000,
 }
 
 

@@ -29,6 +29,16 @@ def test_a_run_whose_checkpoints_are_gone_does_not_begin_anew(whole):
     assert RunSnapshot(whole.path).generation == 0
 
 
+@pytest.mark.parametrize(("name", "wrong"), [("reach", "reached"), ("median", "middle")])
+def test_a_history_with_other_columns_is_refused(half, name, wrong):
+    path = half.path / "history.csv"
+    path.write_text(path.read_text().replace(name, wrong))
+    before = path.read_bytes()
+    with pytest.raises(RunError, match=r"history\.csv is damaged"):
+        go_on(half.path)
+    assert path.read_bytes() == before
+
+
 @pytest.mark.parametrize("until", [1, 2, 4, 7, 8])
 def test_a_run_gone_on_with_is_the_same(whole, puppet, until):
     path = create_run(puppet(LONG, THRESHOLD))

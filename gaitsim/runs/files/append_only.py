@@ -8,16 +8,14 @@ from pathlib import Path
 from gaitsim.opening import open_descriptor
 from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.history import (
-    Columns,
     header,
-    line,
-    opened,
-    parse_rows,
-    read_head,
+    parse_history,
     read_history,
     terms_of,
     used_terms,
+    wrong_names,
 )
+from gaitsim.runs.files.tables import Columns, damaged, line, opened, read_head
 
 WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 
@@ -94,11 +92,13 @@ class AppendOnlyHistory:
         self._columns = header(terms)
         if not head:
             return line(self._columns)
-        found = tuple(parse_rows(self._path, head, b""))
+        found = tuple(parse_history(self._path, head, b""))
         if found == self._columns:
             return ""
         before = read_history(self._path)
         self._columns = header(used_terms(before, terms))
+        if wrong := wrong_names(self._columns):
+            raise damaged(self._path, wrong)
         if found != self._columns:
             # Closed first: a file that is open cannot be replaced on every system.
             self._file.close()

@@ -3,24 +3,24 @@
 This module builds and reads their records; `records` writes them.
 """
 
-import csv
-import io
 import math
-import os
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
-from itertools import islice
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import GenomeSpace
-from gaitsim.errors import RunError
 from gaitsim.evolution import Generation
-from gaitsim.opening import open_regular
+from gaitsim.runs.files.tables import (
+    Columns,
+    check_values,
+    opened,
+    parse_rows,
+    read_table,
+    read_up_to,
+)
 
 COLUMNS = (
     "generation",
@@ -37,12 +37,11 @@ COLUMNS = (
     "seconds",
 )
 MEAN = "mean:"
-LARGEST = 2**30  # bytes of a table, which are more than two million generations
+SCORES = ("best", "median", "lower quartile", "upper quartile", "worst")
+A_SCORE = "a finite number or −inf"
+LONGEST = 1e9  # seconds that a generation takes
+MOST_TERMS = 200
 LARGEST_RECORDS = 2**32  # bytes of a file of records
-LONGEST_HEAD = 2**20  # bytes of a table's first line
-LONGEST_CELL = 25  # bytes, with the comma: -2.2250738585072014e-308,
-Columns = dict[str, NDArray[np.float64]]
-"""Columns of a history by name, (generations,) each."""
 
 
 def row(generation: Generation) -> dict[str, float]:
@@ -104,9 +103,19 @@ def read_islands(path: Path, islands: int, most: int | None = None) -> NDArray[n
     Raises:
         RunError: the file cannot be read, or is damaged.
     """
-    columns = _read_table(path, islands_header(islands), most)
-    if columns and len(columns) != 1 + islands:
-        raise _damaged(path, f"it does not have a column for each of {islands} islands")
+
+    def wrong_names(names: Sequence[str]) -> str:
+        if tuple(names) == islands_header(islands):
+            return ""
+        return f"it does not have a column for each of {islands} islands"
+
+    def parse(path: Path, head: bytes, rows: bytes) -> Columns:
+        columns = parse_rows(path, head, rows, 1, wrong_names)
+        for name in islands_header(islands)[1:]:
+            check_values(path, columns, name, columns[name] < np.inf, A_SCORE)
+        return columns
+
+    columns = read_table(path, most, parse)
     return np.column_stack([*columns.values()][1:]) if columns else np.empty((0, islands))
 
 
@@ -124,15 +133,6 @@ def _quartiles(values: NDArray[np.float64]) -> list[float]:
         # The difference of two infinities would be NaN.
         found.append(low if low == high else low * (1 - rest) + high * rest)
     return found
-
-
-def line(cells: Iterable[str | float]) -> str:
-    """Return one line of CSV, with numbers in the shortest form that reads back the same."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(
-        [cell if isinstance(cell, str) else repr(cell) for cell in cells]
-    )
-    return text.getvalue()
 
 
 def header(terms: Sequence[str]) -> tuple[str, ...]:
@@ -164,21 +164,54 @@ def used_terms(columns: Mapping[str, NDArray[np.float64]], present: Sequence[str
     return [*known, *(name for name in present if name not in known)]
 
 
-def line_ends(path: Path, rows: int) -> list[int]:
-    """Return the end of the first line of a file and of the next `rows`, in bytes from its start.
+def wrong_names(names: Sequence[str]) -> str:
+    """Return what is wrong with the names of a history's columns, or ''."""
+    terms = terms_of(names)
+    if tuple(names) != header(terms):
+        return "its first line does not name the columns of a history"
+    if len(terms) > MOST_TERMS:
+        return f"it has {len(terms):,} terms, and at most {MOST_TERMS:,} are allowed"
+    wrong = next((name for name in terms if not is_term(name)), None)
+    if wrong is None and len({*names}) < len(names):
+        wrong = next(name for name in terms if terms.count(name) > 1)
+    return "" if wrong is None else f"{wrong[:40]!r} is not the name of a term, or is there twice"
 
-    Fewer where there are not as many whole lines; [] without a file.
+
+def is_term(name: str) -> bool:
+    """Whether a history can have a term of this name."""
+    return (
+        name.isprintable()
+        and 0 < len(name) <= 200
+        and name not in COLUMNS
+        and not name.startswith(MEAN)
+    )
+
+
+def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Columns:
+    """Return whole rows of a history as columns by name, (rows,) each.
+
+    Terms may hold any number, as failed individuals have them.
+
+    Args:
+        path: the file, for messages.
+        head: its first line.
+        rows: whole lines of it.
+        first: the generation of the first row.
 
     Raises:
-        RunError: the file cannot be read.
+        RunError: the first line or a row is damaged.
     """
-    ends: list[int] = []
-    with opened(path) as file:
-        start = 0
-        while len(ends) <= rows and (data := file.read(2**20)):
-            ends += [start + end.end() for end in re.finditer(b"\n", data)]
-            start += len(data)
-    return ends[: rows + 1]
+    columns = parse_rows(path, head, rows, first, wrong_names)
+    for name in ("stage", "evaluations"):
+        values = columns[name]
+        whole = (values >= 1) & (values < 2**53) & (np.floor(values) == values)
+        check_values(path, columns, name, whole, "a whole number from 1")
+    for name in SCORES:
+        check_values(path, columns, name, columns[name] < np.inf, A_SCORE)
+    seconds = columns["seconds"]
+    time = (seconds >= 0) & (seconds <= LONGEST)
+    check_values(path, columns, "seconds", time, f"a time from 0 to {LONGEST:g} s")
+    return columns
 
 
 def first_rows(path: Path, rows: int) -> bytes:
@@ -200,141 +233,7 @@ def read_history(path: Path, most: int | None = None) -> Columns:
     Raises:
         RunError: the file cannot be read, or is damaged.
     """
-    return _read_table(path, COLUMNS, most)
-
-
-def _read_table(path: Path, columns: Sequence[str], most: int | None) -> Columns:
-    with opened(path) as file:
-        head = read_head(path, file)
-        if not head:
-            return {}
-        rows = read_rows(path, file, head, most)
-    return parse_rows(path, head, rows, columns=columns)
-
-
-def read_head(path: Path, file: BinaryIO) -> bytes:
-    """Return the first line of a table; b"" where it is not whole yet.
-
-    Raises:
-        RunError: it is too long to be one.
-    """
-    head = file.readline(LONGEST_HEAD)
-    if len(head) == LONGEST_HEAD:
-        raise _damaged(path, "its first line is too long")
-    return head if head.endswith(b"\n") else b""
-
-
-def read_rows(path: Path, file: BinaryIO, head: bytes, most: int | None) -> bytes:
-    """Return the whole lines of a table from here on, at most the first `most`.
-
-    Args:
-        path: the file, for messages.
-        file: the file, opened.
-        head: its first line, by which rows that are too long or too short are found unparsed.
-        most: the number of lines; None for all.
-
-    Raises:
-        RunError: the first line or a row is damaged.
-    """
-    columns = len(column_names(path, head))
-    if most == 0:
-        return b""
-    longest = LARGEST if most is None else most * columns * LONGEST_CELL
-    data = _read(file, longest)
-    count = data.count(b"\n")
-    if 2 * columns * count > len(data) or (len(data) == longest and count < (most or 1)):
-        raise _damaged(path, "a row does not have one number per column")
-    if most is not None and count > most:
-        ends = (end.end() for end in re.finditer(b"\n", data))
-        return data[: next(islice(ends, most - 1, None))]
-    return data[: data.rfind(b"\n") + 1]
-
-
-def _read(file: BinaryIO, most: int) -> bytes:
-    """Return at most so many bytes from here on.
-
-    A file reserves memory for all that it is asked for.
-    """
-    here = file.tell()
-    left = file.seek(0, os.SEEK_END) - here
-    file.seek(here)
-    return file.read(min(most, max(left, 0)))
-
-
-def column_names(path: Path, head: bytes) -> list[str]:
-    """Return the names of a table's columns.
-
-    Raises:
-        RunError: the first line is damaged.
-    """
-    try:
-        return next(csv.reader([head.decode()]), [])
-    except (UnicodeDecodeError, csv.Error):
-        raise _damaged(path, "its first line does not name the columns") from None
-
-
-def parse_rows(
-    path: Path, head: bytes, rows: bytes, first: int = 1, columns: Sequence[str] = COLUMNS
-) -> Columns:
-    """Return whole rows of a table as columns by name, (rows,) each.
-
-    Args:
-        path: the file, for messages.
-        head: its first line.
-        rows: whole lines of it.
-        first: the generation of the first row.
-        columns: the names that its first line begins with.
-
-    Raises:
-        RunError: the first line or a row is damaged.
-    """
-    count = rows.count(b"\n")
-    names = column_names(path, head)
-    if tuple(names[: len(columns)]) != tuple(columns):
-        raise _damaged(path, "its first line does not name the columns")
-    try:
-        # Three times as fast as csv and float() for a hundred thousand generations.
-        table = (
-            np.loadtxt(io.StringIO(rows.decode()), delimiter=",", comments=None, ndmin=2)
-            if count
-            else np.empty((0, len(names)))
-        )
-    except ValueError:
-        raise _damaged(path, "it contains something other than numbers") from None
-    if table.shape != (count, len(names)):
-        raise _damaged(path, "a row does not have one number per column")
-    if not np.array_equal(table[:, 0], np.arange(first, first + count)):
-        raise _damaged(path, "its rows are not those of the generations from 1 on")
-    return {name: table[:, column] for column, name in enumerate(names)}
-
-
-def _damaged(path: Path, reason: str) -> RunError:
-    return RunError(
-        f"{path.name} is damaged: {reason}",
-        where=str(path),
-        remedy="restore it from a copy; the checkpoint beside it is separate",
-    )
-
-
-@contextmanager
-def opened(path: Path, largest: int = LARGEST) -> Iterator[BinaryIO]:
-    """Open a file with one record per generation for reading; a missing one is empty.
-
-    Raises:
-        RunError: it cannot be read.
-    """
-    try:
-        with ExitStack() as held:
-            try:
-                file = held.enter_context(open_regular(path, largest))
-            except FileNotFoundError:
-                file = io.BytesIO()
-            yield file
-    except OSError as error:
-        raise RunError(
-            f"cannot read {path}: {error.strerror}",
-            remedy="restore all files of the run from one copy",
-        ) from None
+    return read_table(path, most, parse_history)
 
 
 def best_terms(columns: Mapping[str, NDArray[np.float64]], generation: int) -> dict[str, float]:
@@ -360,5 +259,5 @@ def read_records(path: Path, layout: np.dtype[Any], most: int | None = None) -> 
         RunError: the file cannot be read.
     """
     with opened(path, LARGEST_RECORDS) as file:
-        data = _read(file, LARGEST_RECORDS if most is None else most * layout.itemsize)
+        data = read_up_to(file, LARGEST_RECORDS if most is None else most * layout.itemsize)
     return np.frombuffer(data, layout, count=len(data) // layout.itemsize)

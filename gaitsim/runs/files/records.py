@@ -14,6 +14,7 @@ from gaitsim.runs.files.append_only import AppendOnlyFile, AppendOnlyHistory
 from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.checksums import RECORD, checksums
 from gaitsim.runs.files.folder import BESTS, CHECKSUMS, HISTORY, ISLANDS, ends_early
+from gaitsim.runs.files.tables import line, line_ends
 
 
 class RecordFiles:
@@ -32,7 +33,7 @@ class RecordFiles:
         self._layout = history.record_type(experiment.space())
         self._number = number = experiment.islands.number
         tables = (HISTORY, ISLANDS) if number > 1 else (HISTORY,)
-        ends = {name: history.line_ends(path / name, done) for name in tables}
+        ends = {name: line_ends(path / name, done) for name in tables}
         stored = {name: max(len(found) - 1, 0) for name, found in ends.items()}
         bests = path / BESTS
         stored[BESTS] = bests.stat().st_size // self._layout.itemsize if bests.exists() else 0
@@ -57,7 +58,7 @@ class RecordFiles:
                     closing(AppendOnlyFile(path / ISLANDS, keep[ISLANDS]))
                 )
                 if not done:
-                    self._islands.append(history.line(history.islands_header(number)).encode())
+                    self._islands.append(line(history.islands_header(number)).encode())
             self._held = held.pop_all()
 
     def __enter__(self) -> Self:
@@ -76,7 +77,7 @@ class RecordFiles:
         self._history.append(row)
         self._bests.append(record.tobytes())
         if self._number > 1:
-            row_of_islands = history.line([generation.number, *islands.tolist()])
+            row_of_islands = line([generation.number, *islands.tolist()])
             self._islands.append(row_of_islands.encode())
         # Not forced to disk, which would take as long as everything else here. If a power cut
         # loses one, only `gaitsim verify` misses it.
