@@ -15,6 +15,7 @@ from gaitsim.gait.files.writer import Gait
 from gaitsim.imitation.imitator import Angles, Imitator
 from gaitsim.network import Network
 from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.toml import shortened
 
 LARGEST = 64 * 2**20  # bytes, packed and unpacked
 
@@ -83,7 +84,7 @@ def load_imitator(path: Path) -> Imitation:
     except KeyError as error:
         reason = f"{error.args[0]} is missing"
     except Exception as error:  # foreign bytes can make the readers raise anything
-        reason = f"{type(error).__name__}: {error}"
+        reason = shortened(f"{type(error).__name__}: {error}", 200)
     raise GaitsimError(
         f"{path} is not an imitator file: {reason}",
         allowed="an imitator.npz as 'gaitsim imitate' writes it",
@@ -91,11 +92,12 @@ def load_imitator(path: Path) -> Imitation:
 
 
 def _imitation(fields: Mapping[str, NDArray[Any]]) -> Imitation:
-    names = tuple(str(name) for name in fields["joint_names"])
-    joints = len(names)
     angles, commanded = _numbers(fields, "joint_angles", 2), _numbers(fields, "commanded", 2)
+    given = fields["joint_names"]
+    joints = given.size
     if angles.shape != commanded.shape or angles.shape[1] != joints or len(angles) < 2:
         raise ValueError(f"angles of {angles.shape} and {commanded.shape} for {joints} joints")
+    names = tuple(str(name) for name in given)
     count = sum(name[:1] == "W" and name[1:].isdecimal() for name in fields)
     network = Network(
         tuple(_numbers(fields, f"W{layer}", 2) for layer in range(1, count + 1)),

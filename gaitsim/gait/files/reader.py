@@ -2,6 +2,7 @@
 
 import csv
 import io
+import warnings
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,9 +15,16 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play
 from gaitsim.experiment import Experiment
+from gaitsim.gait.files.matlab import read_matlab
 from gaitsim.individual import Individual
+from gaitsim.opening import read_regular
+from gaitsim.toml import literal, shortened
 
-LARGEST = 256 * 2**20  # bytes, of a file and of what is packed in it
+LARGEST = 64 * 2**20  # bytes, of a file and of what is packed in it
+MOST_FRAMES = 10_000  # footfalls of more take long: the time grows with their square
+MOST_JOINTS = 1000
+_LONGEST = 100 * MOST_JOINTS  # bytes of a line of CSV
+_MEMBERS = 100  # arrays in a .npz
 _SAME_RATE = 1e-3  # relative difference of frame rates, as a file rounds them
 _ANGLES = ("joint_angles", "bestGait")
 _RATE = ("frame_rate", "frameRate")
@@ -54,7 +62,7 @@ class GaitFile:
         if sorted(self.joint_names) == sorted(joints):
             return self.angles[:, [self.joint_names.index(joint) for joint in joints]]
         foreign = [name for name in self.joint_names if name not in joints]
-        named = f", such as {foreign[0]!r}" if foreign else ""
+        named = f", such as {literal(foreign[0])}" if foreign else ""
         raise GaitsimError(
             f"{self.path} holds {self.angles.shape[1]} joints{named}, which are not this body's",
             allowed=f"{len(joints)} joints: {', '.join(joints[:4])} …",
@@ -91,12 +99,14 @@ def read_gait(path: Path) -> GaitFile:
         raise GaitsimError(f"{path} has no suffix of a gait file", allowed=_ALLOWED)
     data = read_bounded(path, LARGEST)
     try:
-        return _checked(path, reader(data))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of values and headers that are refused below
+            return _checked(path, reader(data))
     except GaitsimError:
         raise
     # Foreign bytes can make the readers raise anything.
     except Exception as error:
-        raise _refused(path, str(error) or type(error).__name__) from None
+        raise _refused(path, shortened(str(error), 200) or type(error).__name__) from None
 
 
 def read_bounded(path: Path, largest: int) -> bytes:
@@ -106,24 +116,21 @@ def read_bounded(path: Path, largest: int) -> bytes:
         GaitsimError: it cannot be read, or is larger.
     """
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # such as a pipe, which blocks
-            raise ValueError("not a regular file")
-        with path.open("rb") as file:
-            data = file.read(largest + 1)
+        return read_regular(path, largest, follow=True)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise GaitsimError(f"cannot read {path}: {reason}", remedy="check the path") from None
-    if len(data) > largest:
-        raise GaitsimError(f"{path} is too large", allowed=f"at most {largest:,} bytes")
-    return data
 
 
 def read_npz(data: bytes, largest: int) -> dict[str, NDArray[Any]]:
     """Return the arrays of a `.npz` file of at most so many bytes when unpacked.
 
     Raises:
-        ValueError: it is larger, or holds pickled objects; other content raises other errors.
+        ValueError: it is larger, holds pickled objects, or too many arrays; other content raises
+            other errors.
     """
+    if data.count(b"PK\1\2") > _MEMBERS:  # before its directory is read, which takes long
+        raise ValueError(f"it holds more than {_MEMBERS} arrays")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         if sum(member.file_size for member in archive.infolist()) > largest:
             raise ValueError(f"it unpacks to more than {largest:,} bytes")
@@ -138,18 +145,25 @@ def _checked(path: Path, fields: Mapping[str, Any]) -> GaitFile:
     angles = np.asarray(found)
     if angles.dtype.kind not in "fiu" or angles.ndim != 2 or len(angles) < 2:
         raise _refused(path, f"its angles are {angles.dtype} of the shape {angles.shape}")
+    frames, joints = angles.shape
+    if frames > MOST_FRAMES or joints > MOST_JOINTS:
+        raise GaitsimError(
+            f"{path} is too long: {frames:,} frames of {joints:,} joints",
+            allowed=f"at most {MOST_FRAMES:,} frames, and {MOST_JOINTS:,} joints",
+            remedy="cut a part of it out",
+        )
     angles = angles.astype(np.float64)
     if not np.isfinite(angles).all():
         raise _refused(path, "its angles are not all finite")
     rate = next((float(np.ravel(fields[name])[0]) for name in _RATE if name in fields), None)
     if rate is not None and not 0 < rate < np.inf:
         raise _refused(path, f"its frame rate is {rate}")
-    given = next((fields[name] for name in _NAMES if name in fields), ())
-    # A cell array of MATLAB holds an array for each text.
-    names = tuple(str(np.ravel(name)[0]) for name in np.ravel(given))
-    if names and len(names) != angles.shape[1]:
-        raise _refused(path, f"it names {len(names)} joints of {angles.shape[1]}")
-    return GaitFile(path, angles, rate, names)
+    names = np.ravel(next((fields[name] for name in _NAMES if name in fields), ()))
+    if len(names) and names.dtype.kind != "U":
+        raise _refused(path, f"its names of joints are {names.dtype}")
+    if len(names) not in (0, joints):
+        raise _refused(path, f"it names {len(names):,} joints of {joints:,}")
+    return GaitFile(path, angles, rate, tuple(names.tolist()))
 
 
 def _refused(path: Path, reason: str) -> GaitsimError:
@@ -161,17 +175,15 @@ def _npz(data: bytes) -> Mapping[str, Any]:
 
 
 def _mat(data: bytes) -> Mapping[str, Any]:
-    from scipy.io import loadmat
-
-    # The stubs know paths alone.
-    read: Mapping[str, Any] = loadmat(
-        io.BytesIO(data),  # type: ignore[arg-type]
-        variable_names=[*_ANGLES, *_RATE, *_NAMES],
-    )
-    return read
+    return read_matlab(data, (*_ANGLES, *_RATE, *_NAMES), LARGEST)
 
 
 def _csv(data: bytes) -> Mapping[str, Any]:
+    lines = data.count(b"\n")
+    if lines > MOST_FRAMES + 1:
+        raise ValueError(f"it has {lines:,} lines; at most {MOST_FRAMES:,} frames are allowed")
+    if any(len(line) > _LONGEST for line in io.BytesIO(data)):
+        raise ValueError(f"it has a line of more than {_LONGEST:,} bytes")
     text = io.StringIO(data.decode("utf-8-sig"))
     header = next(csv.reader([text.readline()]), [])
     if header[:1] != ["time_s"]:

@@ -1,0 +1,183 @@
+"""Read numbers and texts from MATLAB files that may be damaged or hostile.
+
+SciPy's reader trusts the types and sizes in a file: a changed byte can crash the process, and it
+unpacks without a limit. This one knows only what a gait needs: full, real matrices of two
+dimensions, and texts. Format: "MAT-File Format", The MathWorks.
+"""
+
+import struct
+import zlib
+from collections.abc import Collection, Iterator
+from itertools import islice
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Fields = dict[str, NDArray[Any]]
+
+VARIABLES = 1000  # in a file, and texts in a cell array
+_HEADER = 128  # bytes before the first variable of version 5
+_HEAD = 512  # bytes of a packed variable that hold its name
+_MATRIX, _COMPRESSED = 14, 15
+_CELL, _CHAR = 1, 4
+_REAL = range(6, 16)  # classes: double, single and the integers
+_COMPLEX = 0x800  # flag
+_NUMBERS = {
+    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"
+}  # fmt: skip
+_TEXTS = {1: "utf-8", 2: "utf-8", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+_NUMBERS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
+
+
+def read_matlab(data: bytes, names: Collection[str], largest: int) -> Fields:
+    """Return the variables of such names; others are skipped.
+
+    Args:
+        data: the file.
+        names: the names.
+        largest: bytes that a packed variable may unpack to.
+
+    Raises:
+        ValueError: it is not a MATLAB file of version 4 to 7, or such a variable is neither a
+            real matrix nor a text.
+    """
+    if len(data) < 20:
+        raise ValueError("it is too short for a MATLAB file")
+    if 0 in data[:4]:  # version 5 begins with a text
+        return dict(_version_4(memoryview(data), names))
+    if data[126:128] not in (b"IM", b"MI"):
+        raise ValueError("it has no header of MATLAB")
+    order = "<" if data[126:128] == b"IM" else ">"
+    if struct.unpack_from(f"{order}H", data, 124)[0] != 0x100:
+        raise ValueError("it is a MATLAB file of version 7.3; save it with '-v7'")
+    return dict(_version_5(memoryview(data)[_HEADER:], order, names, largest))
+
+
+def _version_5(
+    data: memoryview, order: str, names: Collection[str], largest: int
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    for place, (kind, body) in enumerate(_elements(data, order)):
+        if place == VARIABLES:
+            raise ValueError(f"it holds more than {VARIABLES:,} variables")
+        if kind == _COMPRESSED:
+            # Only the beginning, so that large variables of other names do no harm.
+            name = _name(_unpacked(body, order, _HEAD, cut=True), order)
+            if name in names:
+                yield name, _matrix(_unpacked(body, order, largest), order)
+        elif kind == _MATRIX:
+            name = _name(body, order)
+            if name in names:
+                yield name, _matrix(body, order)
+
+
+def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
+    """Yield the type and the content of each element."""
+    at = 0
+    while at < len(data):
+        kind, size = struct.unpack_from(f"{order}II", data, at)
+        begin = at + 8
+        if kind >> 16:  # at most four bytes, which stand in the tag itself
+            kind, size, begin = kind & 0xFFFF, kind >> 16, at + 4
+            at += 8
+        else:
+            at = begin + size + (-size % 8 if kind != _COMPRESSED else 0)
+        if begin + size > min(at, len(data)):
+            raise ValueError("it is cut off, or damaged")
+        yield kind, data[begin : begin + size]
+
+
+def _unpacked(body: memoryview, order: str, largest: int, *, cut: bool = False) -> memoryview:
+    """Return the content of a packed matrix; of a longer one the first bytes, if `cut`."""
+    unpacker = zlib.decompressobj()
+    data = unpacker.decompress(body, largest)
+    if unpacker.unconsumed_tail and not cut:
+        raise ValueError(f"it unpacks to more than {largest:,} bytes")
+    kind, size = struct.unpack_from(f"{order}II", data)
+    if kind != _MATRIX or (len(data) - 8 < size and not cut):
+        raise ValueError("it is cut off, or damaged")
+    return memoryview(data)[8 : 8 + size]
+
+
+def _head(body: memoryview, order: str) -> tuple[int, list[int], str, Iterator[Any]]:
+    """Return the flags, the dimensions and the name of a matrix, and its other elements."""
+    parts = _elements(body, order)
+    head = list(islice(parts, 3))
+    if [kind for kind, _ in head] != [6, 5, 1] or len(head[0][1]) != 8:
+        raise ValueError("a variable has no header")
+    (_, flags), (_, sizes), (_, name) = head
+    dimensions = [int(size) for size in np.frombuffer(sizes, f"{order}i4")]
+    return struct.unpack_from(f"{order}I", flags)[0], dimensions, str(name, "latin-1"), parts
+
+
+def _name(body: memoryview, order: str) -> str:
+    return _head(body, order)[2]
+
+
+def _matrix(body: memoryview, order: str) -> NDArray[Any]:
+    flags, dimensions, name, parts = _head(body, order)
+    if len(dimensions) != 2 or min(dimensions) < 0:
+        raise ValueError(f"{name or 'a part'} has the dimensions {dimensions[:9]}")
+    rows, columns = dimensions
+    kind = flags & 0xFF
+    if kind == _CELL:
+        if rows * columns > VARIABLES:
+            raise ValueError(f"{name} has {rows * columns:,} cells")
+        return np.array([_text(part, order) for _, part in parts])
+    stored, content = next(parts)
+    if kind == _CHAR and stored in _TEXTS:
+        text = _decoded(content, stored, order)
+        return _rows(np.array(list(text)), rows, columns)
+    if kind not in _REAL or flags & _COMPLEX or stored not in _NUMBERS:
+        raise ValueError(f"{name} is neither a real matrix nor a text")
+    values = np.frombuffer(content, order + _NUMBERS[stored])
+    return values.reshape(rows, columns, order="F")
+
+
+def _text(body: memoryview, order: str) -> str:
+    """Return the text in a cell."""
+    flags, _, _, parts = _head(body, order)
+    stored, content = next(parts, (16, memoryview(b"")))
+    if flags & 0xFF != _CHAR or stored not in _TEXTS:
+        raise ValueError("a cell holds no text")
+    return _decoded(content, stored, order)
+
+
+def _decoded(content: memoryview, stored: int, order: str) -> str:
+    wide = "" if _TEXTS[stored] == "utf-8" else {"<": "-le", ">": "-be"}[order]
+    return str(content, _TEXTS[stored] + wide)
+
+
+def _rows(characters: NDArray[Any], rows: int, columns: int) -> NDArray[Any]:
+    """Return the text in each row of a matrix of characters, column by column."""
+    lines = characters.reshape(rows, columns, order="F").tolist()
+    return np.array(["".join(line).rstrip() for line in lines])
+
+
+def _version_4(data: memoryview, names: Collection[str]) -> Iterator[tuple[str, NDArray[Any]]]:
+    at = 0
+    for _ in range(VARIABLES):
+        if at >= len(data):
+            return
+        order = "<" if struct.unpack_from("<i", data, at)[0] in range(53) else ">"
+        form, rows, columns, imaginary, length = struct.unpack_from(f"{order}5i", data, at)
+        # In decimal: the byte order, 0, the type of the numbers, and full, text or sparse.
+        number, kind = form // 10 % 100, form % 10
+        if number >= len(_NUMBERS_4) or kind > 2 or min(rows, columns) < 0 or length < 1:
+            raise ValueError("a variable has no header")
+        begin, stored = at + 20 + length, np.dtype(order + _NUMBERS_4[number])
+        size = rows * columns * stored.itemsize
+        at = begin + (2 * size if imaginary else size)
+        if at > len(data):
+            raise ValueError("it is cut off, or damaged")
+        name = str(data[begin - length : begin], "latin-1").rstrip("\0")
+        if name not in names:
+            continue
+        if imaginary or kind == 2:
+            raise ValueError(f"{name} is neither a real matrix nor a text")
+        values = np.frombuffer(data[begin : begin + size], stored)
+        if kind == 1:
+            yield name, _rows(np.array([chr(int(code)) for code in values]), rows, columns)
+        else:
+            yield name, values.reshape(rows, columns, order="F")
+    raise ValueError(f"it holds {VARIABLES:,} variables or more")
