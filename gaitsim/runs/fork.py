@@ -19,8 +19,8 @@ from gaitsim.runs.files.folder import (
     create_folder,
     kept_champions,
 )
-from gaitsim.runs.files.history import first_rows
 from gaitsim.runs.files.provenance import provenance_bytes, read_provenance
+from gaitsim.runs.files.tables import first_rows
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -214,17 +214,6 @@ def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Colum
     return columns
 
 
-def first_rows(path: Path, rows: int) -> bytes:
-    """Return the first line of a table and at most so many whole rows.
-
-    Raises:
-        RunError: the file cannot be read.
-    """
-    ends = line_ends(path, rows)
-    with opened(path) as file:
-        return file.read(ends[-1] if ends else 0)
-
-
 def read_history(path: Path, most: int | None = None) -> Columns:
     """Return the columns of a history by name, each (generations,); {} where there is no file.
 

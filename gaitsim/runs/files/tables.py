@@ -52,6 +52,17 @@ def line_ends(path: Path, rows: int) -> list[int]:
     return ends[: rows + 1]
 
 
+def first_rows(path: Path, rows: int) -> bytes:
+    """Return the first line of a table and at most so many whole rows.
+
+    Raises:
+        RunError: the file cannot be read.
+    """
+    ends = line_ends(path, rows)
+    with opened(path) as file:
+        return file.read(ends[-1] if ends else 0)
+
+
 def read_head(path: Path, file: BinaryIO) -> bytes:
     """Return the first line of a table; b"" where it is not whole yet.
 
