@@ -1,10 +1,12 @@
 """Names that installed packages register as entry points, found without importing a plugin."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
+import os
+import re
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
+from functools import lru_cache
+from importlib.metadata import Distribution, EntryPoint, distributions
 
 from gaitsim.errors import PluginError, nearest
 
@@ -40,63 +42,67 @@ class Entry:
         return f"{self.package} {self.version}".strip()
 
 
-Entries = dict[str, list[Entry]]
+Entries = Mapping[str, Sequence[Entry]]
 """By name, sorted. More than one entry under a name is a conflict between packages."""
 
-_cache: ContextVar[dict[str, Entries] | None] = ContextVar("cached_entries", default=None)
-
-
-@contextmanager
-def cached_entries() -> Iterator[None]:
-    """Read the entry points once in the block, which takes 20 ms each time without it."""
-    token = _cache.set({})
-    try:
-        yield
-    finally:
-        _cache.reset(token)
+_GROUPS = {f"gaitsim.{kind}": kind for kind in (*KINDS, EXPERIMENTS, STUDIES)}
 
 
 def entries(kind: str) -> Entries:
     """Return all entries of a kind; import no plugin."""
-    cache = _cache.get()
-    if cache is None:
-        return _read(kind)
-    if kind not in cache:
-        cache[kind] = _read(kind)
-    return cache[kind]
+    return _read(tuple(map(_state, sys.path)))[kind]
 
 
-def _read(kind: str) -> Entries:
-    found: Entries = {}
-    for point in _points(f"gaitsim.{kind}"):
-        entry = _entry(kind, point)
-        others = found.setdefault(entry.name, [])
-        # A package that is installed and also on the path is found twice, and counts once.
-        if all((entry.package, entry.target) != (other.package, other.target) for other in others):
-            others.append(entry)
-    return dict(sorted(found.items()))
-
-
-def _points(group: str) -> Iterator[EntryPoint]:
+def _state(folder: str) -> tuple[object, ...]:
+    """Return what changes when a package is installed into a folder or removed from it."""
     try:
-        yield from entry_points(group=group)
-    except Exception:  # what it may be depends on how some package's file is damaged
-        for distribution in distributions():
-            try:
-                yield from distribution.entry_points.select(group=group)
-            except Exception:
-                continue
+        found = os.stat(folder or ".")  # noqa: PTH116 - a folder may be any text
+    except (OSError, ValueError):
+        return (folder,)
+    return folder, found.st_dev, found.st_ino, found.st_mtime_ns
 
 
-def _entry(kind: str, point: EntryPoint) -> Entry:
-    package = version = None
-    if point.dist:
-        # A damaged installation has no name, or metadata that cannot be read.
-        try:
-            package, version = point.dist.name, point.dist.version
-        except Exception:
-            package = str(point.dist.locate_file(""))
-    return Entry(kind, point.name, point.value, package or "unknown", version or "")
+@lru_cache(maxsize=1)  # reading them takes 5 ms, and an experiment asks for six names
+def _read(path: tuple[object, ...]) -> dict[str, Entries]:
+    """Return all entries by kind, as long as nothing on the path of modules has changed."""
+    found: dict[str, dict[str, list[Entry]]] = {kind: {} for kind in _GROUPS.values()}
+    packages: set[str] = set()
+    for distribution in distributions():
+        points = [point for point in _points(distribution) if point.group in _GROUPS]
+        if not points:
+            continue
+        package, version = _package(distribution)
+        if normalized(package) in packages:  # the first on the path is the one that is imported
+            continue
+        packages.add(normalized(package))
+        for point in points:
+            kind = _GROUPS[point.group]
+            claims = found[kind].setdefault(point.name, [])
+            entry = Entry(kind, point.name, point.value, package, version)
+            if entry not in claims:
+                claims.append(entry)
+    return {kind: dict(sorted(names.items())) for kind, names in found.items()}
+
+
+def _points(distribution: Distribution) -> Sequence[EntryPoint]:
+    try:
+        return distribution.entry_points
+    except Exception:  # what it may be depends on how the file is damaged
+        return ()
+
+
+def _package(distribution: Distribution) -> tuple[str, str]:
+    """Return name and version; the folder names a package whose metadata is damaged."""
+    folder = str(distribution.locate_file(""))
+    try:
+        return distribution.name or folder, distribution.version or ""
+    except Exception:
+        return folder, ""
+
+
+def normalized(package: str) -> str:
+    """Return a package's name as package indexes compare it."""
+    return re.sub(r"[-_.]+", "-", package).lower()
 
 
 def unreadable() -> list[str]:

@@ -16,7 +16,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.experiment.loading import read_file
 from gaitsim.experiment.problems import Problems
-from gaitsim.registry import STUDIES, cached_entries, options
+from gaitsim.registry import STUDIES, options
 from gaitsim.registry.presets import read_preset
 
 SCHEMA = 1
@@ -238,26 +238,25 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
         )
     found: list[Cell] = []
     problems: dict[str, GaitsimError] = {}
-    with cached_entries():
-        for index, values in enumerate(itertools.product(*axes.values())):
-            point = dict(zip(axes, values, strict=True))
-            changes = study.set | {axis: point[axis] for axis in study.axes}
-            try:
-                name = str(point[EXPERIMENT])
-                kept = folder / f"{study.experiments.index(name) + 1}.toml" if folder else None
-                reference = str(kept) if kept and kept.is_file() else name
-                experiment = load_experiment(reference, changes, source)
-                # Cells are independent samples: equal random draws would bias all of them alike.
-                if "seed" not in study.axes:
-                    first = found[0].experiment.seed if found else experiment.seed
-                    experiment = replace(experiment, seed=(first + index) % 2**63)
-            except ExperimentError as error:
-                for problem in error.problems:
-                    problems[str(problem)] = problem
-            except GaitsimError as error:
-                problems[str(error)] = error
-            else:
-                found.append(Cell(index, point, experiment))
+    for index, values in enumerate(itertools.product(*axes.values())):
+        point = dict(zip(axes, values, strict=True))
+        changes = study.set | {axis: point[axis] for axis in study.axes}
+        try:
+            name = str(point[EXPERIMENT])
+            kept = folder / f"{study.experiments.index(name) + 1}.toml" if folder else None
+            reference = str(kept) if kept and kept.is_file() else name
+            experiment = load_experiment(reference, changes, source)
+            # Cells are independent samples: equal random draws would bias all of them alike.
+            if "seed" not in study.axes:
+                first = found[0].experiment.seed if found else experiment.seed
+                experiment = replace(experiment, seed=(first + index) % 2**63)
+        except ExperimentError as error:
+            for problem in error.problems:
+                problems[str(problem)] = problem
+        except GaitsimError as error:
+            problems[str(error)] = error
+        else:
+            found.append(Cell(index, point, experiment))
     if problems:
         raise ExperimentError(list(problems.values()), "study")
     return found

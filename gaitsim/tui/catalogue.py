@@ -87,13 +87,12 @@ class Catalogue:
 
 def read_catalogue() -> Catalogue:
     """Read what is installed; imports every plugin, which takes a second at first."""
-    with registry.cached_entries():
-        found = {kind: registry.scan(kind) for kind in KINDS}
-        return Catalogue(
-            {kind: classes for kind, (classes, _) in found.items()},
-            {(kind, name): error for kind in KINDS for name, error in found[kind][1].items()},
-            tuple(map(_preset, registry.entries(EXPERIMENTS))),
-        )
+    found = {kind: registry.scan(kind) for kind in KINDS}
+    return Catalogue(
+        {kind: classes for kind, (classes, _) in found.items()},
+        {(kind, name): error for kind in KINDS for name, error in found[kind][1].items()},
+        tuple(map(_preset, registry.entries(EXPERIMENTS))),
+    )
 
 
 def _preset(name: str) -> Preset:

@@ -1,6 +1,8 @@
 """Plugins are listed without an import, and whatever one of them breaks stays its own."""
 
+import os
 import pickle
+import shutil
 import subprocess
 import sys
 
@@ -120,14 +122,31 @@ def test_one_name_of_two_kinds_is_no_conflict(install, working):
     assert registry.load_class("fitness", "point").__name__ == "Distance"
 
 
-def test_a_package_found_twice_counts_once(install, working, tmp_path):
+def test_a_package_found_twice_counts_once(install, working, monkeypatch):
     folder = install("fake", working, {"organism": {"point": "Body"}})
-    points = folder / "fake-1.0.dist-info" / "entry_points.txt"
-    points.write_text(points.read_text() + "\npoint = fake:Body\n")
+    copy = shutil.copytree(folder, folder.with_name("copy"))
+    monkeypatch.syspath_prepend(copy)
     assert registry.find("organism", "point").package == "fake"
-    points.write_text(points.read_text() + "\npoint = fake:BitBody\n")
+
+
+def test_two_targets_of_one_name_are_a_conflict(install, working):
+    points = "[gaitsim.organism]\npoint = fake:Body\npoint = fake:Body\npoint = fake:BitBody\n"
+    install("fake", working, files={"fake-1.0.dist-info/entry_points.txt": points})
     with pytest.raises(PluginError, match=r"fake:Body.*fake:BitBody"):
         registry.find("organism", "point")
+
+
+def test_installing_and_removing_a_package_is_noticed(install, working):
+    folder = install("fake", working, {"organism": {"point": "Body"}})
+    metadata, elsewhere = folder / "fake-1.0.dist-info", folder.parent / "elsewhere"
+    os.utime(folder, (0, 0))  # clocks of file systems tick slowly
+    assert "point" in registry.entries("organism")
+    metadata.rename(elsewhere)
+    assert "point" not in registry.entries("organism")
+    os.utime(folder, (0, 0))
+    assert "point" not in registry.entries("organism")
+    elsewhere.rename(metadata)
+    assert "point" in registry.entries("organism")
 
 
 @pytest.mark.parametrize(

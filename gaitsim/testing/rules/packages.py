@@ -13,6 +13,7 @@ from gaitsim import registry, toml
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.experiment.loading import read_file
 from gaitsim.registry import EXPERIMENTS, KINDS, STUDIES, Entry
+from gaitsim.registry.entry_points import normalized
 from gaitsim.testing.report import Finding, error
 
 CHECKED = (*KINDS, EXPERIMENTS)
@@ -50,7 +51,7 @@ def chosen(reference: str | Path | None) -> Iterator[Chosen]:
         yield Chosen(everything)
         return
     named = tuple(e for e in everything if e.name == str(reference))
-    packaged = tuple(e for e in everything if _normal(e.package) == _normal(str(reference)))
+    packaged = tuple(e for e in everything if normalized(e.package) == normalized(str(reference)))
     folder = Path(reference)
     is_path = isinstance(reference, Path) or folder.name != reference or reference in (".", "..")
     if not is_path and (named or packaged):
@@ -66,10 +67,6 @@ def chosen(reference: str | Path | None) -> Iterator[Chosen]:
             allowed=", ".join(known),
             remedy=nearest(str(reference), known) or "a package folder has a pyproject.toml",
         )
-
-
-def _normal(package: str) -> str:
-    return re.sub(r"[-_.]+", "-", package).lower()
 
 
 def _of_folder(folder: Path, metadata: Path) -> Chosen:
@@ -142,9 +139,11 @@ def rivals(entry: Entry) -> Finding | None:
     others = [
         claim.source
         for claim in registry.entries(entry.kind).get(entry.name, [])
-        if (_normal(claim.package), claim.target) != (_normal(entry.package), entry.target)
+        if (normalized(claim.package), claim.target) != (normalized(entry.package), entry.target)
         # An older version of the same package is replaced when this one is installed.
-        and (_normal(claim.package) != _normal(entry.package) or claim.version == entry.version)
+        and (
+            normalized(claim.package) != normalized(entry.package) or claim.version == entry.version
+        )
     ]
     if not others:
         return None

@@ -1,5 +1,6 @@
 """The installed bodies, fitness functions, operators and presets, and their packages."""
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from rich.console import Group, RenderableType
@@ -47,7 +48,7 @@ keeps its contract, and says what to fix.
     def __init__(self) -> None:
         super().__init__()
         self.catalogue: Catalogue | None = None
-        self._found: dict[str, list[Entry]] = {}
+        self._found: dict[str, Sequence[Entry]] = {}
         self._reports: dict[tuple[str, str], dict[str, Any] | None] = {}  # None: under way
 
     def compose(self) -> ComposeResult:
