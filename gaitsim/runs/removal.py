@@ -1,15 +1,13 @@
 """A run folder is deleted: out of the list at one stroke, then file by file."""
 
-import secrets
 import shutil
 from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.runs.files.atomic import writing
+from gaitsim.runs.files.drafts import draft_name, locked, sweep
 from gaitsim.runs.files.folder import EXPERIMENT
 from gaitsim.runs.files.lock import RunLock
-
-_GONE = ".deleted-"
 
 
 def delete_run(path: Path) -> None:
@@ -31,19 +29,19 @@ def delete_run(path: Path) -> None:
             remedy="'gaitsim runs' lists the runs here",
         )
     path = path.resolve()  # '.' has no name
+    sweep(path.parent)
     lock = RunLock(path)
-    try:
-        gone = path.with_name(f"{_GONE}{secrets.token_hex(8)}")
-        with writing(path):
-            path.rename(gone)
-    finally:
-        lock.release()
-    try:
-        shutil.rmtree(gone)
-    except (OSError, RecursionError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "its folders are too deep"
-        raise RunError(
-            f"the run {path.name} is gone, but some of its files cannot be deleted: {reason}",
-            where=str(gone),
-            remedy="delete that folder by hand",
-        ) from None
+    with writing(path), locked(path):
+        try:
+            gone = path.rename(draft_name(path.parent))
+        finally:
+            lock.release()
+        try:
+            shutil.rmtree(gone)
+        except (OSError, RecursionError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "its folders are too deep"
+            raise RunError(
+                f"the run {path.name} is gone, but some of its files cannot be deleted: {reason}",
+                where=str(gone),
+                remedy="delete that folder by hand",
+            ) from None

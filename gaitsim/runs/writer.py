@@ -12,15 +12,18 @@ from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, ParallelMap, evolve, stop_reason
 from gaitsim.experiment import Overrides
+from gaitsim.opening import is_folder
 from gaitsim.registry.plugin_context import contract_error
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
-from gaitsim.runs.files.atomic import remove_partials, write_bytes, writing
+from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
+from gaitsim.runs.files.drafts import sweep
 from gaitsim.runs.files.folder import (
     CHAMPIONS,
     CHECKPOINT,
     EXPERIMENT,
+    EXPORTS,
     PREVIOUS,
     champion_file,
     kept_champions,
@@ -86,7 +89,10 @@ class RunWriter:
         """
         with ExitStack() as held:
             held.callback(RunLock(path).release)
-            remove_partials(path)
+            for folder in (path.absolute().parent, path):
+                sweep(folder)
+            for folder in filter(is_folder, (path / CHAMPIONS, path / EXPORTS)):
+                sweep(folder)
             run = RunSnapshot(path, keep_damaged=True)
             plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
             if overrides or generations is not None:

@@ -5,8 +5,6 @@ Templates are those of `string.Template`, with names such as `$plugin` and `$mod
 
 import os
 import re
-import shutil
-import tempfile
 from collections.abc import Iterator
 from importlib.resources import files
 from importlib.util import find_spec
@@ -15,6 +13,7 @@ from string import Template
 
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries
+from gaitsim.runs.files.drafts import draft_folder, sweep
 
 PREFIX = "gaitsim-"
 LONGEST = 40
@@ -115,20 +114,16 @@ def _filled(file: str, kind: str, values: dict[str, str]) -> str:
 
 
 def _write(folder: Path, texts: Iterator[tuple[str, str]]) -> None:
-    partial = None
+    sweep(folder.parent)
     try:
-        partial = Path(tempfile.mkdtemp(prefix=".gaitsim-", suffix=".partial", dir=folder.parent))
-        for name, text in texts:
-            path = partial / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-        partial.chmod(0o755)  # made for its owner alone
-        partial.rename(folder)
+        with draft_folder(folder.parent) as draft:
+            for name, text in texts:
+                path = draft / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+            draft.rename(folder)
     except OSError as error:
         raise GaitsimError(
             f"cannot write {folder}: {error.strerror}",
             remedy="go to a folder in which you may write",
         ) from None
-    finally:
-        if partial is not None:
-            shutil.rmtree(partial, ignore_errors=True)

@@ -3,7 +3,6 @@
 import errno
 import os
 import shutil
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -98,15 +97,6 @@ def test_a_run_that_cannot_be_made_leaves_nothing(puppet, monkeypatch, number, c
     assert names(Path("runs")) == set()
 
 
-def test_drafts_of_killed_programs_are_removed_after_an_hour(puppet):
-    for name, age in [("runs/.new-run-old", 3700), ("runs/.new-run-fresh", 60)]:
-        (Path(name) / "champions").mkdir(parents=True)
-        made = time.time() - age
-        os.utime(name, (made, made))
-    create_run(puppet())
-    assert names(Path("runs")) == {".new-run-fresh", "puppet"}
-
-
 def test_a_population_too_large_for_a_checkpoint_is_refused(puppet, monkeypatch):
     monkeypatch.setattr(folders, "MAX_BYTES", 1000)
     create_run(puppet("evolution.population=20"))
@@ -154,7 +144,7 @@ def test_runs_are_listed_oldest_first(puppet):
     Path("runs/file").touch()
     Path("runs/other").mkdir()
     Path("runs/broken").symlink_to("nowhere")
-    shutil.copytree(paths[0], "runs/.new-run-1234")  # left by a killed program
+    shutil.copytree(paths[0], "runs/.gaitsim-1234.partial")  # left by a killed program
     assert [path.name for path in list_runs(Path("runs"))] == ["puppet-2", "puppet", "puppet-3"]
     with pytest.raises(RunError, match="cannot list runs/file"):
         list_runs(Path("runs/file"))

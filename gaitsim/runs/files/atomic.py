@@ -2,15 +2,12 @@
 
 import errno
 import os
-import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from gaitsim.errors import RunError
-from gaitsim.opening import is_folder
-
-_PREFIX, _SUFFIX = ".gaitsim-", ".partial"
+from gaitsim.runs.files.drafts import draft_file, draft_name, locked, remove, sweep
 
 _FULL = "free some space on the disk, or choose another folder"
 _FORBIDDEN = "choose another folder, or allow writing to this one"
@@ -81,16 +78,13 @@ def replacing(path: Path, *, follow: bool = True) -> Iterator[Path]:
     """
     with writing(path):
         path = _target(path) if follow else path
-        partial = _new_name(path.parent)
-        try:
+        sweep(path.parent)
+        with draft_file(path.parent) as partial:
             yield partial
             with partial.open("rb+") as file:
                 os.fsync(file.fileno())
             partial.replace(path)
             sync_folder(path.parent)
-        finally:
-            with suppress(OSError):
-                partial.unlink(missing_ok=True)
 
 
 def set_aside(path: Path, word: str) -> Path:
@@ -118,18 +112,6 @@ def set_aside(path: Path, word: str) -> Path:
     return target
 
 
-def remove_partials(folder: Path) -> None:
-    """Remove temporary files that a killed program left; only for the one writer of a folder.
-
-    Raises:
-        RunError: one of them cannot be removed.
-    """
-    with writing(folder):
-        for partial in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
-            if not is_folder(partial):  # none of ours
-                partial.unlink(missing_ok=True)
-
-
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
     """Turn errors of the system while `path` is written into a `RunError`."""
@@ -155,42 +137,34 @@ def _target(path: Path) -> Path:
     return path
 
 
-def _new_name(folder: Path) -> Path:
-    return folder / f"{_PREFIX}{secrets.token_hex(8)}{_SUFFIX}"
-
-
 @contextmanager
 def _partial(folder: Path, data: bytes) -> Iterator[Path]:
-    """Create a temporary file in `folder` with `data` on the disk; remove it afterwards."""
-    partial = _new_name(folder)
-    try:
-        with partial.open("xb") as file:
+    """Create a draft in `folder` with `data` on the disk; remove it afterwards."""
+    with draft_file(folder) as partial:
+        with partial.open("rb+") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         yield partial
-    finally:
-        with suppress(OSError):
-            partial.unlink(missing_ok=True)
 
 
 @contextmanager
 def _twin(path: Path) -> Iterator[Path]:
     """Create a second name for a file, or a copy where the file system has no hard links."""
-    twin = _new_name(path.parent)
-    try:
-        os.link(path, twin)
-    except OSError:
-        with _partial(path.parent, path.read_bytes()) as copy:
-            yield copy
-        return
-    try:
-        yield twin
-    finally:
-        # Renaming over another name of the same file, as after a crash between the
-        # two renames of a rotation, does nothing by POSIX: the twin is still there.
-        with suppress(OSError):
-            twin.unlink(missing_ok=True)
+    twin = draft_name(path.parent)
+    with locked(path):  # by its second name, too
+        try:
+            os.link(path, twin)
+        except OSError:
+            with _partial(path.parent, path.read_bytes()) as copy:
+                yield copy
+            return
+        try:
+            yield twin
+        finally:
+            # Renaming over another name of the same file, as after a crash between the
+            # two renames of a rotation, does nothing by POSIX: the twin is still there.
+            remove(twin)
 
 
 def sync_folder(folder: Path) -> None:

@@ -3,19 +3,17 @@
 import errno
 import os
 import re
-import secrets
 import shlex
-import shutil
-import time
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
-from itertools import chain, count
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain, count, takewhile
 from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
+from gaitsim.opening import is_folder
 from gaitsim.runs.files.atomic import sync_folder, write_bytes, writing
 from gaitsim.runs.files.checkpoint import Champion, pack
+from gaitsim.runs.files.drafts import draft_folder, sweep
 from gaitsim.runs.files.safe_pickle import MAX_BYTES
 
 RUNS = Path("runs")
@@ -26,7 +24,6 @@ HISTORY, BESTS = "history.csv", "bests.bin"
 ISLANDS = "islands.csv"
 CHECKSUMS, PROVENANCE = "checksums.bin", "provenance.json"
 CHAMPIONS, EXPORTS = "champions", "exports"
-_DRAFT = ".new-run-"
 
 
 def command(verb: str, *words: object) -> str:
@@ -201,10 +198,10 @@ def create_folder(
         )
     with writing(wanted):
         wanted.parent.mkdir(parents=True, exist_ok=True)
-        _remove_drafts(wanted.parent)
-        draft = wanted.parent / f"{_DRAFT}{secrets.token_hex(8)}"
-        draft.mkdir()
-        try:
+        sweep(wanted.parent)
+        for taken in filter(is_folder, takewhile(os.path.lexists, _names(wanted))):
+            sweep(taken)
+        with draft_folder(wanted.parent) as draft:
             for name in folders:
                 (draft / name).mkdir()
             for name, content in files.items():
@@ -212,18 +209,7 @@ def create_folder(
                 write_bytes(draft / name, data)
             path = _name(draft, wanted)
             sync_folder(path.parent)
-        except BaseException:
-            shutil.rmtree(draft, ignore_errors=True)
-            raise
     return path
-
-
-def _remove_drafts(folder: Path) -> None:
-    """Remove drafts of runs that a program left when it was killed: those an hour old."""
-    for draft in folder.glob(f"{_DRAFT}*"):
-        with suppress(OSError):
-            if draft.stat().st_mtime < time.time() - 3600:
-                shutil.rmtree(draft)
 
 
 def check_size(experiment: Experiment) -> None:
@@ -244,8 +230,12 @@ def check_size(experiment: Experiment) -> None:
 
 def free_name(wanted: Path) -> Path:
     """The first of a, a-2, a-3, … that is free now, which `create_run` takes."""
+    return next(path for path in _names(wanted) if not os.path.lexists(path))
+
+
+def _names(wanted: Path) -> Iterator[Path]:
     others = (wanted.with_name(f"{wanted.name}-{number}") for number in count(2))
-    return next(path for path in chain([wanted], others) if not os.path.lexists(path))
+    return chain([wanted], others)
 
 
 def _name(draft: Path, wanted: Path) -> Path:
