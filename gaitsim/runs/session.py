@@ -10,7 +10,7 @@ from pathlib import Path
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evolution import Generation, island_map
-from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.runs.writer import RunWriter
 
 
@@ -78,6 +78,6 @@ def _resumable(path: Path) -> Iterator[None]:
     try:
         yield
     except GaitsimError as error:
-        if path.exists():
+        if (path / EXPERIMENT).exists():
             error.then(f"continue with: {command('resume', path)}")
         raise

@@ -1,6 +1,6 @@
 """A run on disk, written generation by generation."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from functools import cached_property
 from itertools import islice
@@ -171,11 +171,17 @@ class RunWriter:
                 what = f"names a term {name!r}, which is a column of the history"
                 allowed = f"other names than {', '.join(history.COLUMNS)}"
                 raise contract_error(self.experiment.entries["fitness"], what, allowed)
-        if not self.path.is_dir():
+        try:
+            self._write(generation, values)
+        except RunError:
+            if (self.path / EXPERIMENT).exists():
+                raise
             raise RunError(
-                f"the folder of the run {self.path} is gone",
-                remedy="begin a new run, in a folder that stays",
-            )
+                f"the folder of the run {self.path} was deleted or moved while it was written",
+                remedy="begin a new run, or resume this one from where its folder is now",
+            ) from None
+
+    def _write(self, generation: Generation, values: Mapping[str, float]) -> None:
         with writing(self.path):
             self._files.append(generation, values)
         if not self._noted:

@@ -176,13 +176,43 @@ def test_a_full_disk_stops_the_run_as_it_was(half, whole, monkeypatch, step, num
     assert_same(half, whole)
 
 
-def test_a_folder_that_is_gone_is_said(half):
+@pytest.mark.parametrize("change", [shutil.rmtree, lambda path: path.rename("elsewhere")])
+def test_a_folder_that_is_deleted_or_moved_stops_the_run(half, change):
     with RunWriter.open(half.path) as writer:
         event = next(events(writer))
-        shutil.rmtree(half.path)
-        with pytest.raises(RunError, match="the folder of the run half is gone"):
+        change(half.path)
+        with pytest.raises(RunError, match="the folder of the run half was deleted or moved"):
             writer.record(event)
     assert not half.path.exists()
+
+
+def test_a_folder_that_is_deleted_during_a_write_stops_the_run(half, monkeypatch):
+    with RunWriter.open(half.path) as writer:
+        event = next(events(writer))
+        monkeypatch.setattr(
+            "gaitsim.runs.writer.write_provenance", lambda path, *_: shutil.rmtree(path)
+        )
+        with pytest.raises(RunError, match="the folder of the run half was deleted or moved"):
+            writer.record(event)
+    assert not half.path.exists()
+
+
+def replace(path):
+    data = path.read_bytes()
+    path.unlink()
+    path.write_bytes(data)
+
+
+@pytest.mark.parametrize("change", [Path.unlink, replace])
+@pytest.mark.parametrize("name", ["history.csv", "bests.bin", "checksums.bin"])
+def test_a_file_that_is_deleted_or_replaced_stops_the_run(half, name, change):
+    with RunWriter.open(half.path) as writer:
+        generations = events(writer)
+        writer.record(next(generations))
+        change(half.path / name)
+        with pytest.raises(RunError, match=f"{name} was deleted or replaced"):
+            writer.record(next(generations))
+        assert again(half).generation == 5
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from gaitsim.errors import RunError
 from gaitsim.opening import open_descriptor
 from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.history import (
@@ -28,6 +29,7 @@ class AppendOnlyFile:
 
         Whole records of `size` bytes that are missing are filled with zeros.
         """
+        self._path = path
         with writing(path):
             self._descriptor = open_descriptor(path, os.O_RDWR | os.O_CREAT)
         whole = os.fstat(self._descriptor).st_size // size * size
@@ -36,12 +38,28 @@ class AppendOnlyFile:
         os.lseek(self._descriptor, 0, os.SEEK_END)
 
     def append(self, data: bytes, *, force: bool = True) -> None:
-        """Add a record, and force it to disk."""
+        """Add a record, and force it to disk.
+
+        Raises:
+            RunError: the file was deleted or replaced since it was opened.
+        """
+        if not self._is_in_place():
+            raise RunError(
+                f"{self._path.name} was deleted or replaced while the run was being written",
+                where=str(self._path),
+                remedy="leave the files of a run alone until it has ended, or copy them first",
+            )
         view = memoryview(data)
         while view:
             view = view[os.write(self._descriptor, view) :]
         if force:
             os.fsync(self._descriptor)
+
+    def _is_in_place(self) -> bool:
+        try:
+            return os.path.samestat(os.fstat(self._descriptor), self._path.lstat())
+        except OSError:
+            return False
 
     def close(self) -> None:
         """Close the file; a second call does nothing."""
