@@ -1,18 +1,28 @@
 """Mutations of valid files: what damage, editors and ill will make of them."""
 
+import math
 import random
 import re
+from copy import deepcopy
 
 WORDS = (
     *("nan", "inf", "-inf", "1e400", "-1", "0", "1.5", "", "null", "true", "[]", "{}", '"', ","),
     *("9" * 5000, "9" * 19, "x" * 70_000, "[" * 3000, '{"a":' * 3000, "\n" * 5000, "#", "\r", "\0"),
-    *("é", "\ud7ff\u202e", "\x1b]52;c;eA==\x07", "generation", "1e308", "2020-01-01", "''", "\t"),
+    *("é", "\u202e", "\x1b]52;c;eA==\x07", "generation", "1e308", "2020-01-01", "''", "\t"),
 )
+"""Words that a parser may not expect."""
+
+VALUES = (
+    *(None, True, -1, 0, 1, 3, 2**62, -(2**63), 1.5, -0.0, 1e308, math.nan, math.inf, -math.inf),
+    *("", "x" * 300, "nan", "[" * 3000, "\x1b[2J", b"", bytes(8), bytes(960), [], [[]], {}),
+)
+"""Values that a reader of plain values may not expect."""
+
 _TOKEN = re.compile(rb"[\w.+:-]+")
 
 
 def mutations(data: bytes, count: int, seed: int = 0):
-    """Yield mutated copies of a file, each changed in one to three places."""
+    """Yield copies of a file, each changed in one to three places."""
     chance = random.Random(seed)
     for _ in range(count):
         changed = data
@@ -21,22 +31,48 @@ def mutations(data: bytes, count: int, seed: int = 0):
         yield changed
 
 
-def _place(data, chance):
-    return chance.randrange(len(data) + 1)
+def mutations_of_values(content: dict, count: int, seed: int = 0):
+    """Yield copies of nested dicts and lists, each with one to three values replaced or removed."""
+    chance = random.Random(seed)
+    for _ in range(count):
+        changed = deepcopy(content)
+        for _ in range(chance.choice((1, 1, 1, 2, 3))):
+            _change_value(changed, chance)
+        yield changed
+
+
+def _change_value(content, chance):
+    places = [(content, key) for key in content]
+    for container, key in places:  # which grows
+        inner = container[key]
+        if isinstance(inner, dict | list):
+            places += [
+                (inner, at) for at in (inner if isinstance(inner, dict) else range(len(inner)))
+            ]
+    if not places:
+        return
+    container, key = chance.choice(places)
+    match chance.randrange(8):
+        case 0:
+            del container[key]
+        case 1:
+            other, at = chance.choice(places)
+            container[key] = deepcopy(other[at])
+        case 2 if isinstance(container, dict):
+            container[chance.choice(("more", "", "\x1b", "x" * 300))] = chance.choice(VALUES)
+        case _:
+            container[key] = deepcopy(chance.choice(VALUES))
 
 
 def _span(data, chance):
-    start = _place(data, chance)
+    start = chance.randrange(len(data) + 1)
     return start, min(len(data), start + chance.choice((1, 1, 8, 96, 1000)))
 
 
 def _flip(data, chance):
-    at = _place(data, chance)
-    return (
-        data[:at]
-        + bytes(byte ^ 1 << chance.randrange(8) for byte in data[at : at + 1])
-        + data[at + 1 :]
-    )
+    changed = bytearray(data or b"\0")
+    changed[chance.randrange(len(changed))] ^= 1 << chance.randrange(8)
+    return bytes(changed)
 
 
 def _overwrite(data, chance):
@@ -45,8 +81,8 @@ def _overwrite(data, chance):
     return data[:start] + filling + data[end:]
 
 
-def _cut(data, chance):
-    return data[: _place(data, chance)]
+def _truncate(data, chance):
+    return data[: chance.randrange(len(data) + 1)]
 
 
 def _delete(data, chance):
@@ -59,19 +95,22 @@ def _repeat(data, chance):
     return data[:end] + data[start:end] * chance.choice((1, 1, 300)) + data[end:]
 
 
-def _word(data, chance):
-    """Replace a token, or insert one."""
-    tokens = [*_TOKEN.finditer(data[:100_000])]
-    word = chance.choice(WORDS).encode()
-    if not tokens or chance.random() < 0.2:
-        at = _place(data, chance)
-        return data[:at] + word + data[at:]
-    found = chance.choice(tokens)
-    return data[: found.start()] + word + data[found.end() :]
+def _tokens(data):
+    return [*_TOKEN.finditer(data[:100_000])]
 
 
-def _swap_tokens(data, chance):
-    tokens = [*_TOKEN.finditer(data[:100_000])]
+def _insert_word(data, chance):
+    at = chance.randrange(len(data) + 1)
+    return data[:at] + chance.choice(WORDS).encode() + data[at:]
+
+
+def _replace_word(data, chance):
+    found = chance.choice(_tokens(data) or [re.search(b"", data)])
+    return data[: found.start()] + chance.choice(WORDS).encode() + data[found.end() :]
+
+
+def _swap_words(data, chance):
+    tokens = _tokens(data)
     if len(tokens) < 2:
         return data
     one, two = sorted(chance.sample(tokens, 2), key=lambda token: token.start())
@@ -79,11 +118,8 @@ def _swap_tokens(data, chance):
     return data[: one.start()] + two[0] + between + one[0] + data[two.end() :]
 
 
-def _lines(data, chance):
-    """Swap, drop or double lines."""
-    lines = data.splitlines(keepends=True)
-    if len(lines) < 2:
-        return data
+def _change_lines(data, chance):
+    lines = data.splitlines(keepends=True) or [b""]
     one, two = chance.randrange(len(lines)), chance.randrange(len(lines))
     match chance.randrange(3):
         case 0:
@@ -95,4 +131,7 @@ def _lines(data, chance):
     return b"".join(lines)
 
 
-_CHANGES = (_flip, _overwrite, _cut, _delete, _repeat, _word, _word, _word, _swap_tokens, _lines)
+_CHANGES = (
+    *(_flip, _overwrite, _truncate, _delete, _repeat, _insert_word, _swap_words, _change_lines),
+    *[_replace_word] * 4,
+)

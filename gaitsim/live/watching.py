@@ -124,7 +124,7 @@ class RunWatcher:
             genome = checkpoint.genomes[int(np.argmax(checkpoint.scores))]
         else:
             try:
-                genome = run.bests[generation - 1]["genome"]
+                genome = run.best_genome(generation)
             except GaitsimError:
                 return Best(generation, score, ())
         return Best(generation, score, tuple(genome.tolist()))

@@ -29,6 +29,7 @@ def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose
         PluginError: the body cannot say what its genomes are.
     """
     space = experiment.space()
+    wrong = ""
     labels: Sequence[str] | None
     try:
         body, before = parse_space(source, "the experiment before")
@@ -36,19 +37,29 @@ def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose
     except GaitsimError:
         kind = "real" if genomes.dtype.kind == "f" else "bit"
         came, labels = f"{genomes.shape[1]} {kind} genes", None
-    entry = experiment.entries["organism"]
-    wrong = ""
     if genomes.dtype != space.dtype or genomes.shape[1] != space.genes:
         wrong = f"{whose} has {came}"
     elif labels is not None and tuple(labels) != tuple(space.labels):
         at = next(i for i in range(space.genes) if labels[i] != space.labels[i])
         wrong = f"{whose} has {came}: gene {at + 1} is {labels[at]!r}, not {space.labels[at]!r}"
-    else:
-        with plugin_errors(entry, "looking at genomes"):
-            fits = space.contains(genomes)
-        if not fits:
-            wrong = f"{whose} leaves the bounds of the genes{_first_outside(space, genomes)}"
-    return wrong
+    return wrong or out_of_bounds(experiment, genomes, whose)
+
+
+def out_of_bounds(experiment: Experiment, genomes: Genomes, whose: str) -> str:
+    """Return which gene leaves the bounds of an experiment's body, or ''.
+
+    Args:
+        experiment: whose body it is.
+        genomes: (individuals, genes).
+        whose: the genomes, as messages name them: 'the population'.
+
+    Raises:
+        PluginError: the body cannot say what its genomes are.
+    """
+    space = experiment.space()
+    with plugin_errors(experiment.entries["organism"], "looking at genomes"):
+        fits = space.contains(genomes)
+    return "" if fits else f"{whose} leaves the bounds of the genes{_first_outside(space, genomes)}"
 
 
 def expected_genomes(experiment: Experiment) -> str:

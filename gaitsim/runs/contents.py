@@ -38,6 +38,7 @@ from gaitsim.runs.files.history import (
     read_history,
     read_islands,
     read_records,
+    terms_of,
     used_terms,
 )
 from gaitsim.runs.files.tables import damaged, line_ends
@@ -148,8 +149,25 @@ class RunFiles:
 
     @cached_property
     def stages(self) -> tuple[RunStage, ...]:
-        """The stages of the run, the current one last; () before the first generation."""
-        return stages_of(self.checkpoint) if self.checkpoint else ()
+        """The stages of the run, the current one last; () before the first generation.
+
+        Raises:
+            CheckpointError: the population does not belong to its experiment.
+            GaitsimError: the text of a stage is not an experiment.
+        """
+        if self.checkpoint is None:
+            return ()
+        stages = stages_of(self.checkpoint)
+        outline, found = stages[-1].outline, len(self.checkpoint.genomes)
+        expected = outline.evolution.population * outline.islands.number
+        if found != expected:
+            raise CheckpointError(
+                f"the checkpoint contradicts itself: it has {found:,} individuals, but its "
+                f"experiment has {expected:,}",
+                where=str(self.path / CHECKPOINT),
+                remedy="restore all files of the run from one copy",
+            )
+        return stages
 
     @cached_property
     def history(self) -> dict[str, NDArray[np.float64]]:
@@ -166,7 +184,7 @@ class RunFiles:
             raise ends_early(self.path, HISTORY, 0, self.generation)
         terms = [*self.checkpoint.terms]
         for name in terms:
-            if name not in columns:
+            if name not in terms_of(columns):
                 raise damaged(self.path / HISTORY, f"it lacks the term {name!r} of the checkpoint")
         # Without columns of a stage whose first generation was not finished.
         return {name: columns[name] for name in header(used_terms(columns, terms))}

@@ -11,7 +11,7 @@ from gaitsim.errors import ExperimentError, RunError
 from gaitsim.experiment import Experiment, Overrides, parse_experiment
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.individual import Individual
-from gaitsim.runs.compatibility import check_population, missing_packages
+from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.contents import RunFiles
 from gaitsim.runs.files.folder import BESTS, EXPERIMENT, HISTORY, command
 from gaitsim.runs.files.history import best_terms, read_records, record_type
@@ -127,6 +127,24 @@ class RunSnapshot(RunFiles):
             read_records(self.path / BESTS, record_type(space), self.generation), BESTS
         )
 
+    def best_genome(self, generation: int) -> NDArray[Any]:
+        """Return the genome of a generation's best, (genes,), which is one of its stage's body.
+
+        Raises:
+            RunError: it is not, or there is no such generation.
+        """
+        experiment = self.experiment_at(generation)
+        genome: NDArray[Any] = self.bests[generation - 1]["genome"]
+        genome = genome.astype(experiment.space().dtype)
+        wrong = out_of_bounds(experiment, genome[None], f"the best of generation {generation}")
+        if wrong:
+            raise RunError(
+                f"{BESTS} is damaged: {wrong}",
+                where=str(self.path / BESTS),
+                remedy="restore all files of the run from one copy",
+            )
+        return genome
+
     @property
     def best_generation(self) -> int | None:
         """The generation of the champion; None before the first one, and where all failed.
@@ -169,13 +187,12 @@ class RunSnapshot(RunFiles):
                 f"the run {self.path} has no champion: every individual of {which} failed",
                 remedy=f"see why: {command('show', self.path)}",
             )
-        experiment = self.experiment_at(number)
         return Individual(
-            experiment,
+            self.experiment_at(number),
             float(best["score"]),
             best_terms(self.history, number),
             number,
-            best["genome"].astype(experiment.space().dtype),
+            self.best_genome(number),
             self.path,
         )
 

@@ -46,7 +46,7 @@ def assert_same(one, other) -> None:
 
 
 reals = st.floats(allow_nan=False, allow_infinity=False)
-counts = st.integers(0, 2**63 - 1)
+counts = st.integers(0, 2**53)
 names = st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1, max_size=20)
 versions = st.dictionaries(names, names, max_size=3)
 
@@ -62,7 +62,7 @@ def checkpoints(draw):
     for name in draw(st.lists(names, unique=True, max_size=3)):
         terms[name] = draw(arrays(np.float64, individuals, elements=reals))
         terms[name][failed] = draw(st.floats())
-    *ends, generation = sorted(draw(st.sets(st.integers(1, 2**63 - 1), min_size=1, max_size=4)))
+    *ends, generation = sorted(draw(st.sets(st.integers(1, 2**53), min_size=1, max_size=4)))
     stages = tuple(Stage(end, draw(st.text()), draw(versions)) for end in ends)
     return Checkpoint(
         experiment=draw(st.text()),
@@ -73,8 +73,8 @@ def checkpoints(draw):
         scores=scores,
         terms=terms,
         reasons={str(index): draw(st.text()) for index in failed},
-        stagnation=draw(counts),
-        best_score=draw(reals | st.just(-INF)),
+        stagnation=draw(st.integers(0, generation - 1)),
+        best_score=max(draw(reals | st.just(-INF)), float(scores.max())),
         threshold=draw(st.none() | reals),
         stages=stages,
     )
@@ -84,7 +84,7 @@ champions = st.builds(
     Champion,
     experiment=st.text(),
     versions=versions,
-    generation=st.integers(1, 2**63 - 1),
+    generation=st.integers(1, 2**53),
     genome=arrays(np.float64, 3, elements=reals) | arrays(np.uint8, 3),
     score=reals,
     terms=st.dictionaries(names, reals, max_size=3),

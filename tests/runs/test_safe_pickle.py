@@ -1,8 +1,6 @@
-import hashlib
 import os
 import pickle
 import re
-import struct
 import subprocess
 import sys
 import tracemalloc
@@ -12,18 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from run_helpers import seal
 
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.safe_pickle import VERSION, SchemaVersionError, dumps, load, loads
 
 FILE = Path("population.pickle")
-
-
-def seal(payload: bytes, version: int = VERSION, more: int = 0) -> bytes:
-    """A file with a right digest: the format, written down a second time."""
-    start = b"GAITSIM\0" + struct.pack("<IQ", version, len(payload) + more)
-    return start + hashlib.sha256(start + payload).digest() + payload
 
 
 HONEST = dumps({"name": "spider", "count": 3, "list": [1.5, None, True], "bytes": b"\0\1"})

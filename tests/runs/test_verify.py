@@ -257,7 +257,7 @@ def test_a_run_of_one_generation_has_no_checkpoint_before(puppet, tmp_path):
     assert everything(one).identical
 
 
-@pytest.mark.parametrize("changes", [{"best_score": 99.0}, {"stagnation": 77}])
+@pytest.mark.parametrize("changes", [{"best_score": 99.0}, {"stagnation": 7}])
 def test_the_progress_in_the_checkpoint_is_compared(run, changes):
     forge_checkpoint(run, **changes)
     assert [*verify(run, [1], workers=1).differences] == [LAST]

@@ -211,6 +211,10 @@ def _check(checkpoint: Checkpoint) -> Checkpoint:
             raise ValueError(f"terms.{term_name} should be finite where the score is")
     if not checkpoint.reasons.keys() <= {str(index) for index in np.flatnonzero(failed)}:
         raise ValueError("reasons should be given for individuals with the score −inf alone")
+    if checkpoint.stagnation >= checkpoint.generation:
+        raise ValueError("stagnation should be below the generation")
+    if checkpoint.best_score < checkpoint.scores.max():
+        raise ValueError("best_score should not be below a score")
     ends = [0, *(stage.generation for stage in checkpoint.stages), checkpoint.generation]
     if checkpoint.stages and not all(before < end for before, end in pairwise(ends)):
         raise ValueError("stages should end in order, before the checkpoint's generation")

@@ -44,8 +44,8 @@ def _real(allowed: str, accepts: Callable[[float], bool]) -> PlainValidator:
 
 Name = Annotated[StrictStr, Field(min_length=1, max_length=200), AfterValidator(_printable)]
 Names = dict[Name, Name]
-Count = Annotated[StrictInt, Field(ge=0)]
-Number = Annotated[StrictInt, Field(ge=1)]
+Count = Annotated[StrictInt, Field(ge=0, le=2**53)]
+Number = Annotated[StrictInt, Field(ge=1, le=2**53)]
 Finite = Annotated[float, _real("a finite number", math.isfinite)]
 BelowInfinity = Annotated[
     float, _real("a finite number or −inf", lambda value: value < math.inf)  # nor NaN
