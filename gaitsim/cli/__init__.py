@@ -53,10 +53,9 @@ def _run() -> None:
 def _fail(error: GaitsimError) -> None:
     from gaitsim.cli.console import errors, record
     from gaitsim.cli.streams import machine_readable
-    from gaitsim.render.terminal.text import visible_lines
 
     if machine_readable():
         record("error", **error.to_dict())
     else:
-        errors().print(f"Error: {visible_lines(str(error))}", style="red", markup=False)
+        errors().print(f"Error: {error}", style="red")
     sys.exit(MISTAKE)

@@ -122,6 +122,6 @@ def _print(folder: Path, findings: Findings, again: str) -> None:
     for title, columns, rows in tables(findings):
         console.print(f"\n{title}", style="bold")
         print_table(columns, rows)
-    console.print(f"\n{methods(findings)}\n", style="dim", markup=False)
-    console.print(f"Report: {folder / REPORT}", markup=False)
-    console.print(f"Again:  {again}", markup=False, soft_wrap=True)
+    console.print(f"\n{methods(findings)}\n", style="dim")
+    console.print(f"Report: {folder / REPORT}")
+    console.print(f"Again:  {again}", soft_wrap=True)

@@ -6,39 +6,70 @@ With `GAITSIM_PROGRESS=json`, standard error is JSON lines for programs: one obj
 
 import json
 import sys
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
+import typer
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.table import Table
-from rich.text import TextType
+from rich.text import Text, TextType
 
 from gaitsim.cli.streams import machine_readable, results
-from gaitsim.render.terminal.text import visible_lines
+from gaitsim.render.terminal.text import visible, visible_lines
 
 PIPED_WIDTH = 1000  # columns: rows are not broken for a program
+
+
+class PlainConsole(Console):
+    """A console that texts of others cannot steer: neither by control characters nor by markup.
+
+    Names, messages and documentation come from files and plugins of strangers, and all of them
+    are printed by this class or by `echo`. Styles and colours come from gaitsim alone.
+    """
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(highlight=False, emoji=False, markup=False, **settings)
+
+    def render_str(self, text: str, **settings: Any) -> Text:
+        """Escape a string before it is laid out."""
+        return super().render_str(visible_lines(text), **settings)
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterator[Segment]:
+        """Escape the rest, which is styled already."""
+        for segment in super().render(renderable, options):
+            if segment.control or segment.text.isprintable():
+                yield segment
+            else:
+                yield segment._replace(text=visible_lines(segment.text))
 
 
 def output() -> Console:
     """Standard output. Piped, it is as wide as its lines; NO_COLOR and TERM are honoured."""
     width = None if results().isatty() else PIPED_WIDTH
-    return Console(file=results(), highlight=False, emoji=False, width=width)
+    return PlainConsole(file=results(), width=width)
 
 
 def errors() -> Console:
     """Standard error; never a terminal where programs read it."""
     terminal = False if machine_readable() else None
-    return Console(
-        stderr=True, highlight=False, emoji=False, soft_wrap=True, force_terminal=terminal
-    )
+    return PlainConsole(stderr=True, soft_wrap=True, force_terminal=terminal)
 
 
 def status(text: str) -> AbstractContextManager[object]:
     """Show a line in a terminal, as long as the block takes."""
     console = errors()
-    return console.status(text) if console.is_terminal else nullcontext()
+    # A string would be read as markup.
+    return console.status(Text(text)) if console.is_terminal else nullcontext()
+
+
+def confirm(question: str) -> bool:
+    """Ask for yes or no."""
+    return typer.confirm(visible_lines(question))
 
 
 def record(kind: str, **values: Any) -> None:
@@ -57,17 +88,20 @@ def notice(text: str) -> None:
     if machine_readable():
         record("notice", text=text)
         return
-    errors().print(visible_lines(text), style="yellow", markup=False)
+    errors().print(text, style="yellow")
 
 
 def echo(text: object, end: str = "\n") -> None:
     """Write plain text to standard output; `print` would write it to where plugins print."""
-    print(text, end=end, file=results(), flush=True)
+    print(visible_lines(str(text)), end=end, file=results(), flush=True)
 
 
 def print_json(values: Mapping[str, Any]) -> None:
     """Print one object on one line, with null for NaN and infinities."""
-    echo(json.dumps(finite(values), ensure_ascii=False))
+    line = json.dumps(finite(values), ensure_ascii=False)
+    if not line.isprintable():
+        line = "".join(char if char.isprintable() else json.dumps(char)[1:-1] for char in line)
+    echo(line)
 
 
 def finite(value: Any) -> Any:
@@ -84,10 +118,13 @@ def finite(value: Any) -> Any:
 def print_table(
     columns: Iterable[TextType], rows: Iterable[Sequence[TextType]], numbers: Container[str] = ()
 ) -> None:
-    """Print a table to standard output; columns in `numbers` are aligned right."""
+    """Print a table to standard output; columns in `numbers` are aligned right.
+
+    A cell is one line.
+    """
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in columns:
         table.add_column(name, justify="right" if str(name) in numbers else "left")
     for row in rows:
-        table.add_row(*row)
-    output().print(table, markup=False)
+        table.add_row(*(visible(cell) if isinstance(cell, str) else cell for cell in row))
+    output().print(table)

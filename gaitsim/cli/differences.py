@@ -89,5 +89,5 @@ def _show(compared: Sequence[ComparedRun], quantity: str, by: str) -> None:
     rows = comparison_table(compared)
     print_table(
         ["", *heads],
-        ([Text(text) for text in (row.key, *map(visible, row.values))] for row in rows),
+        ([row.key, *row.values] for row in rows),
     )

@@ -23,17 +23,17 @@ SCALES = {"°": math.degrees(1), "mm": 1000, "%": 100}  # from SI units
 def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
     """Print all of it but the score."""
     console = output()
-    console.print(individual.title, style="bold", markup=False)
+    console.print(individual.title, style="bold")
     found = gait.name
     style = "bold" if found.name in UNNAMED else "bold green"
     console.print(Text.assemble("Gait: ", (found.name, style), f", {found.reason}"))
     for flag in gait.flags:
-        console.print(Text(f"Likely exploit: {flag.name}. {visible(flag.seen)}", style="red"))
+        console.print(f"Likely exploit: {flag.name}. {flag.seen}", style="red")
     if gait.footfalls is not None:
         _print_footfalls(gait.footfalls, gait.frame_rate)
     _print_travel(gait)
     for missing in gait.missing:
-        console.print(Text(f"Not available: {missing}.", style="yellow"))
+        console.print(f"Not available: {missing}.", style="yellow")
 
 
 def _print_footfalls(found: Footfalls, frame_rate: float) -> None:

@@ -56,7 +56,7 @@ def print_results(results: Sequence[Result], files: Files, preset: str = "") -> 
         _print_activations(results)
     console.print()
     for path in files.values():
-        console.print(str(path), markup=False, soft_wrap=True)
+        console.print(str(path), soft_wrap=True)
 
 
 def _print_side_by_side(expert: Individual, imitator: Individual) -> None:

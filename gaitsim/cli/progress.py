@@ -58,7 +58,7 @@ class Display:
 def _stage_line(writer: RunWriter) -> str:
     first = writer.last.number + 1 if writer.last else 1
     what = "; ".join(map(str, writer.changes))
-    return visible(f"stage {writer.stage} from generation {first} on: {what}")
+    return f"stage {writer.stage} from generation {first} on: {what}"
 
 
 def display(writer: RunWriter, json: bool) -> Display:
@@ -95,7 +95,7 @@ class PlainLines(Display):
         super().__init__(writer)
         self._clock = clock
         self._printed = -math.inf
-        echo(f"run {visible(str(writer.path))}")
+        echo(f"run {writer.path}")
 
     def begin_stage(self, writer: RunWriter) -> None:
         """Print a line."""
@@ -164,7 +164,7 @@ class LiveView(Display):
 
     def begin_stage(self, writer: RunWriter) -> None:
         """Print a line that stays; scores of another scale begin their courses anew."""
-        self._console.print(_stage_line(writer), style="bold", markup=False)
+        self._console.print(_stage_line(writer), style="bold")
         if writer.last is not None and any(change.reevaluates for change in writer.changes):
             self._generation, self._row = writer.last, row(writer.last)
             for name in SCORES:

@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitsim.cli.console import echo, notice, output, print_json, print_table
+from gaitsim.cli.console import confirm, echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError
-from gaitsim.render.terminal.text import number, visible
+from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import EXPERIMENT, RUNS, command, find_run
 from gaitsim.runs.overview import Overview, RunsWatcher
 from gaitsim.runs.removal import delete_run
@@ -44,7 +44,7 @@ def runs(
         for row in found:
             print_json(row)
     elif not found:
-        output().print(f"No runs in {root}. Start one: gaitsim run spider", markup=False)
+        output().print(f"No runs in {root}. Start one: gaitsim run spider")
     else:
         rows = []
         for row in found:
@@ -78,14 +78,14 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
         root / name if (root / name / EXPERIMENT).is_file() else find_run(name)
         for name in references
     ]
-    named = visible(", ".join(map(str, dict.fromkeys(paths))))
+    named = ", ".join(map(str, dict.fromkeys(paths)))
     if not yes:
         if not sys.stdin.isatty():
             raise GaitsimError(
                 f"{named} cannot be deleted without confirmation: there is no terminal",
                 remedy="add --yes to delete without asking",
             )
-        if not typer.confirm(f"Delete {named}, with all its exports?"):
+        if not confirm(f"Delete {named}, with all its exports?"):
             notice("Nothing was deleted.")
             return
     for path in dict.fromkeys(paths):
@@ -93,7 +93,7 @@ def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None
         if json:
             print_json({"deleted": str(path)})
         else:
-            echo(visible(f"{path} is deleted"))
+            echo(f"{path} is deleted")
 
 
 def _row(run: Overview) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.text import number, visible
+from gaitsim.render.terminal.text import number
 
 TIMES = 4  # columns of the terms over time
 _MOVED = 1e-9  # relative tolerance between the recorded and the replayed score
@@ -28,23 +28,18 @@ def print_score_breakdown(
         warning = (
             f"The run recorded {number(recorded, 4)}: the body or the fitness has changed since."
         )
-        console.print(Text(warning, style="yellow"))
+        console.print(warning, style="yellow")
     try:
         over_time = terms_over_time(individual)
     except GaitsimError as error:
-        console.print(
-            Text(f"Terms over time are not available: {visible(error.what)}", style="yellow")
-        )
+        console.print(f"Terms over time are not available: {error.what}", style="yellow")
         terms = individual.replayed_terms.items()
-        rows = [[visible(name), number(value)] for name, value in terms]
+        rows = [[name, number(value)] for name, value in terms]
         print_table(["term", "value"], rows, numbers=["value"])
     else:
         chosen = np.unique(np.linspace(0, len(over_time.seconds) - 1, TIMES + 1).astype(int)[1:])
         heads = [f"{over_time.seconds[index]:.1f} s" for index in chosen]
-        rows = [
-            [visible(name), *map(number, values[chosen])]
-            for name, values in over_time.terms.items()
-        ]
+        rows = [[name, *map(number, values[chosen])] for name, values in over_time.terms.items()]
         print_table(["term, had it ended at", *heads], rows, numbers=heads)
         if not over_time.timed:
             console.print("The fitness reads nothing over time: terms are of the whole motion.")
@@ -52,7 +47,7 @@ def print_score_breakdown(
         first, found = term_changes(history, individual.generation)
         heads = [f"best of {first}", f"of {individual.generation}", f"mean of {first}", "mean then"]
         rows = [
-            [visible(one.name), *map(number, (one.first, one.last, one.mean_first, one.mean_last))]
+            [one.name, *map(number, (one.first, one.last, one.mean_first, one.mean_last))]
             for one in found
         ]
         console.print()
@@ -61,7 +56,7 @@ def print_score_breakdown(
     if words:
         console.print()
     for sentence in words:
-        console.print(f"• {visible(sentence).replace(' -', ' −')}", markup=False)
+        console.print(f"• {sentence.replace(' -', ' −')}")
 
 
 def print_robustness(found: Robustness) -> None:
@@ -70,7 +65,7 @@ def print_robustness(found: Robustness) -> None:
     console.print("\nRobustness to perturbations", style="bold")
     if found.perturbations:
         rows = [
-            (visible(p.name), number(p.score), f"{100 * p.fall:.0f} %", Text(p.sign, style="red"))
+            (p.name, number(p.score), f"{100 * p.fall:.0f} %", Text(p.sign, style="red"))
             for p in found.perturbations
         ]
         numbers = "score", "falls by"
@@ -80,4 +75,4 @@ def print_robustness(found: Robustness) -> None:
             "means of ten."
         )
     for missing in found.missing:
-        console.print(Text(f"Not available: {visible(missing)}.", style="yellow"))
+        console.print(f"Not available: {missing}.", style="yellow")

@@ -83,10 +83,10 @@ def _print_json(run: RunSnapshot) -> None:
 def _print(run: RunSnapshot) -> None:
     experiment, history = run.experiment, run.history
     console = output()
-    console.print(str(run.path), style="bold", markup=False)
-    console.print(f"{experiment.name}: {experiment.description}", markup=False)
+    console.print(str(run.path), style="bold")
+    console.print(f"{experiment.name}: {experiment.description}")
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
-    console.print(f"seed {experiment.seed}  {parts}", markup=False)
+    console.print(f"seed {experiment.seed}  {parts}")
     islands = experiment.islands
     if islands.number > 1:
         where = "on a ring" if islands.topology == "ring" else "all neighbours"
@@ -102,7 +102,7 @@ def _print(run: RunSnapshot) -> None:
         )
     if not history:
         again = command("resume", run.path)
-        console.print(f"No generation is finished. Continue: {again}", markup=False)
+        console.print(f"No generation is finished. Continue: {again}")
         return
     console.print(
         f"generation {len(history['best'])} of {experiment.evolution.generations}, "
@@ -110,7 +110,7 @@ def _print(run: RunSnapshot) -> None:
     )
     for name in ("best", "mean"):
         course = history[name][run.comparable - 1 :]
-        console.print(f"{name} {sparkline(list(course), 48)} {number(course[-1])}", markup=False)
+        console.print(f"{name} {sparkline(list(course), 48)} {number(course[-1])}")
     _print_stages(run, history)
     console.print()
     print_champion(run, champion_of(run))
@@ -132,4 +132,4 @@ def _print_stages(run: RunSnapshot, history: Mapping[str, NDArray[np.float64]]) 
         print_table(columns, rows, numbers=["stage", "best"])
     if run.pending:
         changed = "; ".join(map(str, run.pending))
-        console.print(f"from generation {stages[-1].last + 1} on: {changed}", markup=False)
+        console.print(f"from generation {stages[-1].last + 1} on: {changed}")

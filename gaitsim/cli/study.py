@@ -80,7 +80,7 @@ def study(
         print_table(*summary(study, found))
         console.print(RULE, style="dim")
     wrote(folder / TABLE)
-    console.print(f"\nTable: {folder / TABLE}", markup=False)
+    console.print(f"\nTable: {folder / TABLE}")
 
 
 def _run(

@@ -45,13 +45,13 @@ def summarise(path: Path, reason: str, json: bool) -> None:
         )
         return
     console = output()
-    console.print(f"\n{path}: {reason}", style="bold", markup=False)
+    console.print(f"\n{path}: {reason}", style="bold")
     print_champion(run, champion)
     if champion is None:
         return
     console.print("\nNext:")
     for line, purpose in _next(run):
-        console.print(f"  {line}  ", end="", markup=False, soft_wrap=True)
+        console.print(f"  {line}  ", end="", soft_wrap=True)
         console.print(f"# {purpose}", style="dim")
 
 
@@ -78,7 +78,7 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
         console.print("Every individual failed; no score is finite.")
         reasons = run.checkpoint.reasons if run.checkpoint else {}
         for index, reason in list(reasons.items())[:1]:
-            console.print(f"Individual {index}: {reason}", markup=False)
+            console.print(f"Individual {index}: {reason}")
         return
     console.print(
         f"Champion of generation {champion.generation}, score {number(champion.score, 4)}:"
@@ -90,4 +90,4 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
         ]
         print_table(["measure", "value", "", "what it is"], rows, numbers=["value"])
     parts = "  ".join(f"{name} {number(value)}" for name, value in champion.terms.items())
-    console.print(f"score = {parts}", markup=False)
+    console.print(f"score = {parts}")

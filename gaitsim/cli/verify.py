@@ -12,7 +12,6 @@ from gaitsim.cli.options import Json, RunName, Workers
 from gaitsim.cli.parsing import asked_generations
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.render.terminal.text import visible_lines
 from gaitsim.runs.files.folder import EXPERIMENT, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.verify.verify import Verdict
@@ -108,23 +107,23 @@ def _print_json(path: str, verdict: Verdict) -> None:
 
 def _print(path: str, verdict: Verdict) -> None:
     if verdict.identical:
-        echo(visible_lines(f"{path}: identical"))
+        echo(f"{path}: identical")
     elif not verdict.differences:
-        echo(visible_lines(f"{path}: different; the generations that were compared are identical"))
+        echo(f"{path}: different; the generations that were compared are identical")
     else:
         first, count = next(iter(verdict.differences)), len(verdict.differences)
         more = f"; {count - 1} more generations differ" if count > 1 else ""
-        echo(visible_lines(f"{path}: different, first in generation {first}{more}"))
+        echo(f"{path}: different, first in generation {first}{more}")
     if not verdict.identical:
         for text in (*_changed_options(verdict), *verdict.damaged):
-            echo(visible_lines(f"  {text}"))
+            echo(f"  {text}")
         for number, what in list(verdict.differences.items())[:SHOWN]:
             for text in what[:SHOWN]:
-                echo(visible_lines(f"  generation {number}: {text}"))
+                echo(f"  generation {number}: {text}")
             if len(what) > SHOWN:
                 echo(f"  generation {number}: and {len(what) - SHOWN} more")
     for text in _scope(verdict):
-        echo(visible_lines(text))
+        echo(text)
 
 
 def _changed_options(verdict: Verdict) -> list[str]:

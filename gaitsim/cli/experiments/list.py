@@ -4,7 +4,6 @@ from gaitsim.cli.console import print_table
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.registry.presets import read_preset
-from gaitsim.render.terminal.text import visible
 from gaitsim.toml import parse
 
 
@@ -19,6 +18,6 @@ def list_() -> None:
 
 def _describe(name: str) -> str:
     try:  # not by an outline, which imports NumPy and pydantic: lists are quick
-        return visible(str(parse(read_preset(name), f"preset {name}").get("description", "")))
+        return str(parse(read_preset(name), f"preset {name}").get("description", ""))
     except GaitsimError as error:
-        return visible(f"broken: {error.what}")
+        return f"broken: {error.what}"

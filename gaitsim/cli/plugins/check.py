@@ -10,7 +10,6 @@ from gaitsim.cli.console import output, print_json
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.testing import Report, check_chosen
 from gaitsim.testing.rules.packages import chosen
 
@@ -67,15 +66,15 @@ def check(
 def _print(report: Report) -> None:
     console = output()
     head = Text("✓ " if report.ok else "✗ ", "green" if report.ok else "red")
-    head.append(visible(f"{report.entry.kind} {report.entry.name}"), "bold")
-    head.append(visible(f"  {report.entry.source}{_figures(report)}"))
+    head.append(f"{report.entry.kind} {report.entry.name}", "bold")
+    head.append(f"  {report.entry.source}{_figures(report)}")
     console.print(head)
     for finding in report.findings:
         style = "red" if finding.level == "error" else "yellow"
-        first, *rest = visible_lines(str(finding)).split("\n")
-        console.print(Text(f"  {first}", style))
+        first, *rest = str(finding).split("\n")
+        console.print(f"  {first}", style=style)
         for line in rest:
-            console.print(Text(f"  {line}"))
+            console.print(f"  {line}")
 
 
 def _figures(report: Report) -> str:

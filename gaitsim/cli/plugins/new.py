@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli.console import output
-from gaitsim.render.terminal.text import visible
 from gaitsim.scaffold import PREFIX, new_package
 
 
@@ -33,7 +32,7 @@ def new(
     plugin = name.removeprefix(PREFIX)
     source = folder / "src" / f"gaitsim_{plugin.replace('-', '_')}" / "__init__.py"
     console = output()
-    console.print(visible(f"{folder}: the package of the {kind} {plugin!r}"), markup=False)
+    console.print(f"{folder}: the package of the {kind} {plugin!r}")
     console.print("\nNext:")
     trial = {"organism": f"gaitsim run {plugin}"}.get(
         kind, f"gaitsim run spider --set {kind}.plugin={plugin}"
@@ -46,4 +45,4 @@ def new(
         ),
         (trial, f"try it; its code is in {source}"),
     ):
-        console.print(f"  {command}  # {what}", markup=False)
+        console.print(f"  {command}  # {what}")

@@ -10,7 +10,6 @@ from gaitsim.cli.console import output, print_table
 from gaitsim.contracts import Organism
 from gaitsim.errors import PluginError, nearest
 from gaitsim.registry import KINDS, entries, find, load_class, options
-from gaitsim.render.terminal.text import visible_lines
 
 
 def show(
@@ -37,7 +36,7 @@ def _show(kind: str, name: str) -> None:
     plugin = load_class(kind, name)
     console = output()
     console.print(Text.assemble((name, "bold"), f"  {kind} of {find(kind, name).source}"))
-    console.print(visible_lines(inspect.getdoc(plugin) or ""), markup=False)
+    console.print(inspect.getdoc(plugin) or "")
     if not plugin.model_fields:
         console.print("\nIt has no options.")
     else:

@@ -17,9 +17,14 @@ def visible(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(
-        char.encode("unicode_escape").decode() if unicodedata.category(char) in _ESCAPED else char
-        for char in text
+        _escape(char) if unicodedata.category(char) in _ESCAPED else char for char in text
     )
+
+
+def _escape(char: str) -> str:
+    if "\x80" <= char <= "\x9f":  # TOML, whose texts may hold these, does not know \\x85
+        return f"\\u{ord(char):04x}"
+    return char.encode("unicode_escape").decode()
 
 
 def visible_lines(text: str) -> str:
