@@ -9,8 +9,8 @@ import typer
 
 from gaitsim.cli.console import notice
 from gaitsim.cli.tui import Root, ThemeName
+from gaitsim.errors import GaitsimError
 from gaitsim.tui.themes import check_theme
-from gaitsim.tui.web import WebServer, is_loopback, listening
 
 
 def serve(
@@ -33,6 +33,13 @@ def serve(
 
     ssh -L 8000:127.0.0.1:8000 lab gaitsim serve
     """
+    try:
+        from gaitsim.tui.web import WebServer, is_loopback, listening
+    except ModuleNotFoundError as error:
+        raise GaitsimError(
+            f"'gaitsim serve' needs the package {error.name}, which is not installed",
+            remedy="pip install 'gaitsim[serve]'",
+        ) from None
     chosen = check_theme(theme, where="--theme") if theme else None
     with listening(host, port) as socket:
         if not is_loopback(host):

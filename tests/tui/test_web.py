@@ -4,6 +4,7 @@ import asyncio
 import os
 import shutil
 import socket
+import sys
 from pathlib import Path
 
 import pytest
@@ -73,6 +74,14 @@ class TestGuard:
                 assert refused.value.status == 403
 
         asyncio.run(go())
+
+
+def test_without_the_extra_the_error_says_how_to_install_it(gaitsim, monkeypatch):
+    monkeypatch.delitem(sys.modules, "gaitsim.tui.web")
+    monkeypatch.setitem(sys.modules, "aiohttp", None)
+    stderr = gaitsim("serve", code=2).stderr
+    assert "aiohttp" in stderr
+    assert "pip install 'gaitsim[serve]'" in stderr
 
 
 class TestListening:
