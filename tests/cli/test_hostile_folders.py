@@ -1,0 +1,194 @@
+"""Every file of a run, replaced by what no run holds, against every command that opens a run.
+
+Each case ends with a result or with one message, without a traceback, a hang, much memory, or a
+change of anything outside the run folder.
+"""
+
+import os
+import resource
+import shutil
+import signal
+import sys
+import time
+from contextlib import contextmanager
+from itertools import cycle
+from pathlib import Path
+
+import pytest
+from conftest import PUPPETS
+from hostile import CASES, FILES, attacked, make_template
+
+from gaitsim.cli import main
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")
+
+PATIENCE = 60  # seconds; ends a hang, whatever else the machine does
+MEMORY = 500 * 2**20  # bytes that a command may need more than before
+
+COMMANDS = {
+    "runs": ("runs",),
+    "runs --json": ("runs", "--json"),
+    "show": ("show", "victim"),
+    "show --fingerprint": ("show", "victim", "--fingerprint"),
+    "verify": ("verify", "victim", "--workers", "1"),
+    "plot": ("plot", "victim", "--kind", "fitness"),
+    "plot --kind all": ("plot", "victim", "--kind", "all"),
+    "analyse": ("analyse", "victim"),
+    "export": ("export", "victim"),
+    "video": ("video", "victim", "--size", "64x64", "--fps", "2", "--no-intro"),
+    "play": ("play", "victim", "--at", "0"),
+    "imitate": ("imitate", "victim", "--epochs", "2"),
+    "differences": ("differences", "victim", "other"),
+    "fork": ("fork", "victim"),
+    "fork --set": ("fork", "victim", "--set", "mutation.sigma=0.3", "--generations", "7"),
+    "resume": ("resume", "victim", "--generations", "6", "--workers", "1"),
+    "resume --set": (
+        *("resume", "victim", "--set", "mutation.sigma=0.3", "--generations", "6"),
+        *("--workers", "1"),
+    ),
+    "run --from": ("run", "puppet.toml", "--from", "victim", "--generations", "1"),
+    "run --from FILE": (
+        *("run", "puppet.toml", "--generations", "1"),
+        *("--from", "runs/victim/champions/generation-000001.pickle"),
+    ),
+    "run FILE": ("run", "runs/victim/experiment.toml", "--generations", "1", "--workers", "1"),
+    "runs --delete": ("runs", "--delete", "victim", "--yes"),
+}
+SLOW = "plot --kind all", "video", "imitate"
+FELL = (  # before files were opened by one function
+    ("history.csv", "pipe", "show"),
+    ("history.csv", "huge zeros", "runs"),
+    ("history.csv", "link to its copy", "resume"),
+    ("history.csv", "hard link", "resume"),
+    ("bests.bin", "endless", "export"),
+    ("checksums.bin", "link to its copy", "resume"),
+    ("provenance.json", "pipe", "resume"),
+    ("provenance.json", "link to its copy", "resume --set"),
+    ("experiment.toml", "link to its copy", "resume --set"),
+    ("start.pickle", "pipe", "fork"),
+    (".lock-owner", "link to a file", "runs --delete"),
+    (".gaitsim-0.partial", "folder", "resume"),
+    ("champions", "link to its copy", "resume"),
+    ("champions/generation-000001.pickle", "endless", "fork"),
+    ("exports", "link to its copy", "plot"),
+    ("exports/fitness.png", "link to its copy", "plot"),
+)
+
+
+@pytest.fixture(scope="module")
+def template(tmp_path_factory):
+    """A folder with a run that has every file, another run, and an experiment's file."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(PUPPETS))
+        folder = tmp_path_factory.mktemp("hostile")
+        patch.chdir(folder)
+        make_template(lambda *arguments: call(patch, *arguments))
+        yield folder
+
+
+def call(patch, *arguments):
+    """Run a command in this process; return its exit code."""
+    patch.setattr(sys, "argv", ["gaitsim", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    return ended.value.code or 0
+
+
+def contents(folder):
+    """What a folder holds, without the run that was attacked and what commands make beside it."""
+    return {
+        path: (path.read_bytes() if path.is_file() else b"", path.stat().st_mtime_ns)
+        for part in ("outside", "runs/other", "puppet.toml")
+        for path in (folder / part, *(folder / part).rglob("*"))
+    } | {folder: (b"", len([*folder.iterdir()]))}
+
+
+@contextmanager
+def limited(seconds, memory):
+    """End what takes too long or too much memory by an exception."""
+
+    def end(*_):
+        raise TimeoutError(f"{seconds} seconds")
+
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    old = signal.signal(signal.SIGALRM, end)
+    resource.setrlimit(resource.RLIMIT_AS, (size + 4 * memory, before[1]))
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, old)
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+def peak(*, reset=False):
+    """The most memory of this process, bytes, since the last reset."""
+    if reset:
+        Path("/proc/self/clear_refs").write_text("5")
+    status = Path("/proc/self/status").read_text()
+    return int(status.split("VmHWM:")[1].split()[0]) * 1024
+
+
+def problems(patch, capsys, folder, arguments, measured):
+    """What is wrong with how a command ends in an attacked folder."""
+    patch.chdir(folder)
+    before, capsys_before = contents(folder), capsys.readouterr()
+    del capsys_before
+    start, memory = time.monotonic(), peak(reset=True)
+    try:
+        with limited(PATIENCE, MEMORY):
+            code = call(patch, *arguments)
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        capsys.readouterr()
+        return [f"raised {type(error).__name__}: {error}"[:300]]
+    measured.append((time.monotonic() - start, peak() - memory, arguments))
+    written = capsys.readouterr()
+    found = []
+    if code not in ((0, 1, 2) if arguments[0] == "verify" else (0, 2)):
+        found.append(f"ended with {code}")
+    if code == 2 and written.err.count("Error: ") != 1:
+        found.append(f"said {written.err!r}")
+    if "Traceback" in written.out + written.err:
+        found.append("printed a traceback")
+    if measured[-1][1] > MEMORY:
+        found.append(f"took {measured[-1][1] / 2**20:.0f} MB")
+    if contents(folder) != before:
+        found.append("changed something outside the run")
+    return found
+
+
+def check(cases, template, tmp_path, monkeypatch, capsys):
+    """Run cases, each a file, an attack and a command; fail with the problems of all."""
+    found, measured = {}, []
+    for number, (file, attack, command) in enumerate(cases):
+        folder = tmp_path / str(number)
+        attacked(template, folder, file, attack)
+        wrong = problems(monkeypatch, capsys, folder, COMMANDS[command], measured)
+        if wrong:
+            found[file, attack, command] = wrong
+        monkeypatch.chdir(tmp_path)
+        shutil.rmtree(folder)
+    slowest, largest = max(measured), max(measured, key=lambda one: one[1])
+    with capsys.disabled():
+        if os.environ.get("GAITSIM_TEST_REPORT"):
+            print(f"\n{len(measured)} cases; {slowest[0]:.2f} s {slowest[2]}; ", end="")
+            print(f"{largest[1] / 2**20:.0f} MB {largest[2]}")
+    assert found == {}
+
+
+def test_a_sample_of_the_table(template, puppets, tmp_path, monkeypatch, capsys):
+    chosen = [case for case in CASES if case[1] != "newlines"][::9]
+    quick = [command for command in COMMANDS if command not in SLOW]
+    cases = [*FELL, *((*case, command) for case, command in zip(chosen, cycle(quick)))]
+    check(cases, template, tmp_path, monkeypatch, capsys)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", FILES)
+def test_the_whole_table(file, template, puppets, tmp_path, monkeypatch, capsys):
+    cases = [(*case, command) for case in CASES if case[0] == file for command in COMMANDS]
+    check(cases, template, tmp_path, monkeypatch, capsys)

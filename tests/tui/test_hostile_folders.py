@@ -1,0 +1,78 @@
+"""Attacked run folders in the terminal UI: every screen opens or says why not, and can be left."""
+
+import shutil
+import sys
+
+import pytest
+from hostile import CASES, attacked, make_template
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs pipes, links")
+
+ASKING = {"ask", "fork", "default"}  # workers that wait for a dialog
+
+
+@pytest.fixture
+def template(here, gaitsim):
+    """A folder with a run that has every file, and another run."""
+    make_template(gaitsim)
+    return here
+
+
+def visit(drive, runs):
+    """Open the attacked run in every screen, press keys there, and leave it again."""
+    victim, other = runs / "victim", runs / "other"
+
+    async def test(driver):
+        app, home = driver.app, driver.screen
+
+        async def settled():
+            await driver.pilot.pause()
+            await driver.until(lambda: all(one.group in ASKING for one in app.workers))
+
+        async def left(screen):
+            await driver.press("escape")
+            await driver.until(lambda: driver.screen is screen)
+
+        for open_screen, keys in (
+            (lambda: app.open_run(victim), "recfg"),
+            (lambda: app.open_replay(victim), "be"),
+            (lambda: app.open_replay(other, None, victim), "b"),
+            (lambda: app.open_compare([other, victim]), "x"),
+        ):
+            open_screen()
+            await driver.until(lambda: driver.screen is not home)
+            await settled()
+            opened = driver.screen
+            for key in keys:
+                await driver.press(key)
+                await settled()
+                if driver.screen is not opened:
+                    await left(opened)
+            await left(home)
+
+    drive(test, folder=runs)
+
+
+def check(cases, template, tmp_path, monkeypatch, drive):
+    for number, (file, attack) in enumerate(cases):
+        folder = tmp_path / str(number)
+        attacked(template, folder, file, attack)
+        monkeypatch.chdir(folder)
+        try:
+            visit(drive, folder / "runs")
+        except BaseException as error:
+            error.add_note(f"{file}: {attack}")
+            raise
+        monkeypatch.chdir(tmp_path)
+        shutil.rmtree(folder)
+
+
+def test_an_attacked_run(template, drive, tmp_path, monkeypatch):
+    check([("history.csv", "pipe")], template, tmp_path, monkeypatch, drive)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(4))
+def test_attacked_runs(part, template, drive, tmp_path, monkeypatch):
+    cases = [("exports", "link to a folder"), (".gaitsim-0.partial", "folder"), *CASES[::12]]
+    check(cases[part::4], template, tmp_path, monkeypatch, drive)
