@@ -85,7 +85,7 @@ def _evolve(session: Session, shown: Display, interrupts: Interrupts) -> str:
         session.prepare()
     seconds = time.perf_counter() - start
     if seconds > SLOW:
-        notice(f"Prepared {name} in {seconds:.1f} s; compiled kernels are kept for the next run.")
+        notice(f"Prepared {name} in {seconds:.1f} s.")
     if writer.reevaluates and writer.last is not None:
         with status(f"Re-evaluating the population of generation {writer.last.number} …"):
             session.reevaluate()

@@ -28,6 +28,7 @@ from gaitsim.evaluation.scoring import Evaluation, evaluate, joined
 from gaitsim.evaluation.serialized import SerializedExperiment, prepare
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_context
+from gaitsim.registry.kernel_cache import missing_cache
 
 # Individuals in a chunk of a compiled body: few enough for its arrays to stay in the cache, and
 # for the memory allocator not to ask the system for them each time. 100 recurrence spiders on
@@ -60,6 +61,7 @@ class Evaluator:
         cluster: Executor | None = None,
     ) -> None:
         self.experiment = experiment
+        self._on_warning = on_warning
         threads = experiment.organism.threads
         asked = workers or cores()
         self._threads = 1 if not threads else cores() if cluster else asked
@@ -108,6 +110,8 @@ class Evaluator:
             GaitsimError: remote workers lack a package, or have another version of it.
         """
         prepare(self.experiment)
+        if warning := missing_cache():
+            self._on_warning(warning)
         if self._scheduler is not None:
             self._scheduler.remote.check([self.experiment])
             start = time.perf_counter()
