@@ -9,7 +9,7 @@ from gaitsim.registry.entry_points import Entry
 _Call = tuple[Entry, str]
 
 # Of the whole process, as Ctrl-C is: plugins may be at work in any thread.
-_active: list[_Call] = []
+_active: dict[object, _Call] = {}  # in order of entry, by a key that compares by identity
 _interrupted: list[_Call] = []
 
 
@@ -21,15 +21,15 @@ def plugin_context(entry: Entry, doing: str) -> Iterator[None]:
         entry: the plugin.
         doing: its task, such as 'moving a population'.
     """
-    call = entry, doing
-    _active.append(call)
+    key = object()
+    _active[key] = entry, doing
     try:
         yield
     except KeyboardInterrupt:
-        _interrupted.append(call)
+        _interrupted.append((entry, doing))
         raise
     finally:
-        _active.remove(call)
+        del _active[key]
 
 
 @contextmanager
@@ -69,6 +69,6 @@ def contract_error(entry: Entry, what: str, allowed: str = "") -> ContractError:
 def interrupted_plugin() -> str:
     """Return which plugin Ctrl-C interrupted and its task, once; '' if none was at work."""
     # The innermost call was left first; other threads may still be in theirs.
-    calls = [*_interrupted[:1], *_active[-1:]]
+    calls = [*_interrupted[:1], *list(_active.values())[-1:]]
     _interrupted.clear()
     return f"{calls[0][0]} was {calls[0][1]}" if calls else ""

@@ -1,6 +1,8 @@
 """Which plugin was at work when the user stopped the program."""
 
+import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -42,6 +44,23 @@ def test_a_plugin_at_work_in_another_thread_is_named():
     assert interrupted_plugin() == MOVING
     leave.set()
     thread.join()
+    assert interrupted_plugin() == ""
+
+
+def test_threads_enter_and_leave_at_once():
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+
+    def work(entry):
+        for _ in range(10_000):
+            with plugin_context(entry, "moving"):
+                pass
+
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            [*threads.map(work, [BODY, FITNESS] * 4)]
+    finally:
+        sys.setswitchinterval(before)
     assert interrupted_plugin() == ""
 
 
