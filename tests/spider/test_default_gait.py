@@ -7,13 +7,16 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 
-OTHERS = (pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 5))  # 15 s each
+# The whole run, 15 s each, and a part of it that walks already.
+RUNS = [(0, 80), *(pytest.param((seed, None), marks=pytest.mark.slow) for seed in range(5))]
 
 
-@pytest.fixture(scope="module", params=[0, *OTHERS], ids=lambda seed: f"seed {seed}")
+@pytest.fixture(scope="module", params=RUNS, ids=str)
 def champion(request: pytest.FixtureRequest) -> tuple[dict[str, float], np.ndarray]:
     """Measures and joint angles, (frames, 24), of the default run's best spider."""
-    experiment = load_experiment("spider", {"seed": request.param})
+    seed, generations = request.param
+    changes = {"evolution.generations": generations} if generations else {}
+    experiment = load_experiment("spider", {"seed": seed} | changes)
     with Evaluator(experiment) as evaluator:
         for generation in evolve(experiment, evaluator.evaluate):
             last = generation

@@ -10,6 +10,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim_walker.distance import Distance
 
 FRAMES = 61  # 1 s
+SLOW = pytest.mark.slow
 
 
 def motion(**changed):
@@ -93,10 +94,11 @@ def test_presets_evolve(preset):
     assert scores[-1] > scores[0]
 
 
-def test_two_legs_walk_within_twelve_generations():
-    experiment = load_experiment(
-        "walker", {"evolution.generations": 12, "evolution.population": 100}
-    )
+@pytest.mark.parametrize(
+    ("seed", "generations"), [(3, 4), *(pytest.param(seed, 12, marks=SLOW) for seed in range(3))]
+)
+def test_two_legs_walk_within_a_few_generations(seed, generations):
+    experiment = load_experiment("walker", {"seed": seed, "evolution.generations": generations})
     with Evaluator(experiment, 1) as evaluator:
         for generation in evolve(experiment, evaluator.evaluate):
             last = generation
