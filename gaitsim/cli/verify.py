@@ -84,6 +84,7 @@ def _print_json(path: str, verdict: Verdict) -> None:
             "generations": verdict.last,
             "whole": verdict.whole,
             "best": verdict.best,
+            "not_reproduced": verdict.not_reproduced,
             "differences": [
                 {"generation": number, "what": list(what)}
                 for number, what in verdict.differences.items()
@@ -151,6 +152,9 @@ def _scope(verdict: Verdict) -> list[str]:
         found.append(f"reproduced in full: {_ranges(verdict.whole)} of {verdict.last}")
     if verdict.best:
         found.append(f"best individual reproduced: {_ranges(verdict.best)}")
+    if verdict.not_reproduced:
+        spans = ", ".join(_span(*span) for span in verdict.not_reproduced)
+        found.append(f"not reproduced: {spans}; only their files were compared with one another")
     if verdict.without_checksum:
         found.append(
             f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
@@ -174,4 +178,8 @@ def _ranges(numbers: tuple[int, ...]) -> str:
             spans[-1][1] = number
         else:
             spans.append([number, number])
-    return ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in spans)
+    return ", ".join(_span(first, last) for first, last in spans)
+
+
+def _span(first: int, last: int) -> str:
+    return str(first) if first == last else f"{first} to {last}"

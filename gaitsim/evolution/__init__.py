@@ -3,12 +3,13 @@
 from gaitsim.evolution.breeding import breed, initial_population
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import ParallelMap, island_map
-from gaitsim.evolution.loop import evolve, stop_reason
+from gaitsim.evolution.loop import advance, evolve, stop_reason
 
 __all__ = [
     "Generation",
     "ParallelMap",
     "Progress",
+    "advance",
     "breed",
     "evolve",
     "initial_population",

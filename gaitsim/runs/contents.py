@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import CheckpointError, RunError
+from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.experiment import ExperimentOutline, read_outline
 from gaitsim.experiment.loading import LARGEST
 from gaitsim.opening import read_regular
@@ -42,7 +42,7 @@ from gaitsim.runs.files.history import (
     used_terms,
 )
 from gaitsim.runs.files.tables import damaged, line_ends
-from gaitsim.runs.stages import RunStage, stages_of
+from gaitsim.runs.stages import RunStage, changes, stages_of
 
 
 @dataclass(frozen=True)
@@ -117,9 +117,24 @@ class RunFiles:
             return None, ""
         try:
             found = read_checkpoint(path)
-        except CheckpointError as error:
+            if found.generation != self.generation - 1:
+                return None, ""
+            wrong = self._foreign(found)
+        except GaitsimError as error:
             return None, error.what
-        return (found if found.generation == self.generation - 1 else None), ""
+        if wrong:
+            return None, f"{PREVIOUS} does not belong to the run: {wrong}"
+        return found, ""
+
+    def _foreign(self, previous: Checkpoint) -> str:
+        """Return why the checkpoint of the generation before is not of this run, or ''."""
+        now, genomes = self.finished.genomes, previous.genomes
+        if (genomes.shape, genomes.dtype) != (now.shape, now.dtype):
+            return f"its population is of the shape {genomes.shape}, not {now.shape}"
+        stage = next(stage for stage in self.stages if previous.generation <= stage.last)
+        if changes(read_outline(previous.experiment, PREVIOUS), stage.outline):
+            return "its experiment is another"
+        return ""
 
     @property
     def previous(self) -> Checkpoint | None:

@@ -29,6 +29,8 @@ def test_an_identical_run_ends_with_0(gaitsim, run):
         "best individual reproduced: 2 to 4",
         "made with the versions and processor of this machine",
     ]
+    some = gaitsim("verify", "puppet", "--generations", "1,3").stdout
+    assert "not reproduced: 2, 4 to 5; only their files were compared" in some
     done = gaitsim("verify", "puppet", "--all", "--workers", 1)
     assert "reproduced in full: 1 to 5 of 5" in done.stdout
     assert done.stderr == ""
@@ -38,7 +40,7 @@ def test_a_different_run_ends_with_1_and_names_the_generation(gaitsim, run):
     spoil(run)
     lines = gaitsim("verify", "puppet", "--generations", "1,5", code=1).stdout.splitlines()
     assert lines[0] == "runs/puppet: different, first in generation 3"
-    assert lines[1].startswith("  generation 3: its row of history.csv or its record of bests.bin")
+    assert lines[1].startswith("  generation 3: its row or record of history.csv, bests.bin")
     lines = gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()
     assert lines[2].startswith("  generation 3: history.csv: mean is 0.5, but ")
 
@@ -47,6 +49,7 @@ def test_json_is_one_object(gaitsim, run):
     found = json.loads(gaitsim("verify", "puppet", "--generations", "2,5", "--json").stdout)
     assert found["identical"] is True
     assert (found["whole"], found["best"], found["differences"]) == ([5], [2], [])
+    assert found["not_reproduced"] == [[1, 1], [3, 4]]
     assert found["made_with"][0]["fitness puppet-reach"] == "gaitsim-puppets 1.0"
     spoil(run)
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)

@@ -12,8 +12,8 @@ from gaitsim.experiment import parse_assignments, with_overrides
 from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
 from gaitsim.runs.files.checksums import (
     RECORD,
+    SIZE,
     genomes_checksum,
-    row_checksum,
     scores_checksum,
 )
 from gaitsim.runs.files.folder import create_run
@@ -22,7 +22,7 @@ from gaitsim.runs.fork import fork_run
 from gaitsim.runs.resume import restored
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.start import champion_of
-from gaitsim.runs.verify.consistency import best_record, row_of
+from gaitsim.runs.verify.consistency import expected_chain
 from gaitsim.runs.verify.verify import sample
 from gaitsim.runs.verify.verify import verify as verify_snapshot
 from gaitsim.runs.writer import RunWriter
@@ -110,10 +110,10 @@ def digested(run, generation, **parts):
 
 
 def refit(run, generation):
-    """Make the digest of a row fit what the files say."""
-    run = RunSnapshot(run.path)
-    record = best_record(run, generation)
-    digested(run, generation, row=row_checksum(row_of(run, generation), record))
+    """Make the chain fit what the files say, from a generation on."""
+    for number in range(generation, LAST + 1):
+        run = RunSnapshot(run.path)
+        digested(run, number, chain=expected_chain(run, number))
 
 
 def forge_bests(run, generation, change):
@@ -164,7 +164,8 @@ def test_one_gene_of_a_best_is_found(run, generation):
 def test_one_number_of_the_history_is_found(run, column, value):
     forge_history(run, 7, column, value)
     (found,) = verify(run, [1], workers=1).differences.items()
-    assert found == (7, ["its row of history.csv or its record of bests.bin was changed"])
+    files = "history.csv, bests.bin or checksums.bin"
+    assert found == (7, [f"its row or record of {files} was changed"])
     refit(run, 7)
     verdict = everything(run)
     assert [*verdict.differences] == [7]
@@ -257,10 +258,65 @@ def test_a_run_of_one_generation_has_no_checkpoint_before(puppet, tmp_path):
     assert everything(one).identical
 
 
-@pytest.mark.parametrize("changes", [{"best_score": 99.0}, {"stagnation": 7}])
+@pytest.mark.parametrize(
+    "changes", [{"best_score": 99.0}, {"stagnation": 7}, {"threshold": 99.0}, {"threshold": None}]
+)
 def test_the_progress_in_the_checkpoint_is_compared(run, changes):
     forge_checkpoint(run, **changes)
     assert [*verify(run, [1], workers=1).differences] == [LAST]
+
+
+@pytest.mark.parametrize("threshold", [-1.0, None])
+def test_the_threshold_of_a_copy_is_not_below_the_option(run, threshold):
+    (run.path / "population.previous.pickle").unlink()
+    assert verify(run, [1], workers=1).identical
+    forge_checkpoint(run, threshold=threshold)
+    assert [*verify(run, [1], workers=1).differences] == [LAST]
+
+
+@pytest.mark.parametrize("generation", [1, 5, LAST])
+@pytest.mark.parametrize("at", [0, SIZE, 2 * SIZE])
+def test_each_checksum_that_was_changed_is_found(run, generation, at):
+    path = run.path / "checksums.bin"
+    data = bytearray(path.read_bytes())
+    data[(generation - 1) * RECORD.itemsize + at + 7] ^= 1
+    path.write_bytes(data)
+    # No generation is reproduced here but the third.
+    assert next(iter(verify(run, [3], workers=1).differences)) == generation
+
+
+def test_generations_that_were_not_reproduced_are_named(run):
+    assert verify(run, [1, 2, 7], workers=1).not_reproduced == ((3, 6), (8, LAST))
+    assert verify(run, [LAST], workers=1).not_reproduced == ((1, LAST - 1),)
+    assert everything(run).not_reproduced == ()
+
+
+def of_another_run(run):
+    return {"genomes": np.tile(run.checkpoint.genomes, 2)}
+
+
+def of_another_experiment(run):
+    return {"experiment": with_overrides(run.experiment, {"seed": 9}).to_toml()}
+
+
+@pytest.mark.parametrize("changes", [of_another_run, of_another_experiment])
+def test_a_checkpoint_before_of_another_run_is_a_difference(run, changes):
+    forge_checkpoint(run, "population.previous.pickle", **changes(run))
+    verdict = verify(run, workers=1)
+    (text,) = verdict.damaged
+    assert "population.previous.pickle does not belong to the run" in text
+
+
+def test_genes_out_of_bounds_are_not_moved(run):
+    before = read_checkpoint(run.path / "population.previous.pickle")
+    forge_checkpoint(run, "population.previous.pickle", genomes=before.genomes * 1e300)
+    assert "leaves the bounds" in verify(run, workers=1).differences[LAST - 1][-1]
+
+    def change(record):
+        record["genome"][2] = np.nan
+
+    forge_bests(run, 7, change)
+    assert "leaves the bounds" in verify(run, [7], workers=1).differences[7][-1]
 
 
 def test_a_champion_is_compared(run):

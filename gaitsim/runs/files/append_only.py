@@ -61,6 +61,11 @@ class AppendOnlyFile:
         except OSError:
             return False
 
+    def last(self, size: int) -> bytes:
+        """Return the last bytes of the file."""
+        os.lseek(self._descriptor, -size, os.SEEK_END)
+        return os.read(self._descriptor, size)
+
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         if self._descriptor >= 0:

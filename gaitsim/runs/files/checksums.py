@@ -1,7 +1,8 @@
 """`checksums.bin`: checksums of each generation, by which `gaitsim verify` finds changes.
 
-They reveal damage and accidental changes, and in which generation. They do not prove who wrote
-the run: only evolving it again does.
+Each record's last checksum covers the rest of the record, the generation's row and best, and the
+last checksum of the record before. So a change of any of these shows, and in which generation. That
+does not prove who wrote the run: only evolving it again does.
 """
 
 import hashlib
@@ -15,15 +16,19 @@ from gaitsim.contracts import Array, Genomes
 from gaitsim.evaluation import Evaluation
 
 SIZE = 32
-RECORD = np.dtype([(part, f"V{SIZE}") for part in ("genomes", "scores", "row")])
-"""SHA-256 of the genomes, of scores and terms, and of the generation's row and best."""
+RECORD = np.dtype([(part, f"V{SIZE}") for part in ("genomes", "scores", "chain")])
+"""SHA-256 of the genomes, of scores and terms, and of all that the chain covers."""
 
 NONE = bytes(SIZE)
 """Marks a generation without a checksum."""
 
 
 def checksums(
-    genomes: Genomes, evaluation: Evaluation, row: Mapping[str, float], bests: bytes
+    genomes: Genomes,
+    evaluation: Evaluation,
+    row: Mapping[str, float],
+    bests: bytes,
+    before: bytes,
 ) -> bytes:
     """Return the record of a generation.
 
@@ -32,8 +37,10 @@ def checksums(
         evaluation: of these.
         row: of the history.
         bests: its record in `bests.bin`, then each island's best where there are several.
+        before: the chain's checksum of the generation before; NONE where there is none.
     """
-    return genomes_checksum(genomes) + scores_checksum(evaluation) + row_checksum(row, bests)
+    parts = genomes_checksum(genomes) + scores_checksum(evaluation)
+    return parts + chain_checksum(before, parts, row, bests)
 
 
 def genomes_checksum(genomes: Genomes) -> bytes:
@@ -49,17 +56,23 @@ def scores_checksum(evaluation: Evaluation) -> bytes:
     return digest.digest()
 
 
-def row_checksum(row: Mapping[str, float], bests: bytes) -> bytes:
-    """Return the checksum of a row of the history, without its time, and of the bests.
+def chain_checksum(before: bytes, parts: bytes, row: Mapping[str, float], bests: bytes) -> bytes:
+    """Return the checksum of a generation's record, and of the chain before it.
 
-    NaN is left out, too: columns of another stage's terms hold it.
+    The row's time is left out, as is NaN: columns of another stage's terms hold it.
+
+    Args:
+        before: the chain's checksum of the generation before; NONE where there is none.
+        parts: the checksums of genomes and scores.
+        row: of the history.
+        bests: its record in `bests.bin`, then each island's best where there are several.
     """
     cells = {
         name: value
         for name, value in sorted(row.items())
         if name != "seconds" and not math.isnan(value)
     }
-    digest = hashlib.sha256(bests)
+    digest = hashlib.sha256(before + parts + bests)
     digest.update("\0".join(cells).encode())
     digest.update(struct.pack(f"<{len(cells)}d", *cells.values()))
     return digest.digest()

@@ -12,7 +12,7 @@ from gaitsim.experiment import Experiment
 from gaitsim.runs.files import history
 from gaitsim.runs.files.append_only import AppendOnlyFile, AppendOnlyHistory
 from gaitsim.runs.files.atomic import writing
-from gaitsim.runs.files.checksums import RECORD, checksums
+from gaitsim.runs.files.checksums import NONE, RECORD, SIZE, checksums
 from gaitsim.runs.files.folder import BESTS, CHECKSUMS, HISTORY, ISLANDS, ends_early
 from gaitsim.runs.files.tables import line, line_ends
 
@@ -53,6 +53,7 @@ class RecordFiles:
             self._checksums = held.enter_context(
                 closing(AppendOnlyFile(path / CHECKSUMS, done * size, size))
             )
+            self._chain = self._checksums.last(SIZE) if done else NONE
             if number > 1:
                 self._islands = held.enter_context(
                     closing(AppendOnlyFile(path / ISLANDS, keep[ISLANDS]))
@@ -81,6 +82,8 @@ class RecordFiles:
             self._islands.append(row_of_islands.encode())
         # Not forced to disk, which would take as long as everything else here. If a power cut
         # loses one, only `gaitsim verify` misses it.
-        self._checksums.append(
-            checksums(generation.genomes, generation.evaluation, row, kept), force=False
+        record_of_checksums = checksums(
+            generation.genomes, generation.evaluation, row, kept, self._chain
         )
+        self._checksums.append(record_of_checksums, force=False)
+        self._chain = record_of_checksums[-SIZE:]

@@ -33,7 +33,7 @@ from gaitsim.opening import open_regular
 from gaitsim.runs.files.pickle_stack import OpcodeStack, RefusedError
 
 MAGIC = b"GAITSIM\0"
-VERSION = 2
+VERSION = 3
 HEADER = 52
 """Length of the header, bytes."""
 

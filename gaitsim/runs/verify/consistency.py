@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from gaitsim.errors import CheckpointError
-from gaitsim.evolution import Generation
+from gaitsim.evolution import Generation, Progress, advance
+from gaitsim.experiment import read_outline
+from gaitsim.runs.compatibility import out_of_bounds
 from gaitsim.runs.files.checkpoint import Checkpoint, read_champion
-from gaitsim.runs.files.checksums import NONE, genomes_checksum, row_checksum, scores_checksum
+from gaitsim.runs.files.checksums import NONE, chain_checksum, genomes_checksum, scores_checksum
 from gaitsim.runs.files.folder import (
     BESTS,
     CHECKPOINT,
@@ -20,9 +22,9 @@ from gaitsim.runs.files.folder import (
     kept_champions,
 )
 from gaitsim.runs.files.history import best_terms, island_bests, islands_record, row
-from gaitsim.runs.resume import restored
+from gaitsim.runs.resume import next_progress, restored
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import Change, comparable
+from gaitsim.runs.stages import Change, changes, comparable
 
 KEEPING = ("fitness_threshold", "delta_fitness")
 """Options of [evolution] that begin no stage, but decide which champions are kept."""
@@ -40,11 +42,18 @@ def best_record(run: RunSnapshot, generation: int) -> bytes:
 
 
 def checksum(run: RunSnapshot, generation: int, part: str) -> bytes | None:
-    """Return a recorded checksum: of `genomes`, `scores` or `row`; None where there is none."""
-    if generation > len(run.checksums):
+    """Return a recorded checksum: of `genomes`, `scores` or `chain`; None where there is none."""
+    if not 1 <= generation <= len(run.checksums):
         return None
     found: bytes = run.checksums[generation - 1][part].tobytes()
     return None if found == NONE else found
+
+
+def expected_chain(run: RunSnapshot, generation: int) -> bytes:
+    """Return the checksum of a generation's chain by the files of the run."""
+    before = checksum(run, generation - 1, "chain") or NONE
+    parts = run.checksums[generation - 1].tobytes()[: -len(NONE)]
+    return chain_checksum(before, parts, row_of(run, generation), best_record(run, generation))
 
 
 def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
@@ -64,7 +73,7 @@ def without_checksum(run: RunSnapshot) -> int:
     """Return the number of generations that have no checksum."""
     if not len(run.checksums):
         return run.generation
-    return run.generation - int((run.checksums["row"] != np.void(NONE)).sum())
+    return run.generation - int((run.checksums["chain"] != np.void(NONE)).sum())
 
 
 def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
@@ -104,6 +113,7 @@ def disagreements(run: RunSnapshot) -> dict[int, list[str]]:
 
 def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
     """Compare history and bests with one another and with their checksums."""
+    files = (HISTORY, ISLANDS, BESTS) if run.islands.shape[1] > 1 else (HISTORY, BESTS)
     for at, score in enumerate(run.bests["score"].tolist()):
         generation = at + 1
         found = row_of(run, generation)
@@ -114,9 +124,9 @@ def _of_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
             yield generation, f"best is {islands!r} in {ISLANDS}, {score!r} in {BESTS}"
         if found["stage"] != run.stage_at(generation).number:
             yield generation, f"stage is {found['stage']:g} in {HISTORY} alone"
-        expected = checksum(run, generation, "row")
-        if expected is not None and expected != row_checksum(found, best_record(run, generation)):
-            yield generation, f"its row of {HISTORY} or its record of {BESTS} was changed"
+        chain = checksum(run, generation, "chain")
+        if chain is not None and chain != expected_chain(run, generation):
+            yield generation, f"its row or record of {', '.join(files)} or {CHECKSUMS} was changed"
 
 
 def _of_checkpoint(
@@ -129,10 +139,23 @@ def _of_checkpoint(
     number = generation.number
     for part in wrong_checksums(run, generation):
         yield number, f"the {part} in {name} are not those recorded in {CHECKSUMS}"
+    if outside := population_out_of_bounds(run, checkpoint):
+        yield number, f"{outside} in {name}"
+        return
     space = run.experiment_at(number).space()
     diversity = float(space.diversity(generation.genomes))
     for what in row_differences(run, replace(generation, diversity=diversity)):
         yield number, f"{what} by {name}"
+
+
+def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
+    """Return which gene in a checkpoint's population leaves the bounds of its stage's body, or ''.
+
+    Raises:
+        GaitsimError: the experiment of the stage has problems, or its body fails.
+    """
+    experiment = run.experiment_at(checkpoint.generation)
+    return out_of_bounds(experiment, checkpoint.genomes, "the population")
 
 
 def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
@@ -145,6 +168,25 @@ def _of_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
     since = len(course) - 1 - int(np.argmax(course))
     if np.isfinite(best) and checkpoint.stagnation != since:
         yield last, f"{CHECKPOINT} counts {checkpoint.stagnation} generations since, not {since}"
+    threshold = checkpoint.threshold
+    if last > 1 and run.previous is None:
+        # It may have been raised in any generation, but never below the option.
+        least = run.stages[-1].outline.evolution.fitness_threshold
+        if (threshold is None) != (least is None) or (threshold or 0.0) < (least or 0.0):
+            yield last, f"the threshold is {threshold} in {CHECKPOINT}, below {least}"
+    elif threshold != (expected := _threshold(run)):
+        yield last, f"the threshold is {threshold} in {CHECKPOINT}, not {expected}"
+
+
+def _threshold(run: RunSnapshot) -> float | None:
+    """Return the threshold after the last generation by the one before it."""
+    evolution = run.stages[-1].outline.evolution
+    before = Progress(0, -np.inf, -1, evolution.fitness_threshold)
+    if run.previous is not None:
+        begins = changes(read_outline(run.previous.experiment, PREVIOUS), run.stages[-1].outline)
+        before = next_progress(run.previous, evolution, begins)
+    best = float(run.history["best"][-1])
+    return advance(before, best, len(run.finished.genomes), evolution)[0].threshold
 
 
 def _of_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from gaitsim.contracts import Genomes
+from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evolution import Generation, evolve, island_map
 from gaitsim.experiment import Experiment
@@ -16,7 +17,11 @@ from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.resume import restored
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.start import start_genome
-from gaitsim.runs.verify.consistency import row_differences, wrong_checksums
+from gaitsim.runs.verify.consistency import (
+    population_out_of_bounds,
+    row_differences,
+    wrong_checksums,
+)
 
 Judges = Callable[[Experiment], Evaluator]
 """Makes an evaluator of an experiment."""
@@ -51,8 +56,9 @@ def reproduce_some(run: RunSnapshot, generations: list[int], judges: Judges) -> 
     """
     for number in generations:
         before = None
-        if number == run.generation and run.previous is not None:
-            before = restored(run.previous)
+        previous = run.previous if number == run.generation else None
+        if previous is not None and not population_out_of_bounds(run, previous):
+            before = restored(previous)
         if number == 1 or before is not None:
             (generation,) = _evolve(run, before, number, judges)
             yield number, True, _differences(run, generation)
@@ -135,7 +141,10 @@ def _score_differences(checkpoint: Checkpoint, name: str, again: Evaluation) -> 
 def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> list[str]:
     """Re-evaluate a generation's best individual, and return what differs from the record."""
     best, kept = run.bests[number - 1], best_terms(run.history, number)
-    genome = best["genome"].astype(run.experiment_at(number).space().dtype)
+    try:
+        genome = run.best_genome(number)
+    except RunError as error:
+        return [error.what]
     again = evaluate(genome[None])
     then = {"score": float(best["score"])} | {f"term {name}": kept[name] for name in kept}
     now = {"score": float(again.scores[0])}

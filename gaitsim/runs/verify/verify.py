@@ -52,6 +52,13 @@ class Verdict:
         """Whether nothing differs: no generation, no checkpoint, no option in the file."""
         return not (self.differences or self.damaged or self.asked)
 
+    @property
+    def not_reproduced(self) -> tuple[tuple[int, int], ...]:
+        """The generations of which only the files were compared: first and last of each span."""
+        done = sorted({*self.whole, *self.best})
+        gaps = zip([0, *done], [*done, self.last + 1], strict=True)
+        return tuple((before + 1, after - 1) for before, after in gaps if after - before > 1)
+
 
 def sample(last: int, count: int = SAMPLES) -> list[int]:
     """Generations spread evenly from the first to the last one."""
