@@ -11,7 +11,7 @@ from gaitsim.cli.console import confirm, echo, notice, output, print_json, print
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import number
-from gaitsim.runs.files.folder import EXPERIMENT, RUNS, command, find_run
+from gaitsim.runs.files.folder import RUNS, command, find_run, holds_run
 from gaitsim.runs.overview import Overview, RunsWatcher
 from gaitsim.runs.removal import delete_run
 
@@ -57,13 +57,13 @@ def runs(
 
 def _check(root: Path) -> None:
     """Refuse a folder that does not hold runs; only `runs` may be missing, before the first run."""
-    # os.path, unlike pathlib, answers for names that no file can have, too.
-    if os.path.isfile(root / EXPERIMENT):  # noqa: PTH113
+    if holds_run(root):
         raise GaitsimError(
             f"{root} is a run",
             allowed="a folder that holds runs",
             remedy=command("show", root),
         )
+    # os.path, unlike pathlib, answers for names that no file can have, too.
     if root != RUNS and not os.path.exists(root):  # noqa: PTH110
         raise GaitsimError(
             f"folder not found: {root}",
@@ -74,10 +74,7 @@ def _check(root: Path) -> None:
 
 def _delete(root: Path, references: list[str], *, yes: bool, json: bool) -> None:
     """Delete runs after asking; all of them must exist."""
-    paths = [
-        root / name if (root / name / EXPERIMENT).is_file() else find_run(name)
-        for name in references
-    ]
+    paths = [root / name if holds_run(root / name) else find_run(name) for name in references]
     named = ", ".join(map(str, dict.fromkeys(paths)))
     if not yes:
         if not sys.stdin.isatty():

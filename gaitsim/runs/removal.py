@@ -6,7 +6,7 @@ from pathlib import Path
 from gaitsim.errors import RunError
 from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.drafts import draft_name, locked, sweep
-from gaitsim.runs.files.folder import EXPERIMENT
+from gaitsim.runs.files.folder import EXPERIMENT, holds_run
 from gaitsim.runs.files.lock import RunLock
 
 
@@ -23,7 +23,7 @@ def delete_run(path: Path) -> None:
             allowed="the run itself",
             remedy=f"delete the run at {path.resolve()}, or remove the link alone: rm {path}",
         )
-    if not (path / EXPERIMENT).is_file():
+    if not holds_run(path):
         raise RunError(
             f"{path} is not a run: it holds no {EXPERIMENT}",
             remedy="'gaitsim runs' lists the runs here",

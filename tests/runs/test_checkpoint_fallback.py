@@ -72,6 +72,17 @@ def test_a_missing_checkpoint_falls_back(pair):
     assert names_in(path.parent) == {previous.name}
 
 
+def test_a_folder_in_its_place_is_kept_aside(pair, checkpoint):
+    path, previous = pair
+    path.unlink()
+    path.mkdir()
+    (path / "file").touch()
+    assert read_with_fallback(path, previous)[0].generation == 7
+    assert (path.with_name("population.damaged-1.pickle") / "file").exists()
+    write_checkpoint(path, checkpoint(generation=9), previous)
+    assert read_checkpoint(path).generation == 9
+
+
 def test_a_wrong_schema_falls_back(pair):
     path, previous = pair
     path.write_bytes(safe_pickle.dumps({"kind": "population"}))

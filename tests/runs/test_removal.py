@@ -1,5 +1,6 @@
 """Deleting runs."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,31 @@ def test_a_link_to_a_run_is_not_followed(run, tmp_path):
     with pytest.raises(RunError, match="a symbolic link to a run"):
         delete_run(link)
     assert list_runs(run.parent) == [run]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="paths may not be as long")
+def test_folders_that_are_too_deep_are_one_message(run):
+    deep = [run / ("d/" * (number + 1)) for number in range(1100)]
+    for folder in deep:
+        folder.mkdir()
+    with pytest.raises(RunError, match="its folders are too deep") as refused:
+        delete_run(run)
+    left = Path(refused.value.where)
+    assert list_runs(left.parent) == []
+    for folder in reversed(deep):
+        (left / folder.relative_to(run)).rmdir()
+
+
+def test_links_are_deleted_without_their_targets(run, tmp_path):
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / "file").write_text("mine")
+    (run / "exports").rmdir()
+    (run / "exports").symlink_to(outside)
+    (run / ".lock-owner").symlink_to(outside / "file")
+    delete_run(run)
+    assert list(run.parent.iterdir()) == []
+    assert (outside / "file").read_text() == "mine"
 
 
 def test_one_that_cannot_be_renamed_is_whole(run, monkeypatch):

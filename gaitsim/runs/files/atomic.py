@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from gaitsim.errors import RunError
+from gaitsim.opening import is_folder
 from gaitsim.runs.files.drafts import draft_file, draft_name, locked, remove, sweep
 
 _FULL = "free some space on the disk, or choose another folder"
@@ -98,15 +99,15 @@ def set_aside(path: Path, word: str) -> Path:
         while True:
             target = path.with_name(f"{path.stem}.{word}-{number}{path.suffix}")
             try:
-                # An empty file reserves the name, so that nothing is ever overwritten.
-                target.open("xb").close()
+                # An empty file, or folder, reserves the name, so that nothing is ever overwritten.
+                target.mkdir() if is_folder(path) else target.open("xb").close()
                 break
             except FileExistsError:
                 number += 1
         try:
             path.replace(target)
         except BaseException:
-            target.unlink()
+            target.rmdir() if is_folder(target) else target.unlink()
             raise
         sync_folder(path.parent)
     return target

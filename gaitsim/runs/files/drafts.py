@@ -99,7 +99,7 @@ def _remove_abandoned(draft: Path) -> None:
 
 def remove(draft: Path) -> None:
     """Remove a draft, as far as that is possible."""
-    with suppress(OSError):
+    with suppress(OSError, RecursionError):  # of folders too deep for rmtree
         if draft.is_dir() and not draft.is_symlink():
             shutil.rmtree(draft, ignore_errors=True)
         else:

@@ -39,8 +39,7 @@ def find_run(reference: str) -> Path:
     """
     places = [Path(place) for place in (reference, RUNS / reference) if reference]
     for path in places:
-        # os.path, unlike pathlib, answers for names that no file can have, too.
-        if os.path.isfile(path / EXPERIMENT):  # noqa: PTH113
+        if holds_run(path):
             return path
     for path in places:
         if os.path.isfile(path / CHECKPOINT):  # noqa: PTH113
@@ -60,6 +59,15 @@ def find_run(reference: str) -> Path:
         allowed=", ".join(known) or f"no run is in {RUNS}/ of this folder yet",
         remedy="give a run's name or the path of its folder; 'gaitsim runs' lists them",
     )
+
+
+def holds_run(path: Path) -> bool:
+    """Whether a folder is a run, damaged or not: whether it holds anything named `experiment.toml`.
+
+    Opening it shows what it is.
+    """
+    # os.path, unlike pathlib, answers for names that no file can have, too.
+    return os.path.lexists(path / EXPERIMENT)
 
 
 def ends_early(run: Path, name: str, found: int, generation: int) -> RunError:
@@ -141,7 +149,7 @@ def list_runs(root: Path) -> list[Path]:
     try:
         # A folder whose name begins with a dot is one that create_run is still making.
         for path in root.iterdir() if root.exists() else ():
-            if not path.name.startswith(".") and os.path.isfile(path / EXPERIMENT):  # noqa: PTH113
+            if not path.name.startswith(".") and holds_run(path):
                 found.append((_made(path), path.name, path))
     except OSError as error:
         raise RunError(

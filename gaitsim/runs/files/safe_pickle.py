@@ -104,7 +104,7 @@ def load(path: Path) -> dict[str, Any]:
             f"{path.name} may not be read", where=str(path), remedy="allow reading it"
         ) from error
     except (OSError, MemoryError) as error:
-        raise _refusal(path, _reason(error), "give the path of a checkpoint") from error
+        raise _refusal(path, _reason(error)) from error
 
 
 def loads(data: bytes, path: Path) -> dict[str, Any]:
