@@ -17,7 +17,13 @@ from gaitsim.runs.files.checksums import (
     scores_checksum,
 )
 from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.files.provenance import read_provenance, write_provenance
+from gaitsim.runs.files.provenance import (
+    Provenance,
+    current_versions,
+    differences,
+    read_provenance,
+    write_provenance,
+)
 from gaitsim.runs.fork import fork_run
 from gaitsim.runs.resume import restored
 from gaitsim.runs.snapshot import RunSnapshot
@@ -471,6 +477,14 @@ def test_what_differs_here_is_told(run):
     told = verify(run, [1], workers=1).elsewhere
     assert {text.partition(", ")[0] for text in told} - {"numba: 0.2 then"} == expected
     assert f"numpy: 0.1 then, {now['numpy']} now" in told
+
+
+def test_interpreted_kernels_are_noted(puppet, monkeypatch):
+    config = pytest.importorskip("numba").config
+    then = current_versions(puppet())
+    monkeypatch.setattr(config, "DISABLE_JIT", 1)
+    told = differences([Provenance(1, then)], current_versions(puppet()))
+    assert told == ["NUMBA_DISABLE_JIT: 0 then, 1 now"]
 
 
 @pytest.mark.parametrize(

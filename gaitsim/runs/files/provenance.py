@@ -23,6 +23,8 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import PROVENANCE
 from gaitsim.runs.files.schema import EXACT_KEYS
 
+# Settings of Numba that decide which machine code runs; interpreted kernels round differently.
+_SETTINGS = ("DISABLE_JIT", "CPU_NAME", "CPU_FEATURES")
 LARGEST = 10_000_000  # bytes
 
 
@@ -33,7 +35,7 @@ class Provenance:
     Attributes:
         first: the first of these generations.
         parts: names and versions: of gaitsim, its plugins' packages, Python, the numerical
-            libraries that were used, and the processor.
+            libraries that were used, their settings, and the processor.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -59,6 +61,8 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
     if "numba" in sys.modules:
         from llvmlite.binding import get_host_cpu_name  # comes with Numba
 
+        settings: Any = sys.modules["numba"].config
+        found |= {f"NUMBA_{name}": str(getattr(settings, name, None)) for name in _SETTINGS}
         found["numba"] = version("numba")
         # What compiled code is made for.
         found["processor"] = f"{get_host_cpu_name()}, {found['processor']}"
