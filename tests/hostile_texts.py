@@ -67,4 +67,4 @@ ENTRIES = {
     "fitness": {"wicked-score": "Score"},
     "selection": {"wicked-broken": "Broken"},
 }
-CHANGES = {"organism.plugin": "wicked", "fitness.plugin": "wicked-score", "description": MARKUP}
+CHANGES = ("organism.plugin=wicked", "fitness.plugin=wicked-score", f"description={MARKUP}")

@@ -12,6 +12,7 @@ from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.events import Key
+from textual.filter import LineFilter
 from textual.screen import Screen
 from textual.types import CSSPathType
 from textual.widgets import Input
@@ -19,10 +20,13 @@ from textual.widgets import Input
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
 from gaitsim.tui.config import Config, remember_theme
+from gaitsim.tui.plain import PlainText
 from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.themes import DEFAULT, THEMES
+
+_PLAIN = PlainText()
 
 
 class GaitsimApp(App[None]):
@@ -86,6 +90,10 @@ class GaitsimApp(App[None]):
         for ours in THEMES:
             self.register_theme(ours)
         self.theme = theme or (config.theme if config else None) or DEFAULT
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        """Return what each line passes before it is drawn."""
+        return [*super().get_line_filters(), _PLAIN]
 
     def get_default_screen(self) -> Screen[None]:
         """Begin at home."""

@@ -40,7 +40,7 @@ def quiet(tmp_path, puppets, styled, monkeypatch, capsys):
 def test_texts_of_plugins_and_names_of_folders(install, puppet_file, monkeypatch, styled, quiet):
     folder = install("wicked", PACKAGE, ENTRIES)
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    options = [f"--set={key}={value}" for key, value in CHANGES.items()]
+    options = [f"--set={change}" for change in CHANGES]
     run = f"runs/{NAME}"
     said = quiet("run", puppet_file, "--workers", 1, "--out", run, *options)
     assert ("\x1b[" in said) is styled  # colours stay

@@ -2,7 +2,8 @@
 
 import unicodedata
 
-_ESCAPED = ("Cc", "Cf", "Cs")  # control and format characters, and lone surrogates
+STEERING = ("Cc", "Cf", "Cs")
+"""The categories of control and format characters, and of lone surrogates."""
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -17,7 +18,7 @@ def visible(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(
-        _escape(char) if unicodedata.category(char) in _ESCAPED else char for char in text
+        _escape(char) if unicodedata.category(char) in STEERING else char for char in text
     )
 
 

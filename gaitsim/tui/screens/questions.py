@@ -11,6 +11,7 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Static
 
 from gaitsim.errors import GaitsimError
+from gaitsim.render.terminal.text import visible, visible_lines
 
 
 class Confirm(ModalScreen[bool]):
@@ -92,6 +93,6 @@ class Ask(ModalScreen[str | None]):
 
 
 def _heading(question: str, about: str) -> Iterator[Static]:
-    yield Static(Text(question), classes="dialog-title")
+    yield Static(Text(visible(question)), classes="dialog-title")
     if about:
-        yield Static(Text(about), classes="dialog-about")
+        yield Static(Text(visible_lines(about)), classes="dialog-about")
