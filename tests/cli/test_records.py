@@ -78,7 +78,7 @@ def test_comparing_and_studying_report_progress_and_files(records, puppet_file, 
 
 
 def test_checking_plugins_reports_progress(records):
-    found = records("plugins", "check", "spider-walk", "--json")
+    found = records("plugins", "check", "truncation", "--json")
     assert [one["done"] for one in found["progress"]] == [0, 1]
 
 
@@ -108,7 +108,7 @@ def test_another_value_is_refused(gaitsim, monkeypatch):
 def test_results_do_not_go_where_progress_is_drawn(start, environment):
     terminal, end = os.openpty()
     process = start(
-        *("plugins", "check", "spider-walk", "--json"),
+        *("plugins", "check", "truncation", "--json"),
         stderr=end,
         env={**os.environ, "TERM": "xterm", **environment},
     )

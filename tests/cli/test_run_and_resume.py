@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from waiting import until
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
 SPIDER = ("spider-recurrence", "--population", 10)
@@ -28,14 +29,11 @@ def fingerprint(gaitsim):
     return fingerprint
 
 
-def wait_for(path, generation=None, seconds=60):
-    """Until a file is there, or a history has come to a generation."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if path.exists() and (generation is None or path.read_text().count("\n") > generation):
-            return
-        time.sleep(0.01)
-    raise AssertionError(f"{path} did not come")
+def wait_for(path, generation=None):
+    """Wait until a file is there, or until a history has come to a generation."""
+    until(
+        lambda: path.exists() and (generation is None or path.read_text().count("\n") > generation)
+    )
 
 
 def test_a_run_is_printed_in_plain_lines(program, puppet_file, tmp_path):
@@ -185,20 +183,37 @@ def test_an_interrupt_saves_and_says_how_to_resume(
     gaitsim("resume", "my run", "--generations", rows + 1)
 
 
+ASLEEP = """
+import time
+from pathlib import Path
+from gaitsim_puppets import Puppet
+class Asleep(Puppet):
+    def move(self, genomes):
+        if len(genomes) > 1:  # not while it is prepared
+            Path("moving").touch()
+            time.sleep(1000)
+        return super().move(genomes)
+"""
+
+
 @posix
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_second_interrupt_stops_at_once(start, puppet_file, tmp_path, workers):
-    arguments = ("--set", "organism.pause=1000", "--out", "run", "--workers", workers)
+def test_a_second_interrupt_stops_at_once(
+    start, puppet_file, install, monkeypatch, tmp_path, workers
+):
+    folder = install("asleep", ASLEEP, {"organism": {"asleep": "Asleep"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+    arguments = ("--set", "organism.plugin=asleep", "--out", "run", "--workers", workers)
     process = start("run", puppet_file, *arguments)
     assert process.stdout.readline() == "run run\n"
-    time.sleep(0.5)  # preparing takes a puppet no time
+    wait_for(tmp_path / "moving")
     process.send_signal(signal.SIGINT)
     assert "again to stop at once" in process.stderr.readline()
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130
     where, how = stderr.splitlines()
-    assert where.startswith("When it was stopped, organism 'puppet' of package gaitsim-puppets 1.0")
+    assert where.startswith("When it was stopped, organism 'asleep' of package asleep 1.0")
     assert " was moving a population" in where
     assert how == "Stopped, as of the last saved generation. Continue with: gaitsim resume run"
 

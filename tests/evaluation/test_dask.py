@@ -224,12 +224,11 @@ def test_workers_of_our_own_block_ctrl_c(client):
     assert all(signal.SIGINT in mask for mask in masks.values())
 
 
-def test_a_failing_task_cancels_the_rest(made):
-    start = time.perf_counter()
+def test_a_failing_task_cancels_the_rest(made, tmp_path):
     with pytest.raises(TypeError):
-        made.map(chores.sleep_for, ["a", *[0.5] * 40])
+        made.map(chores.leave_a_file, [None, *(str(tmp_path / str(n)) for n in range(100))])
     assert made.map(chores.square, [5]) == [25]
-    assert time.perf_counter() - start < 5  # all of it takes 10 s
+    assert len([*tmp_path.iterdir()]) < 100
 
 
 def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, monkeypatch, tmp_path):
@@ -246,7 +245,7 @@ def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, mon
 
 
 def test_after_a_lost_scheduler_the_run_can_be_resumed(gaitsim, fingerprint, shared, monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE", 4)
+    monkeypatch.setattr(cluster, "PATIENCE", 2)
     gaitsim(*RUN, "--out", "whole", "--workers", 1)
     with local(1) as theirs:
         shared[4] = theirs.close

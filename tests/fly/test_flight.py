@@ -145,7 +145,7 @@ def loads(
 
 @pytest.mark.parametrize("wings", ["symmetric", "asymmetric"])
 def test_flapping_flight_agrees_with_scipy(wings: str) -> None:
-    fly, motion = flown(2, wings=wings, duration=0.3, trials=2, dt=0.00025, start_spin=3.0)
+    fly, motion = flown(2, wings=wings, duration=0.15, trials=2, dt=0.00025, start_spin=3.0)
     for individual, trial in ((0, 0), (1, 1)):
         angles = motion["wing_angles"][individual, :, trial]
         spin = motion["angular_velocity"][individual, 0, trial]

@@ -29,7 +29,7 @@ def evolved(experiment, path):
 @pytest.fixture(scope="module")
 def spider(tmp_path_factory):
     """A run of the default spider, cut short."""
-    experiment = load_experiment("spider", {"evolution.generations": 120})
+    experiment = load_experiment("spider", {"evolution.generations": 80})
     return evolved(experiment, tmp_path_factory.mktemp("imitation") / "spider")
 
 

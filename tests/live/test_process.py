@@ -7,9 +7,9 @@ import random
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
+from waiting import until
 
 from gaitsim.live.process import RunProcess
 from gaitsim.runs.files.lock import RunLock, is_locked
@@ -132,10 +132,7 @@ def test_a_killed_parent_leaves_a_run_that_resumes_exactly(begun, whole, gaitsim
         parent.kill()
         parent.wait()
         parent.stdout.close()
-        end = time.monotonic() + 60
-        while is_locked(path) and time.monotonic() < end:
-            time.sleep(0.01)
-        assert not is_locked(path)
+        until(lambda: not is_locked(path))
     assert RunSnapshot(path).generation < generations
     gaitsim("resume", path)
     assert RunSnapshot(path).fingerprint() == whole(slow, generations=generations)
