@@ -97,6 +97,8 @@ def make_template(run):
     run(*given, "--set", "islands.number=2", "--from", "other", "--out", "runs/victim")
     run("plot", "victim", "--kind", "fitness")
     Path("runs/victim/.gaitsim-0.partial").touch()
+    experiment = Path("runs/victim/experiment.toml")  # which asks for more: it can be resumed
+    experiment.write_text(experiment.read_text().replace("generations = 5", "generations = 7"))
     assert {file for file in FILES if not Path("runs/victim", file).exists()} == set()
 
 

@@ -18,8 +18,8 @@ def template(here, gaitsim):
     return here
 
 
-def visit(drive, runs):
-    """Open the attacked run in every screen, press keys there, and leave it again."""
+def visit(drive, runs, keys, go):
+    """Open the attacked run in every screen, press keys there, and leave it; `go` resumes it."""
     victim, other = runs / "victim", runs / "other"
 
     async def test(driver):
@@ -33,8 +33,8 @@ def visit(drive, runs):
             await driver.press("escape")
             await driver.until(lambda: driver.screen is screen)
 
-        for open_screen, keys in (
-            (lambda: app.open_run(victim), "recfg"),
+        for open_screen, pressed in (
+            (lambda: app.open_run(victim, go=go), keys),
             (lambda: app.open_replay(victim), "be"),
             (lambda: app.open_replay(other, None, victim), "b"),
             (lambda: app.open_compare([other, victim]), "x"),
@@ -43,7 +43,7 @@ def visit(drive, runs):
             await driver.until(lambda: driver.screen is not home)
             await settled()
             opened = driver.screen
-            for key in keys:
+            for key in pressed:
                 await driver.press(key)
                 await settled()
                 if driver.screen is not opened:
@@ -53,13 +53,13 @@ def visit(drive, runs):
     drive(test, folder=runs)
 
 
-def check(cases, template, tmp_path, monkeypatch, drive):
+def check(cases, template, tmp_path, monkeypatch, drive, keys="recfg", go=True):
     for number, (file, attack) in enumerate(cases):
         folder = tmp_path / str(number)
         attacked(template, folder, file, attack)
         monkeypatch.chdir(folder)
         try:
-            visit(drive, folder / "runs")
+            visit(drive, folder / "runs", keys, go)
         except BaseException as error:
             error.add_note(f"{file}: {attack}")
             raise
@@ -68,7 +68,7 @@ def check(cases, template, tmp_path, monkeypatch, drive):
 
 
 def test_an_attacked_run(template, drive, tmp_path, monkeypatch):
-    check([("history.csv", "pipe")], template, tmp_path, monkeypatch, drive)
+    check([("history.csv", "pipe")], template, tmp_path, monkeypatch, drive, keys="e", go=False)
 
 
 @pytest.mark.slow

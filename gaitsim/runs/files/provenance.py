@@ -104,7 +104,7 @@ def read_provenance(folder: Path) -> list[Provenance]:
     except FileNotFoundError:
         return []
     except OSError as error:
-        raise RunError(f"cannot read {path}: {error.strerror}") from None
+        raise RunError(f"cannot read {path}: {error.strerror}", remedy="remove it") from None
     except ValidationError:
         raise RunError(f"{path.name} is damaged", where=str(path), remedy="remove it") from None
 
