@@ -3,6 +3,7 @@
 import errno
 import gc
 import sys
+from contextlib import suppress
 
 from gaitsim.errors import GaitsimError
 
@@ -54,8 +55,9 @@ def _fail(error: GaitsimError) -> None:
     from gaitsim.cli.console import errors, record
     from gaitsim.cli.streams import machine_readable
 
-    if machine_readable():
-        record("error", **error.to_dict())
-    else:
-        errors().print(f"Error: {error}", style="red")
+    with suppress(OSError):  # standard error is closed, by a plugin perhaps
+        if machine_readable():
+            record("error", **error.to_dict())
+        else:
+            errors().print(f"Error: {error}", style="red")
     sys.exit(MISTAKE)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.registry.entry_points import Entry, entries, find
 from gaitsim.registry.kernel_cache import allow_missing_cache
-from gaitsim.registry.plugin_context import contract_error, plugin_errors
+from gaitsim.registry.plugin_context import contract_error, guard_process, plugin_errors
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Plugin
@@ -33,6 +33,7 @@ def load_entry(entry: Entry) -> "type[Plugin]":
     from gaitsim.registry.class_validation import problems
 
     allow_missing_cache()
+    guard_process()
     with plugin_errors(entry, "being imported"):
         loaded = EntryPoint(entry.name, entry.target, f"gaitsim.{entry.kind}").load()
     expected: type[Plugin] = getattr(contracts, entry.kind.capitalize())

@@ -1,13 +1,16 @@
-"""Which plugin was at work when the user stopped the program."""
+"""Which plugin was at work when the user stopped the program, and what plugins may not do to it."""
 
+import os
+import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from gaitsim.registry import Entry
-from gaitsim.registry.plugin_context import interrupted_plugin, plugin_context
+from gaitsim.errors import PluginError
+from gaitsim.registry import Entry, plugin_errors
+from gaitsim.registry.plugin_context import guard_process, interrupted_plugin, plugin_context
 
 BODY = Entry("organism", "hopper", "fake:Hopper", "fake", "1.0")
 FITNESS = Entry("fitness", "far", "fake:Far", "fake", "1.0")
@@ -68,3 +71,49 @@ def test_an_exception_is_not_an_interrupt():
     with pytest.raises(ValueError, match="heavy"), plugin_context(BODY, "moving"):
         raise ValueError("heavy")
     assert interrupted_plugin() == ""
+
+
+@pytest.fixture
+def guarded(monkeypatch):
+    monkeypatch.setattr(os, "_exit", os._exit)
+    guard_process()
+
+
+def test_a_plugin_does_not_end_the_process(guarded):
+    failed = r"'hopper' .* failed while moving: .*os\._exit\(0\)"
+    with pytest.raises(PluginError, match=failed), plugin_errors(BODY, "moving"):
+        os._exit(0)
+
+
+@pytest.mark.parametrize("descriptor", [1, 2])
+def test_a_plugin_that_closes_an_output_is_refused_and_the_output_opened(guarded, descriptor):
+    kept = os.dup(descriptor)
+    try:
+        closed = f"'hopper' .* closed the descriptor {descriptor} while moving"
+        with pytest.raises(PluginError, match=closed), plugin_errors(BODY, "moving"):
+            os.close(descriptor)
+        os.fstat(descriptor)
+    finally:
+        os.dup2(kept, descriptor)
+        os.close(kept)
+
+
+FORKS = """
+import os
+from gaitsim.registry import Entry, plugin_errors
+from gaitsim.registry.plugin_context import guard_process
+guard_process()
+with plugin_errors(Entry("organism", "hopper", "fake:Hopper", "fake", "1.0"), "moving"):
+    proper = os.fork()
+    if not proper:
+        os._exit(7)
+    copy = os.fork()
+print([os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child in (copy, proper)])
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_copy_of_the_process_does_not_return_from_a_plugin():
+    ran = subprocess.run([sys.executable, "-c", FORKS], capture_output=True, text=True, check=True)
+    assert ran.stdout == "[2, 7]\n"
+    assert "organism 'hopper' of package fake 1.0 copied this process by os.fork" in ran.stderr

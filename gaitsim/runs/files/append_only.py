@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from gaitsim.errors import RunError
@@ -43,7 +44,15 @@ class AppendOnlyFile:
         Raises:
             RunError: the file was deleted or replaced since it was opened.
         """
-        if not self._is_in_place():
+        try:
+            opened = os.fstat(self._descriptor)
+        except OSError as error:
+            raise RunError(
+                f"{self._path.name} cannot be written: a plugin closed its descriptor",
+                where=str(self._path),
+                remedy="let the plugin close only the files that it opened",
+            ) from error
+        if not self._is_in_place(opened):
             raise RunError(
                 f"{self._path.name} was deleted or replaced while the run was being written",
                 where=str(self._path),
@@ -55,9 +64,9 @@ class AppendOnlyFile:
         if force:
             os.fsync(self._descriptor)
 
-    def _is_in_place(self) -> bool:
+    def _is_in_place(self, opened: os.stat_result) -> bool:
         try:
-            return os.path.samestat(os.fstat(self._descriptor), self._path.lstat())
+            return os.path.samestat(opened, self._path.lstat())
         except OSError:
             return False
 
@@ -69,7 +78,8 @@ class AppendOnlyFile:
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         if self._descriptor >= 0:
-            os.close(self._descriptor)
+            with suppress(OSError):  # a plugin closed it
+                os.close(self._descriptor)
         self._descriptor = -1
 
 

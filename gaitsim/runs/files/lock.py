@@ -51,7 +51,8 @@ class RunLock:
 
     def release(self) -> None:
         """Give the run free."""
-        self._lock.release()
+        with suppress(OSError):  # a plugin closed its descriptor, which gave the run free
+            self._lock.release()
 
 
 def _read(owner: Path) -> str:
