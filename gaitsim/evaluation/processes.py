@@ -71,11 +71,14 @@ class ProcessExecutor(Executor):
         waiting = deque(range(len(tasks)))
         places: dict[_Worker, int] = {}
         deaths: Counter[int] = Counter()
+        finished: list[tuple[int, Result]] = []
         while waiting or places:
             while waiting and len(self._busy) < self.workers:
                 worker = self._submit(function, tasks[waiting[0]])
                 if worker is not None:
                     places[worker] = waiting.popleft()
+            yield from finished  # while the workers are busy again
+            finished = []
             for worker, answer in self._answers():
                 place = places.pop(worker, None)
                 if place is None:  # a task that an earlier caller dropped
@@ -92,7 +95,8 @@ class ProcessExecutor(Executor):
                 succeeded, result = answer
                 if not succeeded:
                     raise result
-                yield place, result
+                finished.append((place, result))
+        yield from finished
 
     def _submit(self, function: Callable[[Task], Result], task: Task) -> _Worker | None:
         """Send a task to an idle worker, or to a new one; return None if that failed."""

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from gaitsim.experiment import Experiment, parse_space, read_outline
 from gaitsim.registry import KINDS, entries, plugin_errors
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
+
+_installed = cache(version)  # reading it takes a millisecond
 
 
 def genome_mismatch(experiment: Experiment, genomes: Genomes, source: str, whose: str) -> str:
@@ -115,7 +118,7 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
 
 def versions(experiment: Experiment) -> dict[str, str]:
     """Return what a run depends on: gaitsim, NumPy, and the package of each plugin."""
-    found = {"gaitsim": version("gaitsim"), "numpy": np.__version__}
+    found = {"gaitsim": _installed("gaitsim"), "numpy": np.__version__}
     for kind, entry in experiment.entries.items():
         found[f"{kind} {entry.name}"] = f"{entry.package} {entry.version}"
     return found

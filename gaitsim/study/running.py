@@ -16,6 +16,7 @@ from gaitsim.evaluation.executors import WorkerLostError, cores
 from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
+from gaitsim.registry import KINDS, options
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.study.file import Cell, Study
@@ -157,6 +158,8 @@ def _file(folder: Path, study: Study, cell: Cell) -> Path:
     """Return the file of a cell's result, named after everything that the result depends on."""
     experiment = cell.experiment
     generations = recorded(experiment, study.record_every).tolist()
-    parts = [experiment.to_toml(), versions(experiment), study.repeats, generations]
+    models = [experiment.evolution, experiment.islands, *map(experiment.plugin, KINDS)]
+    given = [experiment.seed, *map(options.values, models), versions(experiment)]
+    parts = [given, study.repeats, generations]
     digest = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
     return folder / CELLS / f"{cell.index:06d}-{digest}.npy"
