@@ -66,6 +66,13 @@ class Scene:
             LineCollection(edges, colors=theme.faint, transform=IdentityTransform(), zorder=9)
         )
         self._still = list(self._stamps())
+        # The figure's background, then its artists in order, as the figure would draw them.
+        self._artists = sorted(figure.get_children(), key=lambda artist: artist.zorder)
+        self._artists.remove(figure.patch)
+        self._renderer = self._canvas.renderer
+        self._renderer.clear()
+        figure.patch.draw(self._renderer)
+        self._background = self._renderer.copy_from_bbox(figure.bbox)
 
     def _stamps(self) -> Iterator[Stamp]:
         """Remove the texts that never change, which take 1 to 3 ms each to draw."""
@@ -95,8 +102,10 @@ class Scene:
         """
         for panel in self.panels:
             panel.show(seconds, turned)
-        self._canvas.draw()
-        picture = np.array(self._canvas.buffer_rgba())
+        self._renderer.restore_region(self._background)
+        for artist in self._artists:
+            artist.draw(self._renderer)
+        picture = np.array(self._renderer.buffer_rgba())
         for place, ink, clear in self._still:
             part = picture[place][..., :3]
             part[:] = (part * clear + ink + 127) // 255
