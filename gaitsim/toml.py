@@ -1,6 +1,7 @@
 """TOML as gaitsim reads and shows it: plain values, or one error that says where it stops."""
 
 import json
+import re
 from collections import deque
 from collections.abc import Iterator
 from datetime import date, datetime, time
@@ -11,6 +12,9 @@ import tomli
 from gaitsim.errors import GaitsimError
 
 DEEPEST = 20  # tables and lists within one another
+MOST_VALUES = 20_000  # of all tables and lists together
+_QUOTED = re.compile(r""" "(?:[^"\\\n]|\\.)*+"? | '[^'\n]*+'? """, re.VERBOSE)
+_DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def parse(text: str, source: str) -> dict[str, Any]:
@@ -22,8 +26,11 @@ def parse(text: str, source: str) -> dict[str, Any]:
 
     Raises:
         GaitsimError: it is not TOML, has a whole number of more than 64 bits, which TOML does
-            not know, or is nested beyond reason.
+            not know, has too many values, or is nested beyond reason.
     """
+    # The time that tomli takes grows with the square of a key's parts.
+    if _DOTTED.search(_QUOTED.sub("x", text)):
+        raise _too_deep(source, "")
     try:
         data = tomli.loads(text)
     except tomli.TOMLDecodeError as error:  # unlike tomllib's, it holds the place as numbers
@@ -38,7 +45,11 @@ def parse(text: str, source: str) -> dict[str, Any]:
         raise GaitsimError(
             "not valid TOML: a whole number is too long", where=source, allowed=_INTEGERS
         ) from None
-    for key, value, depth in _walk(data):
+    for number, (key, value, depth) in enumerate(_walk(data)):
+        if number >= MOST_VALUES:
+            raise GaitsimError(
+                "it holds too many values", where=source, allowed=f"at most {MOST_VALUES:,}"
+            )
         if depth > DEEPEST:
             raise _too_deep(source, f", key {key[:40]}")
         if isinstance(value, int) and not -(2**63) <= value < 2**63:

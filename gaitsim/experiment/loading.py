@@ -11,7 +11,7 @@ from gaitsim.experiment.reader import Reader
 from gaitsim.opening import read_regular
 from gaitsim.registry.presets import read_preset
 
-LARGEST = 1_000_000  # bytes of an experiment file
+LARGEST = 200_000  # bytes of an experiment file
 
 
 def load_experiment(

@@ -27,6 +27,7 @@ _Model = TypeVar("_Model", bound=BaseModel)
 
 _NAMES: dict[type, str] = {int: "a whole number", str: "a text in quotes"}
 _NOT_IN_NAMES = frozenset('/\\:*?"<>|')
+LONGEST_DESCRIPTION = 1000  # characters
 LONGEST_NAME = 200  # bytes; file systems take 255, and a run's number is put behind it
 
 
@@ -127,8 +128,12 @@ class Reader:
 
     def _description(self) -> str:
         description = self._scalar("description", "")
-        if not _is_one_line(description):
-            self._report("description", f"{literal(description)} is not one line", "one line")
+        if not _is_one_line(description) or len(description) > LONGEST_DESCRIPTION:
+            self._report(
+                "description",
+                f"{literal(description)} is not one line of a list",
+                f"one line of at most {LONGEST_DESCRIPTION:,} characters",
+            )
         return description
 
     def _seed(self) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
-from gaitsim.runs.files.safe_pickle import SchemaVersionError
+from gaitsim.runs.files.safe_pickle import NewerVersionError, SchemaVersionError
 from gaitsim.runs.follow import Rows, RunFollower
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -23,7 +23,7 @@ POINTS = 256
 PATIENCE = 10
 """Time between two readings of a run, as a multiple of the time that reading takes."""
 
-State = Literal["running", "stopped", "finished", "other format", "damaged"]
+State = Literal["running", "stopped", "finished", "older format", "newer format", "damaged"]
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Overview:
     Attributes:
         path: its folder.
         state: running (a process evolves it now), stopped (it can be resumed), finished (a stop
-            condition holds), old format (another gaitsim wrote it), or damaged.
+            condition holds), older or newer format (of another gaitsim), or damaged.
         plugins: the name of each plugin by kind.
         description: of its experiment.
         seed: of its experiment.
@@ -170,7 +170,12 @@ class _Watched:
                 self._finished = bool(stop_reason_of(run))
             self._curve.extend(self._follower.read_rows(run))
         except GaitsimError as error:
-            other = isinstance(error, SchemaVersionError)
-            return Overview(state="other format" if other else "damaged", problem=error, **known)
+            return Overview(state=_state_of(error), problem=error, **known)
         known |= {"curve": self._curve.points, "seconds": self._curve.seconds}
         return Overview(state="stopped", **known)
+
+
+def _state_of(problem: GaitsimError) -> State:
+    if isinstance(problem, NewerVersionError):
+        return "newer format"
+    return "older format" if isinstance(problem, SchemaVersionError) else "damaged"

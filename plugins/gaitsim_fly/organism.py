@@ -27,6 +27,7 @@ from gaitsim_fly.starts import starts
 
 Layer = Annotated[int, Field(ge=1, le=256)]
 
+MOST_STEPS = 2_000_000  # of the simulation, in all trials: about 7 s an individual
 STARTS = ("frames", "trials")
 XYZ = ("x", "y", "z")
 WINGS = ("left flap", "left pitch", "left sweep", "right flap", "right pitch", "right sweep")
@@ -126,6 +127,12 @@ class Fly(Organism):
         if self.frames * self.trials > 1_000_000:
             raise ValueError(
                 f"{self.trials:,} trials of {self.frames:,} commands are more than a million"
+            )
+        steps = self.trials * round(self.duration / self.dt)
+        if steps > MOST_STEPS:
+            raise ValueError(
+                f"{self.trials:,} trials of {self.duration:g} s in steps of {self.dt:g} s are "
+                f"{steps:,} steps, at most {MOST_STEPS:,} are allowed"
             )
         if self.dt > self.stable_step:
             raise ValueError(

@@ -163,6 +163,7 @@ def test_a_name_that_no_folder_can_have_is_refused(problem, name):
 
 def test_a_description_is_one_line(parsed, problem):
     assert "is not one line" in problem('description="a\\nb"').what
+    assert "at most 1,000" in problem(f'description="{"a" * 1001}"').allowed
     assert parsed("description=[red]a\tb".replace("\t", " ")).description == "[red]a b"
 
 
@@ -189,7 +190,7 @@ def test_a_byte_order_mark_and_foreign_line_ends_do_no_harm(here):
     [
         (b"name = '\xe9'", "not a text file in UTF-8"),
         (SPIDER.encode("utf-16"), "not a text file in UTF-8"),
-        (b"#" * 1_000_001, "too large"),
+        (b"#" * 200_001, "too large"),
         (b"", "5 problems"),
         (b"\x80\x04\x95", "not a text file in UTF-8"),
     ],

@@ -45,3 +45,26 @@ def test_what_is_wrong_is_named(text, key):
     with pytest.raises(GaitsimError) as error:
         read_outline(text, "mine")
     assert error.value.key == key
+
+
+@pytest.mark.parametrize(
+    ("more", "what"),
+    [
+        ("seed = inf", "seed is missing or invalid"),
+        ("seed = -1", "seed is missing or invalid"),
+        ("name = [1]", "name is missing or invalid"),
+        ("description = 3", "description is missing or invalid"),
+        (f"many = [{'1,' * 30_000}]", "too many values"),
+        ("a." * 21 + "a = 1", "nested too deeply"),
+        ("""'a'."b" . """ * 11 + "a = 1", "nested too deeply"),
+    ],
+)
+def test_a_hostile_file_is_refused(more, what):
+    with pytest.raises(GaitsimError, match=what):
+        read_outline(f"{more}\n" + BARE.replace("seed = 7\n", ""), "mine")
+
+
+def test_dots_in_texts_and_comments_are_no_keys():
+    dots = "1." * 100
+    text = f"description = \"it's {dots}\" # {dots[:38]}\n'{dots}' = '{dots}'\n" + BARE
+    assert dots in read_outline(text, "mine").description

@@ -21,6 +21,7 @@ from gaitsim.runs.files.schema import (
     Name,
     Names,
     Number,
+    Toml,
     array,
     first_problem,
     plain_array,
@@ -48,7 +49,7 @@ class Stage:
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
 
     generation: Number
-    experiment: StrictStr
+    experiment: Toml
     versions: Names
 
 
@@ -75,7 +76,7 @@ class Checkpoint:
     kind: ClassVar[str] = "population"
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
 
-    experiment: StrictStr
+    experiment: Toml
     versions: Names
     generation: Number
     evaluations: Count
@@ -105,7 +106,7 @@ class Champion:
     kind: ClassVar[str] = "champion"
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
 
-    experiment: StrictStr
+    experiment: Toml
     versions: Names
     generation: Number
     genome: Annotated[Array, _GENOME]

@@ -39,7 +39,7 @@ HEADER = 52
 
 MAX_BYTES = 2**30
 """Length of the longest file that is read."""
-MAX_TEXT = 2**26
+MAX_TEXT = 2**24
 """Most characters in all strings together: one takes up to four bytes in memory."""
 MAX_OPCODES = 1_000_000
 
@@ -49,6 +49,10 @@ _DIGEST = slice(_FIELDS.size, HEADER)
 
 class SchemaVersionError(CheckpointError):
     """A checkpoint is whole, but in the format of an older or a newer gaitsim."""
+
+
+class NewerVersionError(SchemaVersionError):
+    """A checkpoint is whole, but in the format of a newer gaitsim."""
 
 
 class _Reader(pickle.Unpickler):
@@ -133,7 +137,7 @@ def _load(file: BinaryIO, path: Path) -> dict[str, Any]:
     if _digest(file) != header[_DIGEST]:
         raise _refusal(path, "it is damaged: its checksum is wrong")
     if version > VERSION:
-        raise SchemaVersionError(
+        raise NewerVersionError(
             f"{path.name} was written by a newer gaitsim",
             where=str(path),
             allowed=f"format {VERSION}; this is format {version}",

@@ -19,7 +19,8 @@ STATES = {
     "running": ("● running", "success"),
     "stopped": ("■ stopped", "warning"),
     "finished": ("✓ finished", "primary"),
-    "other format": ("✗ format", "warning"),
+    "older format": ("✗ too old", "warning"),
+    "newer format": ("✗ too new", "warning"),
     "damaged": ("✗ damaged", "error"),
 }
 _ORDER = list(STATES)

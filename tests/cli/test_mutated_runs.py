@@ -1,0 +1,167 @@
+"""Whatever stands in the files of a run, a command ends with a result or one message."""
+
+import random
+import shutil
+
+import pytest
+from mutations import mutations, mutations_of_values
+from typer.testing import CliRunner
+
+from gaitsim.errors import GaitsimError
+from gaitsim.live.watching import RunWatcher
+from gaitsim.runs.files import safe_pickle
+
+COMMANDS = (
+    "show RUN",
+    "show RUN --json",
+    "verify RUN --generations 1,3 --workers 1",
+    "verify RUN --json --workers 1",
+    "differences RUN RUN --by seconds",
+    "differences RUN --json",
+    "plot RUN --kind fitness --out plot.svg",
+    "plot RUN --kind terms --out plot.svg",
+    "analyse RUN",
+    "export RUN --format csv --out gait.csv",
+    "fork RUN --out copy",
+    "resume RUN --generations 6 --workers 1",
+    "resume RUN --generations 7 --set mutation.plugin=none --workers 1",
+)
+OPTIONS = (
+    *("--generations", 4, "--set", "islands.number=2", "--set", "evolution.fitness_threshold=0"),
+    *("--workers", 1),
+)
+
+
+@pytest.fixture
+def run(gaitsim, puppet_file, tmp_path):
+    """A run of four generations on two islands, and one beside it that nobody changes."""
+    gaitsim("run", puppet_file, *OPTIONS, "--out", "runs/spoilt")
+    gaitsim("run", puppet_file, *OPTIONS, "--out", "runs/sound")
+    return tmp_path / "runs/spoilt"
+
+
+@pytest.fixture
+def invoke():
+    """Run a command in this process: its exit code, and what it printed."""
+
+    def invoke(*words):
+        # Imported here: the conftest must have put the puppets on the path before.
+        from gaitsim.cli.app import app
+
+        done = CliRunner().invoke(app, [str(word) for word in words])
+        if isinstance(done.exception, GaitsimError):
+            return 2, str(done.exception)
+        if done.exception and not isinstance(done.exception, SystemExit):
+            raise AssertionError(f"{words} fell over") from done.exception
+        return done.exit_code, done.output
+
+    return invoke
+
+
+def look(run, invoke, *commands):
+    """Run commands on a run; the list of runs and the live view must stand it, too."""
+    code, listed = invoke("runs", "runs", "--json")
+    assert code == 0
+    assert '"sound"' in listed
+    RunWatcher(run).look()
+    for command in commands:
+        invoke(*command.replace("RUN", str(run)).split())
+
+
+def cell(column, value, generation=4):
+    """Change a cell of a table."""
+
+    def change(text):
+        lines = text.splitlines()
+        cells = lines[generation].split(",")
+        cells[lines[0].split(",").index(column)] = value
+        lines[generation] = ",".join(cells)
+        return "\n".join(lines) + "\n"
+
+    return change
+
+
+def instead(old, new):
+    def change(text):
+        assert old in text
+        return text.replace(old, new)
+
+    return change
+
+
+# Each of these once ended a command, or the terminal UI, with a traceback, a hang or no message.
+FOUND = {
+    "evaluations that are not a number": ("history.csv", cell("evaluations", "nan")),
+    "infinite evaluations": ("history.csv", cell("evaluations", "inf")),
+    "infinite seconds": ("history.csv", cell("seconds", "inf")),
+    "seconds that are not a number": ("history.csv", cell("seconds", "nan", 2)),
+    "a term renamed": ("history.csv", instead("reach", "reached")),
+    "a mean renamed": ("history.csv", instead("mean:reach", "mean:reached")),
+    "a column twice": ("history.csv", instead("price,mean:reach", "reach,mean:reach")),
+    "empty lines": ("history.csv", lambda text: "\n" * 1_000_000),
+    "infinite best of an island": ("islands.csv", cell("island 2", "inf")),
+    "infinite seed": ("experiment.toml", instead("seed = 1", "seed = inf")),
+    "seed too large": ("experiment.toml", instead("seed = 1", "seed = 1e400")),
+    "negative seed": ("experiment.toml", instead("seed = 1", "seed = -1")),
+    "a name that is a list": ("experiment.toml", instead('name = "puppet"', "name = [1]")),
+    "deep nesting": ("experiment.toml", lambda text: "a = " + "[" * 5000),
+    "a very long list": ("experiment.toml", lambda text: f"a = [{'1,' * 300_000}]\n" + text),
+    "another experiment": ("experiment.toml", instead("population = 6", "population = 8")),
+    "other islands": ("experiment.toml", instead("number = 2", "number = 3")),
+    "parts that are null": ("provenance.json", lambda text: '[{"first": 1, "parts": null}]'),
+    "parts in a list": ("provenance.json", lambda text: '[{"first": 1, "parts": ["a"]}]'),
+    "a version that is null": ("provenance.json", instead('"0.1.0"', "null")),
+    "deep JSON": ("provenance.json", lambda text: "[" * 100_000),
+}
+
+
+@pytest.mark.parametrize(("name", "change"), FOUND.values(), ids=FOUND.keys())
+def test_what_once_fell_is_one_message(run, invoke, name, change):
+    path = run / name
+    path.write_text(change(path.read_text()))
+    if name == "provenance.json":
+        assert invoke("verify", run, "--workers", 1)[0] == 2
+        look(run, invoke, "resume RUN --generations 5 --workers 1")
+        return
+    look(run, invoke, "show RUN --json", "differences RUN")
+    assert invoke("resume", run, "--generations", 5)[0] == 2
+
+
+def test_files_of_another_run_are_refused(run, gaitsim, invoke, puppet_file):
+    gaitsim("run", puppet_file, "--generations", 2, "--out", "other")
+    for name in ("population.pickle", "experiment.toml", "history.csv", "bests.bin"):
+        kept = (run / name).read_bytes()
+        shutil.copy(run.parents[1] / "other" / name, run / name)
+        look(run, invoke, "show RUN --json")
+        assert invoke("verify", run, "--workers", 1)[0] != 0
+        (run / name).write_bytes(kept)
+    assert invoke("verify", run, "--workers", 1)[0] == 0
+
+
+def changed_files(path, count, seed):
+    if path.suffix != ".pickle":
+        yield from mutations(path.read_bytes(), count, seed)
+        return
+    for values in mutations_of_values(safe_pickle.load(path), count, seed):
+        try:
+            yield safe_pickle.dumps(values)
+        except ValueError:
+            continue
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("experiment.toml", "history.csv", "islands.csv", "bests.bin", "checksums.bin"),
+        *("provenance.json", "population.pickle", "population.previous.pickle"),
+        "champions/generation-000001.pickle",
+    ],
+)
+def test_commands_on_mutated_files_end_well(run, invoke, tmp_path, name):
+    kept = shutil.copytree(run, tmp_path / "kept")
+    for number, data in enumerate(changed_files(run / name, 40, sum(name.encode()))):
+        shutil.rmtree(run)
+        shutil.copytree(kept, run)
+        (run / name).write_bytes(data)
+        look(run, invoke, *random.Random(number).sample(COMMANDS, 4))
