@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion, Skeleton
-from gaitsim.evaluation.scoring import evaluate_motion
+from gaitsim.evaluation.scoring import Evaluation, evaluate_motion
 from gaitsim.experiment import Experiment
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -126,19 +126,28 @@ class Individual(ReprMixin):
         """
         return {name: measurement.value for name, measurement in self.measurements.items()}
 
-    @cached_property
+    @property
     def replayed_terms(self) -> dict[str, float]:
         """The terms of its motion as the installed body and fitness give them now.
 
         Raises:
             PluginError: the body or the fitness fails.
         """
-        return score_terms(self.experiment, self.motion)
+        return self._replayed.terms_of(0)
 
     @property
     def replayed_score(self) -> float:
-        """The sum of `replayed_terms`."""
-        return sum(self.replayed_terms.values())
+        """The sum of `replayed_terms`; −inf where the motion fails now."""
+        return float(self._replayed.scores[0])
+
+    @property
+    def replayed_failure(self) -> str:
+        """Why the motion fails now, or ''."""
+        return self._replayed.reasons.get(0, "")
+
+    @cached_property
+    def _replayed(self) -> Evaluation:
+        return evaluate_motion(self.experiment, self.motion, 1)
 
     @property
     def joint_angles(self) -> NDArray[np.float64] | None:

@@ -24,6 +24,8 @@ def print_score_breakdown(
     console = output()
     console.print(f"\nWhy it scored {number(individual.replayed_score, 4)}", style="bold")
     recorded = individual.score
+    if individual.replayed_failure:
+        console.print(Text(f"The motion fails: {individual.replayed_failure}", style="red"))
     if abs(individual.replayed_score - recorded) > _MOVED * max(1.0, abs(recorded)):
         warning = (
             f"The run recorded {number(recorded, 4)}: the body or the fitness has changed since."

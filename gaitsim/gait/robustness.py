@@ -6,6 +6,7 @@ between two frames, loses most of its score. Errors of single joints show how ex
 must keep a gait.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -88,6 +89,10 @@ def measure_robustness(
         PluginError: the body or the fitness fails.
     """
     score = individual.replayed_score
+    if individual.replayed_failure:
+        return Robustness(
+            score, math.nan, (), (f"the motion fails: {individual.replayed_failure}",)
+        )
     worth = abs(score)
     if history:
         generation = individual.generation or len(history["best"])

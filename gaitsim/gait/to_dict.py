@@ -30,6 +30,7 @@ def analysis_to_dict(
         "subject": individual.title,
         "generation": generation,
         "score": individual.replayed_score,
+        "failure": individual.replayed_failure or None,
         "recorded_score": individual.score if generation else None,
         "terms": individual.replayed_terms,
         **gait_to_dict(gait),

@@ -88,6 +88,23 @@ def test_a_fitness_that_cannot_evaluate_a_part_raises(puppet, install):
     assert individual.terms == {"end": 0.5}
 
 
+def test_a_motion_that_fails_has_no_score(puppet, install):
+    source = (
+        "from gaitsim_puppets import Puppet\n"
+        "class Falls(Puppet):\n    def move(self, genomes):\n"
+        "        motion = super().move(genomes)\n        motion.failures[0] = 'it fell'\n"
+        "        return motion\n"
+    )
+    install("falls", source, {"organism": {"falls": "Falls"}})
+    experiment, genome = puppet("organism.plugin=falls"), np.full(3, 0.5)
+    individual = Individual(experiment, 2.5, {"reach": 2.5}, 3, genome)
+    assert individual.replayed_score == -np.inf
+    assert individual.replayed_failure == "it fell"
+    assert np.isfinite([*individual.replayed_terms.values()]).all()
+    found = measure_robustness(individual, {})
+    assert (found.perturbations, found.missing) == ((), ("the motion fails: it fell",))
+
+
 def test_terms_are_summarised():
     history = columns(
         forward=[0.0, 1, 2, 3, 4, 5], drift=[-0.3] + [-0.1] * 5, zero=[0.0] * 6, late=[0] * 5 + [-1]
