@@ -1,5 +1,6 @@
 """The texts of a panel, none wider than the panel."""
 
+from bisect import bisect_left
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -138,10 +139,15 @@ class Labels:
         while self._box(text).width > room and _size(text) > 1.2 * SMALLEST:
             text.set_fontsize(max(_size(text) / 1.1, SMALLEST) * POINT)
         whole = text.get_text()
-        kept = len(whole)
-        while kept > 1 and self._box(text).width > room:
-            kept -= 1
+        if self._box(text).width <= room or len(whole) == 1:
+            return
+
+        def cut(kept: int) -> bool:
+            """Keep so many letters; return whether these are still too wide."""
             text.set_text(whole[:kept].rstrip() + "…")
+            return bool(self._box(text).width > room)
+
+        cut(max(bisect_left(range(1, len(whole)), True, key=cut), 1))
 
     def _box(self, text: Any) -> Any:
         return text.get_window_extent(self._figure.canvas.get_renderer())  # type: ignore[attr-defined]
