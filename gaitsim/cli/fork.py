@@ -41,7 +41,7 @@ def fork(
 
     gaitsim fork spider
 
-    gaitsim fork spider --out runs/bold --set mutation.rate=0.2
+    gaitsim fork spider --out runs/bold --set mutation.rate=0.2 --generations 1500
     """
     source = find_run(run)
     changes = parse_assignments(set_ or ())

@@ -74,7 +74,7 @@ def plot(
 
     gaitsim plot spider --kind footfall --window 4:7
 
-    gaitsim plot fly --kind channel --channel altitude --generations 1,50,300
+    gaitsim plot fly --kind channel --channel altitude --generations 1,50,200
 
     gaitsim plot spider --kind all --format svg --theme dark
     """

@@ -35,11 +35,11 @@ def resume(
 
     gaitsim resume spider
 
-    gaitsim resume spider --generations 2000
+    gaitsim resume spider --generations 1500
 
-    gaitsim resume spider --set mutation.rate=0.01 --generations 400
+    gaitsim resume spider --set mutation.rate=0.01 --generations 2000
 
-    gaitsim resume spider --set fitness.plugin=spider-classic --generations 400
+    gaitsim resume spider --set fitness.plugin=spider-classic --generations 2500
     """
     path, overrides = find_run(run), parse_assignments(set_ or ())
     with cluster(dask, workers) as executor:

@@ -1,0 +1,102 @@
+"""The commands in the documentation work as printed, page by page, after the presets' own runs."""
+
+import re
+import shlex
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import typer
+
+from gaitsim.cli.app import app
+from gaitsim.cli.help import LazyGroup
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+HELP = sorted((ROOT / "gaitsim" / "cli").rglob("*.py"))
+
+NOT_RUN = re.compile(
+    r"gaitsim (tui|serve|play|study|compare|plugins|imitate)|run (walker|millipede)"
+    r"|--dask|--delete|--perturb|champions/|hopper|my-|mine|spring"
+)
+"""Commands that do not end by themselves, take long, or need a file of the reader's."""
+
+
+def commands(text: str) -> list[str]:
+    """The commands in a page's blocks and a module's examples, in order."""
+    blocks = re.findall(r"^```(?:sh|console)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    lines = re.findall(r"^(?:\$ | *)(gaitsim .*)", "".join(blocks), re.MULTILINE)
+    examples = re.findall(r"^    (gaitsim .*)", text.partition("[bold]Example")[2], re.MULTILINE)
+    return [line for line in (*lines, *examples) if "…" not in line]
+
+
+def in_rows(text: str) -> list[str]:
+    """The commands in the first column of a page's tables."""
+    rows = re.findall(r"^\| (.*?) \|", text, re.MULTILINE)
+    return [code for row in rows for code in re.findall(r"`(gaitsim [^`]*)`", row)]
+
+
+def words(command: str) -> list[str]:
+    """What a shell passes to the program."""
+    found = shlex.split(re.split(r" [|>] ", command)[0], comments=True)
+    return found[1:]
+
+
+FOUND = {path: commands(path.read_text()) for path in (*PAGES, *HELP)}
+FOUND[README] += in_rows(README.read_text())
+FOUND = {path: lines for path, lines in FOUND.items() if lines}
+
+
+def test_commands_are_found() -> None:
+    text = "```sh\ngaitsim b 'c d'  # e\n  gaitsim f > g\n```\n[bold]Examples\n\n    gaitsim h\n"
+    assert [words(line) for line in commands(text)] == [["b", "c d"], ["f"], ["h"]]
+    assert in_rows("| `gaitsim a`, `gaitsim b` | `gaitsim c` |\n") == ["gaitsim a", "gaitsim b"]
+    assert all(sum(len(FOUND.get(path, ())) for path in paths) > 40 for paths in (PAGES, HELP))
+
+
+@pytest.mark.parametrize("path", FOUND, ids=lambda path: path.name)
+def test_the_commands_of_a_page_parse(path: Path) -> None:
+    for line in FOUND[path]:
+        command, rest = typer.main.get_command(app), words(line)
+        while isinstance(command, LazyGroup) and rest:
+            command, rest = command.load(rest[0]), rest[1:]
+        command.make_context("gaitsim", rest)
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Runs of presets as long as they are by default, with few individuals."""
+    import gaitsim as gs
+
+    folder = tmp_path_factory.mktemp("docs") / "runs"
+    for preset, population in (("spider", 4), ("fly", 8)):
+        for _ in gs.evolve(preset, population=population, out=folder / preset):
+            pass
+    shutil.copytree(folder / "spider", folder / "spider-2")
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", FOUND, ids=lambda path: path.name)
+def test_the_commands_of_a_page_run(
+    path: Path, runs: Path, tmp_path: Path, gaitsim: Callable[..., object]
+) -> None:
+    shutil.copytree(runs, tmp_path / "runs")
+    for line in FOUND[path]:
+        if not NOT_RUN.search(line):
+            gaitsim(*quick(words(line), tmp_path / "runs"))
+
+
+def quick(arguments: list[str], runs: Path) -> list[str]:
+    """The same command with less work."""
+    command, *_ = arguments
+    if command == "video":
+        return [*arguments, "--size", "480x270", "--fps", "2"]
+    if command != "run":
+        return arguments
+    if "--generations" not in arguments:
+        return [*arguments, "--population", "8", "--generations", "2"]
+    shutil.rmtree(runs / arguments[1], ignore_errors=True)  # the page's run is this one
+    return [*arguments, "--population", "8"]
