@@ -56,7 +56,9 @@ def place_feet(
         centre: filled, (population, 3, frames) float32, metres: centre of mass.
     """
     for individual in range(angles.shape[0]):
-        centre[individual] = _f(0.0)
+        for axis in range(3):
+            for frame in range(angles.shape[2]):
+                centre[individual, axis, frame] = _f(0.0)
         for leg in range(8):
             sin_azimuth, cos_azimuth = _SIN_AZIMUTH[leg], _COS_AZIMUTH[leg]
             hip_x, side = _HIP_X[leg], _SIDE[leg]

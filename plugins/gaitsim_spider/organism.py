@@ -161,26 +161,31 @@ class Spider(Organism):
 def _walked(angles: Angles) -> Motion:
     """The motion by joint angles; feet, contact and travel are worked out when first read."""
     population, _, frames = angles.shape
-    feet = np.empty((population, 3, 8, frames), dtype=np.float32)
-    centre = np.empty((population, 3, frames), dtype=np.float32)
 
     def place() -> dict[str, Array]:
         from gaitsim_spider.kinematics import place_feet
 
+        feet = np.empty((population, 3, 8, frames), dtype=np.float32)
+        centre = np.empty((population, 3, frames), dtype=np.float32)
         place_feet(angles, feet, centre)
         return {"feet": time_second(feet), "centre_of_mass": time_second(centre)}
 
     def travel() -> dict[str, Array]:
         from gaitsim_spider.walking import walk
 
-        motion["feet"]  # places them
-        pose = np.empty((population, frames, 3), dtype=np.float32)
-        stance = np.empty((population, frames, 8), dtype=np.bool_)
+        pose = np.empty((population, 3, frames), dtype=np.float32)
+        stance = np.empty((population, 8, frames), dtype=np.bool_)
         slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
-        walk(feet, centre, pose, stance, slip, margin, slope)
-        return {"pose": pose, "stance": stance, "slip": slip, "margin": margin, "slope": slope}
+        walk(angles, pose, stance, slip, margin, slope)
+        return {
+            "pose": time_second(pose),
+            "stance": time_second(stance),
+            "slip": slip,
+            "margin": margin,
+            "slope": slope,
+        }
 
-    motion = Motion(
+    return Motion(
         body.FRAME_RATE,
         {"joint_angles": time_second(angles)},
         {
@@ -188,4 +193,3 @@ def _walked(angles: Angles) -> Motion:
             ("pose", "stance", "slip", "margin", "slope"): travel,
         },
     )
-    return motion

@@ -7,77 +7,95 @@ from numba import njit
 from numpy.typing import NDArray
 
 _f = np.float32
+_ZERO, _ONE = _f(0.0), _f(1.0)
 CUTOFF = 5.0  # Hz; no gait of this size needs motion above it
 # Quality factors of the two sections of a fourth-order Butterworth filter.
 _QUALITIES = tuple(1 / (2 * math.sin(math.pi * k / 8)) for k in (1, 3))
 
+# Working memory of one individual, by joint, so that the loops over joints are compiled to vector
+# instructions: the joints' angles of some frames, one row a frame, the differences of the frame
+# before, both sections' outputs in the last two frames, and sums of squares.
+_FRAMES, _JOINTS = 64, 24
+_OUTPUTS = ("y1", "y2", "z1", "z2")
+_STATE = np.dtype(
+    [
+        ("angles", np.float32, (_FRAMES, _JOINTS)),
+        *(
+            (name, np.float32, (_JOINTS,))
+            for name in ("angle", "first", "second", "third", *_OUTPUTS, "vibration", "jerk")
+        ),
+    ]
+)
 
-def high_pass(frame_rate: float) -> NDArray[np.float32]:
+
+def high_pass(frame_rate: float) -> tuple[float, NDArray[np.float32]]:
     """Design a fourth-order Butterworth high-pass at 5 Hz by the bilinear transform.
 
+    Both of its second-order sections take the second difference of their input.
+
     Returns:
-        (2, 5) float32, a row of b0, b1, b2, a1, a2 for each second-order section.
+        The gain, and (2, 2) float32, a row of a1, a2 for each section.
     """
     warped = math.tan(math.pi * CUTOFF / frame_rate)
-    sections = []
+    gain, poles = 1.0, []
     for quality in _QUALITIES:
         scale = 1 / (1 + warped / quality + warped**2)
-        a1 = 2 * (warped**2 - 1) * scale
-        a2 = (1 - warped / quality + warped**2) * scale
-        sections.append((scale, -2 * scale, scale, a1, a2))
-    return np.array(sections, dtype=np.float32)
+        gain *= scale
+        poles.append((2 * (warped**2 - 1) * scale, (1 - warped / quality + warped**2) * scale))
+    return gain, np.array(poles, dtype=np.float32)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def roughness(
     angles: NDArray[np.float32],
-    filters: NDArray[np.float32],
+    gain: float,
+    poles: NDArray[np.float32],
     vibration: NDArray[np.float64],
     jerk: NDArray[np.float64],
 ) -> None:
     """Compute vibration and jerk of every individual.
 
     Args:
-        angles: (population, joints, frames) float32, radians.
-        filters: (sections, 5) float32, from `high_pass`.
+        angles: (population, 24, frames) float32, radians.
+        gain: from `high_pass`.
+        poles: (2, 2) float32, from `high_pass`.
         vibration: filled, (population,), radians: root mean square over frames and
             joints of the motion above 5 Hz, from the first pose.
         jerk: filled, (population,), radians a frame³: root mean square third difference.
     """
     population, joints, frames = angles.shape
-    state = np.empty((len(filters), 2, joints), dtype=_f)
-    squares, cubes = np.empty(joints, dtype=_f), np.empty(joints, dtype=_f)
-    signal = np.empty(joints, dtype=_f)
+    a1, a2, b1, b2 = poles[0, 0], poles[0, 1], poles[1, 0], poles[1, 1]
+    state = np.empty(1, _STATE)[0]
+    angle, first, second, third = state.angle, state.first, state.second, state.third
+    y1, y2, z1, z2 = state.y1, state.y2, state.z1, state.z2
     for individual in range(population):
-        state[:] = _f(0.0)
-        squares[:] = _f(0.0)
-        course = angles[individual]
-        for frame in range(frames):
-            for joint in range(joints):
-                signal[joint] = course[joint, frame] - course[joint, 0]
-            for section in range(len(filters)):
-                b0, b1, b2, a1, a2 = filters[section]
-                for joint in range(joints):  # direct form II, transposed
-                    before = signal[joint]
-                    after = b0 * before + state[section, 0, joint]
-                    state[section, 0, joint] = b1 * before - a1 * after + state[section, 1, joint]
-                    state[section, 1, joint] = b2 * before - a2 * after
-                    signal[joint] = after
-            for joint in range(joints):
-                squares[joint] += signal[joint] * signal[joint]
-        for joint in range(joints):
-            total = _f(0.0)
-            for frame in range(3, frames):
-                third = (
-                    course[joint, frame]
-                    - _f(3.0) * (course[joint, frame - 1] - course[joint, frame - 2])
-                    - course[joint, frame - 3]
-                )
-                total += third * third
-            cubes[joint] = total
+        for joint in range(_JOINTS):
+            angle[joint] = angles[individual, joint, 0]
+            first[joint] = second[joint] = third[joint] = _ZERO
+            y1[joint] = y2[joint] = z1[joint] = z2[joint] = _ZERO
+            state.vibration[joint] = state.jerk[joint] = _ZERO
+        for start in range(1, frames, _FRAMES):
+            count = min(_FRAMES, frames - start)
+            for joint in range(_JOINTS):
+                for n in range(count):
+                    state.angles[n, joint] = angles[individual, joint, start + n]
+            for n in range(count):
+                whole = _ONE if start + n >= 3 else _ZERO  # else: no four frames yet
+                for joint in range(_JOINTS):
+                    velocity = state.angles[n, joint] - angle[joint]
+                    acceleration = velocity - first[joint]
+                    change = acceleration - second[joint]
+                    y = change - third[joint] - a1 * y1[joint] - a2 * y2[joint]
+                    z = y - b1 * z1[joint] - b2 * z2[joint]
+                    angle[joint] = state.angles[n, joint]
+                    first[joint], second[joint], third[joint] = velocity, acceleration, change
+                    y2[joint], y1[joint] = y1[joint], y
+                    z2[joint], z1[joint] = z1[joint], z
+                    state.vibration[joint] += z * z
+                    state.jerk[joint] += whole * (change * change)
         smooth = rough = 0.0
-        for joint in range(joints):
-            smooth += squares[joint]
-            rough += cubes[joint]
-        vibration[individual] = math.sqrt(smooth / (frames * joints))
+        for joint in range(_JOINTS):
+            smooth += state.vibration[joint]
+            rough += state.jerk[joint]
+        vibration[individual] = gain * math.sqrt(smooth / (frames * joints))
         jerk[individual] = math.sqrt(rough / ((frames - 3) * joints))

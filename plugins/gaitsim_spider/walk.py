@@ -37,7 +37,7 @@ class SpiderWalk(Fitness):
 
         pose, angles = motion["pose"].astype(np.float64), motion["joint_angles"]
         vibration, jerk = np.empty(motion.population), np.empty(motion.population)
-        roughness(time_last(angles), high_pass(motion.frame_rate), vibration, jerk)
+        roughness(time_last(angles), *high_pass(motion.frame_rate), vibration, jerk)
         return {
             "forward": pose[:, -1, 0],
             "slip": -self.slip_weight * motion["slip"][:, :-1].sum(axis=1, dtype=np.float64),

@@ -1,4 +1,4 @@
-"""Walking, kinematically: resting plane, stance, body twist, slip, stability; compiled.
+"""Walking, kinematically: stance, body twist, slip and path; compiled.
 
 Between two frames the servos move on a straight line, so contact is determined in the middle
 of each frame interval. Determined at the frames, a body that flips between two poses every
@@ -12,248 +12,182 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gaitsim_spider.intervals import BLOCK, SIZE
+from gaitsim_spider.kinematics import place_feet
+from gaitsim_spider.resting import find_feet, find_normal
+from gaitsim_spider.support import find_margin
+
 _f = np.float32
-_ZERO, _HALF, _ONE = _f(0.0), _f(0.5), _f(1.0)
-_FAR = _f(1e9)
+_ZERO, _HALF, _ONE, _TWO = _f(0.0), _f(0.5), _f(1.0), _f(2.0)
 STANCE_TOLERANCE = 0.002  # m above the resting plane
 _TOLERANCE = _f(STANCE_TOLERANCE)
-_ROUNDING = _f(1e-6)  # m
+# Abramowitz & Stegun 4.4.49.
+_A3, _A5, _A7, _A9 = _f(-0.3333314528), _f(0.1999355085), _f(-0.1420889944), _f(0.1065626393)
+_A11, _A13, _A15, _A17 = _f(-0.07528964), _f(0.0429096138), _f(-0.0161657367), _f(0.0028662257)
 
 
 @njit(inline="always")
-def _normal(points: Any, i: int, j: int, k: int) -> Any:
-    """Upward unit normal of the plane through three points."""
-    ux, uy, uz = (
-        points[j, 0] - points[i, 0],
-        points[j, 1] - points[i, 1],
-        points[j, 2] - points[i, 2],
-    )
-    vx, vy, vz = (
-        points[k, 0] - points[i, 0],
-        points[k, 1] - points[i, 1],
-        points[k, 2] - points[i, 2],
-    )
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    scale = math.copysign(_ONE, nz) / math.sqrt(nx * nx + ny * ny + nz * nz)
-    return nx * scale, ny * scale, nz * scale
+def _atan(x: Any) -> Any:
+    """Arc tangent for x from 0 to 1, to 2e-8."""
+    y = x * x
+    tail = _A9 + y * (_A11 + y * (_A13 + y * (_A15 + y * _A17)))
+    return x * (_ONE + y * (_A3 + y * (_A5 + y * (_A7 + y * tail))))
 
 
-@njit(inline="always")
-def _still_rests(feet: Any, centre: Any, i: int, j: int, k: int) -> Any:
-    """Whether the body rests on these three feet: centre above them, no foot below them."""
-    xi, yi = feet[i, 0] - centre[0], feet[i, 1] - centre[1]
-    xj, yj = feet[j, 0] - centre[0], feet[j, 1] - centre[1]
-    xk, yk = feet[k, 0] - centre[0], feet[k, 1] - centre[1]
-    ij, jk, ki = xi * yj - yi * xj, xj * yk - yj * xk, xk * yi - yk * xi
-    if not (
-        (ij > _ZERO and jk > _ZERO and ki > _ZERO) or (ij < _ZERO and jk < _ZERO and ki < _ZERO)
-    ):
-        return False
-    nx, ny, nz = _normal(feet, i, j, k)
-    lowest = _ZERO
-    for foot in range(8):
-        height = (
-            nx * (feet[foot, 0] - feet[i, 0])
-            + ny * (feet[foot, 1] - feet[i, 1])
-            + nz * (feet[foot, 2] - feet[i, 2])
-        )
-        lowest = min(lowest, height)
-    return lowest > -_ROUNDING
-
-
-@njit(inline="always")
-def _rest(feet: Any, centre: Any) -> Any:
-    """The three feet that the body rests on: the lower hull of the feet under its centre.
-
-    The lower hull's height there is the lowest that any triangle of feet reaches under
-    the centre of mass (Carathéodory), so all 56 triangles are tried.
-    Returns their indices, or −1 where no triangle has the centre above it.
-    """
-    lowest = _FAR
-    a = b = c = -1
-    for i in range(6):
-        xi, yi = feet[i, 0] - centre[0], feet[i, 1] - centre[1]
-        for j in range(i + 1, 7):
-            xj, yj = feet[j, 0] - centre[0], feet[j, 1] - centre[1]
-            ij = xi * yj - yi * xj
-            for k in range(j + 1, 8):
-                xk, yk = feet[k, 0] - centre[0], feet[k, 1] - centre[1]
-                jk, ki = xj * yk - yj * xk, xk * yi - yk * xi
-                if (ij >= _ZERO and jk >= _ZERO and ki >= _ZERO) or (
-                    ij <= _ZERO and jk <= _ZERO and ki <= _ZERO
-                ):
-                    area = ij + jk + ki
-                    if area != _ZERO:
-                        height = (feet[i, 2] * jk + feet[j, 2] * ki + feet[k, 2] * ij) / area
-                        if height < lowest:
-                            lowest = height
-                            a, b, c = i, j, k
-    return a, b, c
-
-
-@njit(inline="always")
-def _tilt(plane: Any, nx: Any, ny: Any, nz: Any) -> None:
-    """Fill `plane` with the shortest rotation that takes a unit normal to the vertical."""
-    bend = _ONE / (_ONE + nz)
-    plane[0, 0], plane[0, 1], plane[0, 2] = _ONE - nx * nx * bend, -nx * ny * bend, -nx
-    plane[1, 0], plane[1, 1], plane[1, 2] = -nx * ny * bend, _ONE - ny * ny * bend, -ny
-    plane[2, 0], plane[2, 1], plane[2, 2] = nx, ny, nz
-
-
-@njit(inline="always")
-def _margin(points: Any, count: int, plane: Any, centre: Any) -> Any:
-    """Distance of the centre, projected on the plane, from the nearest edge of the hull.
-
-    Negative outside the hull; −1 m where fewer than three points have no hull.
-    """
-    x = plane[0, 0] * centre[0] + plane[0, 1] * centre[1] + plane[0, 2] * centre[2]
-    y = plane[1, 0] * centre[0] + plane[1, 1] * centre[1] + plane[1, 2] * centre[2]
-    margin = _FAR
-    for i in range(count):
-        for j in range(count):
-            ex, ey = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-            length = ex * ex + ey * ey
-            if length > _ZERO:
-                is_edge = True
-                for k in range(count):
-                    side = ex * (points[k, 1] - points[i, 1]) - ey * (points[k, 0] - points[i, 0])
-                    if k not in (i, j) and side < _ZERO:
-                        is_edge = False
-                        break
-                if is_edge:
-                    off = ex * (y - points[i, 1]) - ey * (x - points[i, 0])
-                    margin = min(margin, off / math.sqrt(length))
-    return margin if count > 2 else -_ONE
-
-
-@njit(inline="always")
-def _twist(flat: Any, step: Any, count: int) -> Any:
-    """Return the rigid motion that best keeps the stance feet in place.
-
-    Least squares about their centroid, for feet at `flat` that travel by `step` in the
-    body's frame. Returns forward and sideways travel of the body, its turn, and the mean
-    distance that the feet still slide. Without feet on the ground nothing moves.
-    """
-    share = _ONE / _f(max(count, 1))
-    px = py = dx = dy = _ZERO
+@njit(error_model="numpy")
+def _load(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
+    """Fill a block with the middles and the travel of `count` intervals from frame `first`."""
+    cx, cy, cz, x, y, z = block.cx, block.cy, block.cz, block.x, block.y, block.z
     for n in range(count):
-        px += flat[n, 0] * share
-        py += flat[n, 1] * share
-        dx += step[n, 0] * share
-        dy += step[n, 1] * share
-    turn = spread = _ZERO
-    for n in range(count):
-        rx, ry = flat[n, 0] - px, flat[n, 1] - py
-        turn -= rx * (step[n, 1] - dy) - ry * (step[n, 0] - dx)
-        spread += rx * rx + ry * ry
-    turn = turn / spread if spread > _ZERO else _ZERO
-    forward, sideways = turn * py - dx, -turn * px - dy
-    slid = _ZERO
-    for n in range(count):
-        sx = step[n, 0] + forward - turn * flat[n, 1]
-        sy = step[n, 1] + sideways + turn * flat[n, 0]
-        slid += math.sqrt(sx * sx + sy * sy)
-    return forward, sideways, turn, slid * share
+        at = first + n
+        cx[n] = _HALF * (centre[0, at] + centre[0, at + 1])
+        cy[n] = _HALF * (centre[1, at] + centre[1, at + 1])
+        cz[n] = _HALF * (centre[2, at] + centre[2, at + 1])
+    for leg in range(8):
+        for n in range(count):
+            at = first + n
+            x[leg, n] = _HALF * (feet[0, leg, at] + feet[0, leg, at + 1]) - cx[n]
+            y[leg, n] = _HALF * (feet[1, leg, at] + feet[1, leg, at + 1]) - cy[n]
+            z[leg, n] = _HALF * (feet[2, leg, at] + feet[2, leg, at + 1]) - cz[n]
+            block.dx[leg, n] = feet[0, leg, at + 1] - feet[0, leg, at]
+            block.dy[leg, n] = feet[1, leg, at + 1] - feet[1, leg, at]
+            block.dz[leg, n] = feet[2, leg, at + 1] - feet[2, leg, at]
 
 
-@njit(inline="always")
-def _put_down(
-    feet: Any, middle: Any, plane: Any, origin: int, stance: Any, flat: Any, step: Any
-) -> Any:
-    """Find the feet on the resting plane; project them and their travel onto it.
+@njit(error_model="numpy")
+def _put_down(block: Any) -> None:
+    """Find the feet on the resting plane; project all feet and their travel onto it.
+
+    The shortest rotation that takes the normal n to the vertical takes a point p to
+    p − n (p_z + (n_x p_x + n_y p_y) / (1 + n_z)) in the plane, and to n·p above it.
+    """
+    x, y, z, dx, dy, dz = block.x, block.y, block.z, block.dx, block.dy, block.dz
+    for n in range(SIZE):
+        nx, ny, nz = block.nx[n], block.ny[n], block.nz[n]
+        bend = _ONE / (_ONE + nz)
+        block.slope[n] = _TWO * _atan(math.sqrt(nx * nx + ny * ny) * bend)
+        for leg in range(8):
+            lean = nx * x[leg, n] + ny * y[leg, n]
+            on = lean + nz * z[leg, n] < block.height[n] + _TOLERANCE
+            block.on[leg, n] = _ONE if on else _ZERO
+            shift = z[leg, n] + lean * bend
+            block.u[leg, n] = x[leg, n] - nx * shift
+            block.v[leg, n] = y[leg, n] - ny * shift
+            shift = dz[leg, n] + (nx * dx[leg, n] + ny * dy[leg, n]) * bend
+            block.du[leg, n] = dx[leg, n] - nx * shift
+            block.dv[leg, n] = dy[leg, n] - ny * shift
+
+
+@njit(error_model="numpy")
+def _twist(block: Any) -> None:
+    """Compute the rigid motion of the body that best keeps the stance feet in place, and slip.
+
+    Least squares about the centroid of the stance feet. Without any, nothing moves.
+    """
+    u, v, du, dv, on = block.u, block.v, block.du, block.dv, block.on
+    for n in range(SIZE):
+        count = mu = mv = mdu = mdv = _ZERO
+        for leg in range(8):
+            count += on[leg, n]
+            mu += on[leg, n] * u[leg, n]
+            mv += on[leg, n] * v[leg, n]
+            mdu += on[leg, n] * du[leg, n]
+            mdv += on[leg, n] * dv[leg, n]
+        share = _ONE / max(count, _ONE)
+        mu, mv, mdu, mdv = mu * share, mv * share, mdu * share, mdv * share
+        turn = spread = _ZERO
+        for leg in range(8):
+            u[leg, n] = on[leg, n] * (u[leg, n] - mu)
+            v[leg, n] = on[leg, n] * (v[leg, n] - mv)
+            du[leg, n] = on[leg, n] * (du[leg, n] - mdu)
+            dv[leg, n] = on[leg, n] * (dv[leg, n] - mdv)
+            turn += v[leg, n] * du[leg, n] - u[leg, n] * dv[leg, n]
+            spread += u[leg, n] * u[leg, n] + v[leg, n] * v[leg, n]
+        turn = turn / spread if spread > _ZERO else _ZERO
+        slid = _ZERO
+        for leg in range(8):
+            su, sv = du[leg, n] - turn * v[leg, n], dv[leg, n] + turn * u[leg, n]
+            slid += math.sqrt(su * su + sv * sv)
+        # The centre of mass in the plane, from the body's origin, and from the centroid.
+        nx, ny, nz = block.nx[n], block.ny[n], block.nz[n]
+        shift = block.cz[n] + (nx * block.cx[n] + ny * block.cy[n]) / (_ONE + nz)
+        block.count[n], block.u0[n], block.v0[n] = count, -mu, -mv
+        block.forward[n] = turn * (mv + block.cy[n] - ny * shift) - mdu
+        block.sideways[n] = -turn * (mu + block.cx[n] - nx * shift) - mdv
+        block.turn[n], block.slip[n] = turn, slid * share
+
+
+@njit(inline="always", error_model="numpy")
+def travel(
+    feet: Any, centre: Any, block: Any, pose: Any, stance: Any, slip: Any, margin: Any, slope: Any
+) -> None:
+    """Compute how feet that move in the body's frame move one body over flat ground.
 
     Args:
-        feet: (3, 8, 2), this frame's and the next one's.
-        middle: (8, 3), half-way between.
-        plane: rows of the rotation that takes the plane's normal to the vertical.
-        origin: a foot on the plane.
-        stance: filled, (8,) bool.
-        flat: filled, (count, 2).
-        step: filled, (count, 2).
-
-    Returns:
-        count, the number of feet on the plane.
+        feet: (3, 8, frames) float32, metres, body's frame.
+        centre: (3, frames) float32, metres: centre of mass, body's frame.
+        block: of the type `BLOCK`, working memory.
+        pose: filled, (3, frames) float32, as the others; see `walk`.
+        stance: filled, (8, frames) bool.
+        slip: filled, (frames,) float32.
+        margin: filled, (frames,) float32.
+        slope: filled, (frames,) float32.
     """
-    count = 0
+    last = feet.shape[2] - 1
+    x = y = yaw = 0.0
+    nx, ny, nz, foot = _ZERO, _ZERO, _ONE, 0
+    pose[0, 0], pose[1, 0], pose[2, 0] = _ZERO, _ZERO, _ZERO
+    for first in range(0, last, SIZE):
+        count = min(SIZE, last - first)
+        _load(block, feet, centre, first, count)
+        find_feet(block)
+        nx, ny, nz, foot = find_normal(block, nx, ny, nz, foot)
+        _put_down(block)
+        _twist(block)
+        find_margin(block)
+        for n in range(count):
+            heading = yaw + 0.5 * block.turn[n]
+            x += block.forward[n] * math.cos(heading) - block.sideways[n] * math.sin(heading)
+            y += block.forward[n] * math.sin(heading) + block.sideways[n] * math.cos(heading)
+            yaw += block.turn[n]
+            pose[0, first + n + 1], pose[1, first + n + 1], pose[2, first + n + 1] = x, y, yaw
+            slip[first + n] = block.slip[n]
+            margin[first + n] = block.margin[n]
+            slope[first + n] = block.slope[n]
+        for leg in range(8):
+            for n in range(count):
+                stance[leg, first + n] = block.on[leg, n] > _ZERO
     for leg in range(8):
-        height = _ZERO
-        for axis in range(3):
-            height += plane[2, axis] * (middle[leg, axis] - middle[origin, axis])
-        stance[leg] = height < _TOLERANCE
-        if stance[leg]:
-            for row in range(2):
-                place = travel = _ZERO
-                for axis in range(3):
-                    place += plane[row, axis] * middle[leg, axis]
-                    travel += plane[row, axis] * (feet[axis, leg, 1] - feet[axis, leg, 0])
-                flat[count, row] = place
-                step[count, row] = travel
-            count += 1
-    return count
+        stance[leg, last] = stance[leg, last - 1]
+    slip[last], margin[last], slope[last] = slip[last - 1], margin[last - 1], slope[last - 1]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def walk(
-    feet: NDArray[np.float32],
-    centre: NDArray[np.float32],
+    angles: NDArray[np.float32],
     pose: NDArray[np.float32],
     stance: NDArray[np.bool_],
     slip: NDArray[np.float32],
     margin: NDArray[np.float32],
     slope: NDArray[np.float32],
 ) -> None:
-    """Compute how feet that move in the body's frame move the body over flat ground.
+    """Compute how legs that move by these joint angles move the body over flat ground.
 
     Args:
-        feet: (population, 3, 8, frames) float32, metres, body's frame.
-        centre: (population, 3, frames) float32, metres: centre of mass, body's frame.
-        pose: filled, (population, frames, 3) float32: x, y in metres and yaw in radians
+        angles: (population, 24, frames) float32, radians from the pose at rest, each within ±30°.
+        pose: filled, (population, 3, frames) float32: x, y in metres and yaw in radians
             of the body in the world, starting from zero.
-        stance: filled, (population, frames, 8) bool: feet on the ground in the interval
+        stance: filled, (population, 8, frames) bool: feet on the ground in the interval
             from this frame to the next; the last frame repeats the one before.
         slip: filled, (population, frames) float32, metres: mean distance that the feet in
             stance slid in that interval.
         margin: filled, likewise, metres: static stability margin.
         slope: filled, likewise, radians: tilt of the resting plane.
     """
-    last = feet.shape[3] - 1
-    middle, balance = np.empty((8, 3), dtype=_f), np.empty(3, dtype=_f)
-    plane = np.empty((3, 3), dtype=_f)
-    flat, step = np.empty((8, 2), dtype=_f), np.empty((8, 2), dtype=_f)
-    for individual in range(feet.shape[0]):
-        x = y = yaw = 0.0
-        i = j = k = -1
-        origin = 0
-        _tilt(plane, _ZERO, _ZERO, _ONE)
-        pose[individual, 0, :] = _ZERO
-        for frame in range(last):
-            ends = feet[individual, :, :, frame : frame + 2]
-            for axis in range(3):
-                for leg in range(8):
-                    middle[leg, axis] = _HALF * (ends[axis, leg, 0] + ends[axis, leg, 1])
-                balance[axis] = _HALF * (
-                    centre[individual, axis, frame] + centre[individual, axis, frame + 1]
-                )
-            # The body usually rests on the same feet as before: a tenth of the search's work.
-            if i < 0 or not _still_rests(middle, balance, i, j, k):
-                i, j, k = _rest(middle, balance)
-            if i >= 0:  # else: it tips over and keeps the last plane
-                nx, ny, nz = _normal(middle, i, j, k)
-                _tilt(plane, nx, ny, nz)
-                origin = i
-            count = _put_down(ends, middle, plane, origin, stance[individual, frame], flat, step)
-            forward, sideways, turn, slid = _twist(flat, step, count)
-            slip[individual, frame] = slid
-            slope[individual, frame] = math.acos(min(plane[2, 2], _ONE))
-            margin[individual, frame] = _margin(flat, count, plane, balance)
-            heading = yaw + 0.5 * turn
-            x += forward * math.cos(heading) - sideways * math.sin(heading)
-            y += forward * math.sin(heading) + sideways * math.cos(heading)
-            yaw += turn
-            pose[individual, frame + 1, 0] = x
-            pose[individual, frame + 1, 1] = y
-            pose[individual, frame + 1, 2] = yaw
-        stance[individual, last] = stance[individual, last - 1]
-        slip[individual, last] = slip[individual, last - 1]
-        margin[individual, last] = margin[individual, last - 1]
-        slope[individual, last] = slope[individual, last - 1]
+    population, _, frames = angles.shape
+    # Working memory of one individual: 35 kB, which the cache keeps.
+    feet, centre = np.empty((1, 3, 8, frames), _f), np.empty((1, 3, frames), _f)
+    block = np.zeros(1, BLOCK)[0]
+    for n in range(population):
+        place_feet(angles[n : n + 1], feet, centre)
+        travel(feet[0], centre[0], block, pose[n], stance[n], slip[n], margin[n], slope[n])

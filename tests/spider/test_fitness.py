@@ -52,7 +52,7 @@ def test_every_weight_scales_its_term_and_no_other(weight: str, term: str) -> No
 def test_vibration_and_jerk_agree_with_scipy() -> None:
     angles = np.random.default_rng(1).normal(0, 0.1, (4, 24, 300)).astype(np.float32)
     vibration, jerk = np.empty(4), np.empty(4)
-    roughness(angles, high_pass(30.0), vibration, jerk)
+    roughness(angles, *high_pass(30.0), vibration, jerk)
     reference = sosfilt(butter(4, 5.0, "high", fs=30.0, output="sos"), angles - angles[:, :, :1])
     np.testing.assert_allclose(vibration, np.sqrt((reference**2).mean(axis=(1, 2))), rtol=1e-5)
     third = np.diff(angles.astype(float), 3, axis=2)

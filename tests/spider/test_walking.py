@@ -4,13 +4,15 @@ import itertools
 
 import numpy as np
 import pytest
+import reference
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from gaitsim_spider import body
+from gaitsim_spider.intervals import BLOCK
 from gaitsim_spider.kinematics import leg_points, place_feet
 from gaitsim_spider.organism import Spider
-from gaitsim_spider.walking import STANCE_TOLERANCE, walk
+from gaitsim_spider.walking import STANCE_TOLERANCE, travel
 
 FEET = np.zeros((8, 3))
 FEET[:, 0] = [0.16, 0.056, -0.056, -0.16] * 2
@@ -23,18 +25,19 @@ def walked(feet: np.ndarray, centre: np.ndarray | None = None) -> dict[str, np.n
     frames = len(feet)
     centre = np.zeros((frames, 3)) if centre is None else centre
     out = {
-        "pose": np.empty((1, frames, 3), np.float32),
-        "stance": np.empty((1, frames, 8), np.bool_),
-        "slip": np.empty((1, frames), np.float32),
-        "margin": np.empty((1, frames), np.float32),
-        "slope": np.empty((1, frames), np.float32),
+        "pose": np.empty((3, frames), np.float32),
+        "stance": np.empty((8, frames), np.bool_),
+        "slip": np.empty(frames, np.float32),
+        "margin": np.empty(frames, np.float32),
+        "slope": np.empty(frames, np.float32),
     }
-    walk(
-        np.ascontiguousarray(feet.transpose(2, 1, 0)[None], dtype=np.float32),
-        np.ascontiguousarray(centre.T[None], dtype=np.float32),
+    travel(
+        np.ascontiguousarray(feet.transpose(2, 1, 0), dtype=np.float32),
+        np.ascontiguousarray(centre.T, dtype=np.float32),
+        np.zeros(1, BLOCK)[0],
         *out.values(),
     )
-    return {name: values[0] for name, values in out.items()}
+    return {name: values.T for name, values in out.items()}
 
 
 def test_feet_that_go_straight_back_carry_the_body_straight_forward() -> None:
@@ -100,7 +103,7 @@ def test_a_flip_flop_earns_nothing() -> None:
 
 def test_standing_has_no_slope_and_the_margin_of_its_hull() -> None:
     result = walked(np.repeat(FEET[None], 2, axis=0))
-    assert result["slope"].max() < 1e-3
+    assert result["slope"].max() < 1e-6
     hull = ConvexHull(FEET[:, :2])
     np.testing.assert_allclose(result["margin"][0], -hull.equations[:, 2].max(), rtol=1e-4)
 
@@ -137,6 +140,39 @@ def test_the_resting_plane_is_the_lower_hull_under_the_centre() -> None:
         clear = np.abs(distance - STANCE_TOLERANCE) > 1e-5
         expected = distance < STANCE_TOLERANCE
         np.testing.assert_array_equal(result["stance"][0][clear], expected[clear])
+
+
+@pytest.mark.parametrize(
+    "spider", [Spider(), Spider(symmetry="alternating", frequency=1.3)], ids=str
+)
+def test_walking_agrees_with_an_independent_reference(spider: Spider) -> None:
+    motion = spider.move(spider.genome_space().random(2, np.random.default_rng(4)))
+    for individual in range(2):
+        pose, stance, slip, margin, slope = reference.walk(
+            motion["feet"][individual], motion["centre_of_mass"][individual]
+        )
+        np.testing.assert_array_equal(motion["stance"][individual, :-1], stance)
+        np.testing.assert_allclose(motion["pose"][individual], pose, atol=1e-5)
+        np.testing.assert_allclose(motion["slip"][individual, :-1], slip, atol=1e-7)
+        np.testing.assert_allclose(motion["margin"][individual, :-1], margin, atol=1e-6)
+        np.testing.assert_allclose(motion["slope"][individual, :-1], slope, atol=1e-5)
+
+
+def test_three_feet_in_a_row_on_one_side_are_one_side_of_the_support() -> None:
+    feet = np.repeat(FEET[None], 2, axis=0)
+    feet[:, :4, 1], feet[:, 4:, 1] = 0.18, -0.17
+    assert walked(feet)["margin"] == pytest.approx(0.16)  # to the feet of the front and the back
+    feet[:, 4:, 1] = -0.1
+    assert walked(feet)["margin"] == pytest.approx(0.1)
+
+
+def test_two_feet_in_one_place_count_once() -> None:
+    feet = np.repeat(FEET[None], 2, axis=0)
+    feet[:, 1] = feet[:, 0]
+    result = walked(feet)
+    assert result["stance"].all()
+    sides = ConvexHull(FEET[[0, 2, 3, 4, 5, 6, 7], :2]).equations
+    assert result["margin"] == pytest.approx(-sides[:, 2].max(), rel=1e-4)
 
 
 def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
