@@ -1,5 +1,6 @@
 """`gaitsim study`."""
 
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Executor
 from gaitsim.render.plots.surfaces import plot_surfaces
-from gaitsim.runs.files.folder import command, create_folder
+from gaitsim.runs.files.folder import check_links, command, create_folder
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.study.file import Cell, Study, cells, read_study, resolved
 from gaitsim.study.results import RULE, TABLE, summary, title, write_results
@@ -53,7 +54,9 @@ def study(
 
     gaitsim study millipede-operators --dask tcp://host:8786
     """
-    resumed = (Path(reference) / STUDY).is_file()
+    resumed = os.path.lexists(Path(reference) / STUDY)
+    if resumed:
+        check_links(Path(reference))
     source = str(Path(reference) / STUDY) if resumed else reference
     study, text = read_study(source)
     every = cells(study, Path(reference) if resumed else None, source)

@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +22,8 @@ from gaitsim.registry.presets import read_preset
 
 SCHEMA = 1
 MOST_CELLS = 100_000
+MOST_SCORES = 50_000_000  # of all cells, repeats and recorded generations: 400 MB
+_MOST_PROBLEMS = 20
 EXPERIMENT = "experiment"  # the axis that every study has
 STATISTICS = ("mean", "std", "median", "q25", "q75", "min", "max")
 RESERVED = (EXPERIMENT, "generation", "evaluations", "repeats", *STATISTICS)
@@ -227,7 +230,7 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
 
     Raises:
         ExperimentError: with the problems of all cells, each once.
-        GaitsimError: there are too many cells.
+        GaitsimError: there are too many cells, or too many scores.
     """
     axes: dict[str, list[Scalar]] = {EXPERIMENT: [*study.experiments]}
     axes |= {axis: study.values(axis) for axis in study.axes}
@@ -238,13 +241,14 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
         )
     found: list[Cell] = []
     problems: dict[str, GaitsimError] = {}
+    scores = 0
     for index, values in enumerate(itertools.product(*axes.values())):
         point = dict(zip(axes, values, strict=True))
         changes = study.set | {axis: point[axis] for axis in study.axes}
         try:
             name = str(point[EXPERIMENT])
             kept = folder / f"{study.experiments.index(name) + 1}.toml" if folder else None
-            reference = str(kept) if kept and kept.is_file() else name
+            reference = str(kept) if kept and os.path.lexists(kept) else name
             experiment = load_experiment(reference, changes, source)
             # Cells are independent samples: equal random draws would bias all of them alike.
             if "seed" not in study.axes:
@@ -257,6 +261,17 @@ def cells(study: Study, folder: Path | None = None, source: str = "the study") -
             problems[str(error)] = error
         else:
             found.append(Cell(index, point, experiment))
+            scores += study.repeats * -(-experiment.evolution.generations // study.record_every)
+        if scores > MOST_SCORES:
+            raise GaitsimError(
+                f"the study {study.name} would record more than {MOST_SCORES:,} scores",
+                where=source,
+                allowed="that many in all cells, repeats and recorded generations",
+                remedy="record fewer generations with record_every, or repeat less",
+            )
+        if len(problems) >= _MOST_PROBLEMS:
+            problems[""] = GaitsimError(f"cells after the first {index + 1:,} were not checked")
+            break
     if problems:
         raise ExperimentError(list(problems.values()), "study")
     return found

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.study.file import EXPERIMENT, STATISTICS, Cell, Scalar, Study
 from gaitsim.study.running import Best, recorded
 
@@ -24,6 +24,8 @@ def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]
     ]
 
 
+# With repeats that failed, whose score is −inf, some statistics are NaN; with huge ones, infinite.
+@np.errstate(invalid="ignore", over="ignore")
 def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
     """Return the results as CSV, a row for each cell and recorded generation.
 
@@ -37,10 +39,8 @@ def table(study: Study, results: Iterable[tuple[Cell, Best]]) -> str:
     for cell, best in results:
         generations = recorded(cell.experiment, study.record_every)
         evaluations = generations * cell.experiment.individuals
-        # With repeats that failed, whose score is −inf, some statistics are NaN.
-        with np.errstate(invalid="ignore"):
-            q25, median, q75 = np.quantile(best, [0.25, 0.5, 0.75], axis=0)
-            std = best.std(axis=0, ddof=1) if len(best) > 1 else np.zeros(best.shape[1])
+        q25, median, q75 = np.quantile(best, [0.25, 0.5, 0.75], axis=0)
+        std = best.std(axis=0, ddof=1) if len(best) > 1 else np.zeros(best.shape[1])
         columns = (best.mean(axis=0), std, median, q25, q75, best.min(axis=0), best.max(axis=0))
         for row in range(len(generations)):
             writer.writerow(
@@ -79,6 +79,7 @@ RULE = (
 )
 
 
+@np.errstate(over="ignore")
 def first_reached(study: Study, results: Iterable[tuple[Cell, Best]]) -> list[Reached]:
     """Return the cheapest cell of each experiment that reaches the target."""
     target = np.inf if study.target is None else study.target
@@ -144,11 +145,12 @@ def write_results(folder: Path, study: Study, results: Sequence[tuple[Cell, Best
     Raises:
         RunError: a file cannot be written.
     """
-    (folder / REPORT).unlink(missing_ok=True)
-    write_bytes(folder / TABLE, table(study, results).encode())
+    with writing(folder / REPORT):
+        (folder / REPORT).unlink(missing_ok=True)
+    write_bytes(folder / TABLE, table(study, results).encode(), follow=False)
     if study.target is None:
         return
     lines = [f"# {study.name}", "", study.description, "", f"## {title(study)}", ""]
     lines += [*markdown(*summary(study, results)), ""]
     lines += [f"Rule: {RULE}. Means of {study.repeats} repeats.", ""]
-    write_bytes(folder / REPORT, "\n".join(lines).encode())
+    write_bytes(folder / REPORT, "\n".join(lines).encode(), follow=False)

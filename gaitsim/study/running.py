@@ -16,9 +16,11 @@ from gaitsim.evaluation.executors import WorkerLostError, cores
 from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
+from gaitsim.opening import read_regular
 from gaitsim.registry import KINDS, options
 from gaitsim.runs.compatibility import versions
-from gaitsim.runs.files.atomic import write_bytes, writing
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.folder import own_folder
 from gaitsim.study.file import Cell, Study
 
 CELLS = "cells"
@@ -72,19 +74,19 @@ def repeat_experiment(
 def finished(folder: Path, study: Study, cell: Cell) -> Best | None:
     """Return the result of a cell; None where it is not finished, or damaged."""
     shape = (study.repeats, len(recorded(cell.experiment, study.record_every)))
-    size = 8 * math.prod(shape)
+    start = io.BytesIO()
+    described = {"descr": "<f8", "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(start, described)
+    head, size = start.getvalue(), 8 * math.prod(shape)
     try:
-        data = _file(folder, study, cell).read_bytes()
+        data = read_regular(_file(folder, study, cell), len(head) + size)
     except OSError:
         return None
-    whole = io.BytesIO()
-    np.save(whole, np.zeros(shape), allow_pickle=False)
-    head = whole.getvalue()[:-size]
     # The header is known to the last byte, so a damaged file is never parsed.
     if len(data) != len(head) + size or not data.startswith(head):
         return None
     best = np.frombuffer(data, np.float64, offset=len(head)).reshape(shape)
-    return None if np.isnan(best).any() else best
+    return best if (best < np.inf).all() else None
 
 
 def results(
@@ -122,8 +124,7 @@ def run_cells(
         GaitsimError: a cell fails, or ends its workers again and again, or a result cannot
             be written.
     """
-    with writing(folder):
-        (folder / CELLS).mkdir(exist_ok=True)
+    own_folder(folder, CELLS)
     # The longest first, so that no core works on it alone at the end.
     ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
     tasks = [(cell.experiment, study.repeats, study.record_every) for cell in ordered]
@@ -134,7 +135,7 @@ def run_cells(
         for place, best in executor.each(_run_cell, tasks):
             file = io.BytesIO()
             np.save(file, best, allow_pickle=False)
-            write_bytes(_file(folder, study, ordered[place]), file.getvalue())
+            write_bytes(_file(folder, study, ordered[place]), file.getvalue(), follow=False)
             yield ordered[place]
     except WorkerLostError as error:
         raise GaitsimError(

@@ -9,10 +9,12 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, StringConstraints, ValidationError
 
 from gaitsim.errors import GaitsimError, nearest
+from gaitsim.opening import read_regular
 from gaitsim.toml import literal, parse
 from gaitsim.tui.themes import check_theme
 
 THEME = "theme"
+LARGEST = 1_000_000  # bytes
 
 
 @dataclass(frozen=True)
@@ -77,14 +79,9 @@ def config_path() -> Path:
 def read_config(path: Path) -> Config:
     """Read the settings in a file; those that are valid where some are not."""
     try:
-        data = parse(path.read_text(encoding="utf-8-sig"), str(path))
-    except FileNotFoundError:
-        return Config(path)
+        data = parse(_read(path), str(path))
     except GaitsimError as error:
         return Config(path, problems=(error,))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not a text in UTF-8"
-        return Config(path, problems=(GaitsimError(f"cannot read {path}: {reason}"),))
     data |= {"keys": _flat(data["keys"])} if "keys" in data else {}
     problems = []
     try:
@@ -102,6 +99,17 @@ def read_config(path: Path) -> Config:
         problems.append(error)
         theme = None
     return Config(path, theme, found.keys, tuple(problems))
+
+
+def _read(path: Path) -> str:
+    """Return the text of the settings; '' where there is no file."""
+    try:
+        return read_regular(path, LARGEST, follow=True).decode("utf-8-sig")
+    except FileNotFoundError:
+        return ""
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not a text in UTF-8"
+        raise GaitsimError(f"cannot read {path}: {reason}") from None
 
 
 def _problem(path: Path, sections: list[str], name: str, detail: Any) -> GaitsimError:
@@ -128,9 +136,9 @@ def remember_theme(path: Path, theme: str) -> None:
 
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        text = path.read_text(encoding="utf-8-sig") if path.exists() else ""
-    parse(text, str(path))
+        text = _read(path)
+    if not isinstance(parse(text, str(path)).get("tui", {}), dict):
+        raise GaitsimError("tui is not a section", where=str(path), allowed=_ALLOWED["tui"])
     document = tomlkit.parse(text)
-    section = document.setdefault("tui", tomlkit.table())
-    section[THEME] = theme
+    document.setdefault("tui", tomlkit.table())[THEME] = theme
     write_bytes(path, tomlkit.dumps(document).encode())

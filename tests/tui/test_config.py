@@ -1,6 +1,10 @@
 """The settings: what is read, what is told of a bad file, what is kept when a theme is chosen."""
 
+import os
+from contextlib import suppress
+
 import pytest
+from mutations import mutations
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import Config, config_path, read_config, remember_theme
@@ -70,6 +74,35 @@ class TestRead:
     def test_a_folder_is_told(self, tmp_path):
         assert "cannot read" in read_config(tmp_path).problems[0].what
 
+    def test_a_pipe_and_a_huge_file_are_told_at_once(self, tmp_path):
+        path = tmp_path / "c.toml"
+        os.mkfifo(path)
+        assert "not a regular file" in read_config(path).problems[0].what
+        path.unlink()
+        with path.open("wb") as file:
+            file.truncate(10**11)
+        assert "too large" in read_config(path).problems[0].what
+
+    def test_mutants_are_read_or_told(self, tmp_path):
+        mutants(50, tmp_path / "c.toml")
+
+    @pytest.mark.slow
+    def test_many_mutants_are_read_or_told(self, tmp_path):
+        mutants(2000, tmp_path / "c.toml")
+
+
+def mutants(number, path):
+    """What cannot be read is a problem of the settings; a theme is then not remembered, either."""
+    told = 0
+    for data in mutations(b'[tui]\ntheme = "nord"\n[keys]\nhome.delete = "x" # mine\n', number):
+        path.write_bytes(data)
+        found = read_config(path)
+        told += bool(found.problems)
+        with suppress(GaitsimError):
+            remember_theme(path, "dracula")
+            assert read_config(path).theme == "dracula"
+    assert told > number // 3
+
 
 class TestCheck:
     def test_an_unknown_theme(self, read):
@@ -109,3 +142,11 @@ class TestRemember:
         assert text.startswith('# mine\n[keys]\nhome.new = "x" # so\n')
         found = read_config(path)
         assert (found.theme, found.keys) == ("dracula", {"home.new": "x"})
+
+    @pytest.mark.parametrize("text", [b"tui = 3\n", b"\xff\xfe"])
+    def test_settings_that_cannot_be_read_stay(self, text, tmp_path):
+        path = tmp_path / "config.toml"
+        path.write_bytes(text)
+        with pytest.raises(GaitsimError, match=r"tui is not a section|UTF-8"):
+            remember_theme(path, "nord")
+        assert path.read_bytes() == text

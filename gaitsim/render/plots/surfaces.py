@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.render.plots.style import LIGHT, save, styled
+from gaitsim.runs.files.atomic import writing
 from gaitsim.study.file import EXPERIMENT, Cell, Study
 from gaitsim.study.running import Best, recorded
 
@@ -28,7 +29,8 @@ def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best
         RunError: a file cannot be written.
     """
     for old in folder.glob("surface-*.png"):
-        old.unlink()
+        with writing(old):
+            old.unlink()
     axis = surface_axis(study)
     if axis is not None:
         for place, experiment in enumerate(study.experiments, 1):
@@ -36,6 +38,7 @@ def plot_surfaces(folder: Path, study: Study, results: Sequence[tuple[Cell, Best
             _plot_surface(study, axis, experiment, results, file)
 
 
+@np.errstate(over="ignore")
 def _plot_surface(
     study: Study, axis: str, experiment: str, results: Sequence[tuple[Cell, Best]], path: Path
 ) -> None:

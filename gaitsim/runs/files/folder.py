@@ -110,14 +110,22 @@ def exports_folder(run: Path) -> Path:
         RunError: it cannot be created, or it or a file in it is a link to elsewhere.
     """
     folder = own_folder(run, EXPORTS)
+    check_links(folder, "remove it, or choose another place with --out")
+    return folder
+
+
+def check_links(folder: Path, remedy: str = "remove it") -> None:
+    """Check that nothing in a folder is a link by which files elsewhere would change.
+
+    Raises:
+        RunError: something is, or the folder cannot be read.
+    """
     with writing(folder):
         for entry in folder.iterdir():
             if entry.is_symlink() and not entry.resolve().is_relative_to(folder.resolve()):
                 raise RunError(
-                    f"{entry} is a symbolic link that leads out of the folder",
-                    remedy="remove it, or choose another place with --out",
+                    f"{entry} is a symbolic link that leads out of the folder", remedy=remedy
                 )
-    return folder
 
 
 def champion_file(generation: int) -> str:

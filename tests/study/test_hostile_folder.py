@@ -1,0 +1,168 @@
+"""Folders of studies from strangers: a study resumes, or ends with one message."""
+
+import os
+import shutil
+from itertools import count
+
+import numpy as np
+import pytest
+from mutations import mutations
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.render.plots.surfaces import plot_surfaces
+from gaitsim.study.file import MOST_SCORES, cells, parse_study, read_study
+from gaitsim.study.results import write_results
+from gaitsim.study.running import CELLS, finished, results, run_cells
+
+SMALL = """
+name = "small"
+experiments = ["millipede-random", "millipede-mutation"]
+set = { "evolution.generations" = 3 }
+repeats = 2
+target = 2.0
+[axes]
+"evolution.population" = [5, 7]
+"organism.pairs" = [2]
+[published]
+millipede-random = { population = 5, generations = 4 }
+"""
+
+
+@pytest.fixture(scope="module")
+def studied(tmp_path_factory):
+    """The folder of a finished study."""
+    study = parse_study(SMALL, "small.toml")
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "study.toml").write_text(SMALL)
+    every = cells(study)
+    for cell in every[::2]:
+        (folder / f"{1 + cell.index // 2}.toml").write_text(cell.experiment.to_toml())
+    for _ in run_cells(folder, study, every, 1):
+        pass
+    return folder
+
+
+@pytest.fixture
+def folder(studied, tmp_path):
+    """A copy of it, with something outside."""
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside" / "file").write_text("theirs")
+    return shutil.copytree(studied, tmp_path / "study")
+
+
+def pipe(path):
+    os.mkfifo(path)
+
+
+def link(path):
+    path.symlink_to(path.parents[1] / "outside" / "file")
+
+
+def link_to_nothing(path):
+    path.symlink_to(path.parents[1] / "outside" / "new")
+
+
+def link_to_a_folder(path):
+    path.symlink_to(path.parents[1] / "outside")
+
+
+def endless(path):
+    path.symlink_to("/dev/zero")
+
+
+def huge(path):
+    with path.open("wb") as file:
+        file.truncate(10**11)
+
+
+def directory(path):
+    (path / "more").mkdir(parents=True)
+
+
+ATTACKS = (pipe, link, link_to_nothing, link_to_a_folder, endless, huge, directory)
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_each_file_of_a_study(attack, folder, gaitsim):
+    whole = folder.parent / "whole"
+    folder.rename(whole)
+    for file in ("study.toml", "1.toml", "results.csv", "report.md", ".lock", CELLS):
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(whole, folder)
+        path = folder / file
+        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+        attack(path)
+        # A file that the study replaces does no harm; nor does a lock, which is only locked.
+        harmless = {pipe: file in ("results.csv", "report.md"), directory: file == CELLS}
+        harmless[huge] = file in ("results.csv", "report.md", ".lock")
+        if file == CELLS and attack is directory:
+            continue  # it is what it was: a folder
+        said = gaitsim("study", folder, "--workers", 1, code=0 if harmless.get(attack) else 2)
+        assert harmless.get(attack) or file in said.stderr
+        outside = folder.parent / "outside"
+        assert [entry.name for entry in outside.iterdir()] == ["file"]
+        assert (outside / "file").read_text() == "theirs"
+
+
+def test_results_of_cells(folder):
+    study, _ = read_study(str(folder / "study.toml"))
+    every = cells(study, folder)
+    assert not results(folder, study, every)[1]
+    first = min((folder / CELLS).iterdir())
+    for attack in ATTACKS:
+        shutil.rmtree(first) if first.is_dir() and not first.is_symlink() else first.unlink()
+        attack(first)
+        assert finished(folder, study, every[0]) is None
+    first.rmdir() if not any(first.iterdir()) else shutil.rmtree(first)
+    for number in (np.nan, np.inf):
+        np.save(first, np.full((2, 3), number))
+        assert finished(folder, study, every[0]) is None
+    for data in mutations((folder / CELLS / min((folder / CELLS).iterdir())).read_bytes(), 50):
+        first.write_bytes(data)
+        best = finished(folder, study, every[0])
+        assert best is None or best.shape == (2, 3)
+
+
+def test_scores_as_large_as_numbers_go(tmp_path):
+    study = parse_study(SMALL.replace('"organism.pairs" = [2]', ""), "s")
+    found = [(cell, np.full((2, 3), score)) for cell in cells(study) for score in (1.7e308, -1e308)]
+    write_results(tmp_path, study, found)
+    plot_surfaces(tmp_path, study, found)
+    assert "inf" in (tmp_path / "results.csv").read_text()
+    (tmp_path / "surface-1.png").mkdir()
+    with pytest.raises(RunError, match=r"surface-1\.png"):
+        plot_surfaces(tmp_path, study, found)
+
+
+def test_a_study_records_so_many_scores():
+    text = SMALL.replace("repeats = 2", "repeats = 1_000_000").replace("= 3 }", "= 100_000_000 }")
+    with pytest.raises(GaitsimError, match=f"more than {MOST_SCORES:,} scores"):
+        cells(parse_study(text, "s"))
+
+
+def test_no_more_than_some_problems_are_told():
+    text = SMALL.replace("[5, 7]", "{ from = 6, to = 100_000, step = 2 }")
+    with pytest.raises(GaitsimError, match="cells after the first 20 were not checked"):
+        cells(parse_study(text, "s"))
+
+
+def mutants_are_read_or_refused(number, path):
+    refused = count()
+    for data in mutations(SMALL.encode(), number):
+        path.write_bytes(data)
+        try:
+            study, _ = read_study(str(path))
+            cells(study)
+        except GaitsimError as error:
+            assert str(error)  # noqa: PT017
+            next(refused)
+    assert next(refused) > number // 2
+
+
+def test_mutants_of_a_study_file(tmp_path):
+    mutants_are_read_or_refused(50, tmp_path / "study.toml")
+
+
+@pytest.mark.slow
+def test_many_mutants_of_a_study_file(tmp_path):
+    mutants_are_read_or_refused(2000, tmp_path / "study.toml")
