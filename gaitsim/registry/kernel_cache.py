@@ -1,7 +1,8 @@
-"""Compiled kernels where none can be kept: a folder of this process replaces Numba's cache.
+"""Compiled kernels where none can be kept: bodies run, and compile at each start.
 
 Numba refuses to compile a function with `cache=True` if it can write neither beside the function's
-module nor in the user's cache folder, as in a container or an installation by an administrator.
+module nor in the user's cache folder, as in a container or an installation by an administrator. A
+folder of this process replaces the cache there. Numba also fails if the cache is full or damaged.
 """
 
 import atexit
@@ -10,10 +11,12 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 _LOCATORS = "NUMBA_CACHE_LOCATOR_CLASSES"
-_told: list[str] = []
+_OTHER = "set NUMBA_CACHE_DIR to a folder that may be written"
+_problems: list[str] = []
 
 
 class KernelCache:
@@ -23,19 +26,40 @@ class KernelCache:
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> Any:
         """Return Numba's locator for a function of a file."""
         config = sys.modules["numba"].config
-
+        _tolerate_errors()
         found = _locator(py_func, py_file)
         if found is None:
             folder = tempfile.mkdtemp(prefix="gaitsim-kernels-")
             atexit.register(shutil.rmtree, folder, ignore_errors=True)
             # Also for worker processes, which then need not compile again.
             os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
-            _told.append(
-                "compiled kernels cannot be kept, so each start compiles them again: set "
-                "NUMBA_CACHE_DIR to a folder that may be written"
-            )
+            _problems.append(f"compiled kernels cannot be kept for the next start: {_OTHER}")
             found = _locator(py_func, py_file)
         return found
+
+
+def _tolerate_errors() -> None:
+    """Let Numba compile a function whose cache cannot be read or written."""
+    from numba.core.caching import Cache
+
+    def tolerant(method: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(method)
+        def call(cache: Any, *arguments: Any) -> Any:
+            try:
+                return method(cache, *arguments)
+            except Exception as error:  # whatever pickle raises for a damaged file
+                cache.disable()
+                reason = f"{type(error).__name__}: {error}"
+                where = f"compiled kernels cannot be kept in {cache.cache_path}"
+                _problems.append(f"{where} ({reason}): delete it, or {_OTHER}")
+                return None
+
+        return call
+
+    for name in ("load_overload", "save_overload"):
+        method = getattr(Cache, name)
+        if not hasattr(method, "__wrapped__"):
+            setattr(Cache, name, tolerant(method))
 
 
 def _locator(py_func: Callable[..., Any], py_file: str) -> Any:
@@ -57,4 +81,6 @@ def allow_missing_cache() -> None:
 
 def missing_cache() -> str:
     """Return once that compiled kernels are not kept; '' where they are, or from then on."""
-    return _told.pop() if _told else ""
+    found = [*_problems]
+    _problems.clear()
+    return found[0] if found else ""

@@ -1,12 +1,14 @@
 """Kernels compile where no cache can be written."""
 
+import errno
 import os
 from importlib import import_module
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from numba import config
-from numba.core.caching import CacheImpl
+from numba.core.caching import CacheImpl, IndexDataCacheFile
 
 from gaitsim.registry.kernel_cache import allow_missing_cache, missing_cache
 
@@ -20,11 +22,17 @@ def double(x):
 
 @pytest.fixture
 def nowhere(monkeypatch):
-    """Numba can write its cache only where the user says."""
+    """Numba can write its cache nowhere but in the folder that this is called with."""
     monkeypatch.setattr(CacheImpl, "_locator_classes", CacheImpl._locator_classes[:1])
-    monkeypatch.setattr(config, "CACHE_DIR", "")
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
     allow_missing_cache()
+
+    def keep_in(folder):
+        monkeypatch.setattr(config, "CACHE_DIR", str(folder))
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))  # read again by every compilation
+        return folder
+
+    keep_in("")
+    return keep_in
 
 
 def test_kernels_compile_without_a_cache_and_that_is_said_once(nowhere, install):
@@ -36,9 +44,27 @@ def test_kernels_compile_without_a_cache_and_that_is_said_once(nowhere, install)
     assert [*Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi")]  # for worker processes
 
 
-def test_a_cache_that_can_be_written_is_used(nowhere, install, tmp_path, monkeypatch):
-    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "cache"))
+def test_a_cache_that_can_be_written_is_used(nowhere, install, tmp_path):
+    cache = nowhere(tmp_path / "cache")
     install("kernels_c", KERNEL)
     assert import_module("kernels_c").double(3) == 6
     assert not missing_cache()
-    assert [*(tmp_path / "cache").rglob("*.nbi")]
+    assert [*cache.rglob("*.nbi")]
+
+
+def test_a_cache_that_is_full_or_damaged_is_left_alone(nowhere, install, tmp_path, monkeypatch):
+    cache = nowhere(tmp_path / "cache")
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    install("kernels_d", KERNEL)
+    kernels = import_module("kernels_d")
+    with monkeypatch.context() as patch:
+        patch.setattr(IndexDataCacheFile, "save", Mock(side_effect=full))
+        assert kernels.double(3) == 6
+    assert "No space left" in missing_cache()
+    assert import_module("kernels_d").double(3.0) == 6.0  # of another type, so compiled again
+    install("kernels_e", KERNEL)
+    assert import_module("kernels_e").double(3) == 6
+    (index,) = cache.rglob("kernels_e*.nbi")
+    index.write_bytes(b"")
+    assert import_module("kernels_e").double(3.0) == 6.0
+    assert str(index.parent) in missing_cache()
