@@ -39,10 +39,10 @@ COMMANDS = {
     "imitate": ("imitate", "victim", "--epochs", "2"),
     "differences": ("differences", "victim", "other"),
     "fork": ("fork", "victim"),
-    "fork --set": ("fork", "victim", "--set", "mutation.sigma=0.3", "--generations", "7"),
+    "fork --set": ("fork", "victim", "--set", "fitness.price=0.5", "--generations", "7"),
     "resume": ("resume", "victim", "--generations", "6", "--workers", "1"),
     "resume --set": (
-        *("resume", "victim", "--set", "mutation.sigma=0.3", "--generations", "6"),
+        *("resume", "victim", "--set", "fitness.price=0.5", "--generations", "6"),
         *("--workers", "1"),
     ),
     "run --from": ("run", "puppet.toml", "--from", "victim", "--generations", "1"),
@@ -179,6 +179,14 @@ def test_a_sample_of_the_table(template, puppets, tmp_path, monkeypatch, capsys)
     quick = [command for command in COMMANDS if command not in SLOW]
     cases = [*FELL, *((*case, command) for case, command in zip(chosen, cycle(quick)))]
     check(cases, template, tmp_path, monkeypatch, capsys)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_works_before_an_attack(command, template, puppets, tmp_path, monkeypatch):
+    shutil.copytree(template, tmp_path / "run")
+    monkeypatch.chdir(tmp_path / "run")
+    assert call(monkeypatch, *COMMANDS[command]) == 0
 
 
 @pytest.mark.slow
