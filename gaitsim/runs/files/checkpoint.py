@@ -31,7 +31,7 @@ _T = TypeVar("_T")
 _GENES = ("<f8", "|u1")
 _REAL = ("<f8",)
 _SCORES = array(("population",), _REAL, "finite or −inf", lambda scores: scores < np.inf)
-_TERM = array(("population",), _REAL, "a number", np.ones_like)
+_TERM = array(("population",), _REAL, "a number", lambda term: np.array(True))
 _POPULATION = array(("population", "genes"), _GENES, "finite", np.isfinite)
 _GENOME = array(("genes",), _GENES, "finite", np.isfinite)
 

@@ -53,12 +53,13 @@ def row(generation: Generation) -> dict[str, float]:
     """
     scores = generation.scores
     alive = np.isfinite(scores)
-    finite = scores[alive] if alive.any() else scores
+    some = bool(alive.any())
+    finite = scores[alive] if some else scores
     lower, median, upper = _quartiles(finite)
     best = generation.best
     terms = generation.evaluation.terms
     means = {
-        MEAN + name: float(values[alive].mean()) if alive.any() else float("nan")
+        MEAN + name: float(values[alive].mean()) if some else float("nan")
         for name, values in terms.items()
     }
     return {
@@ -71,7 +72,7 @@ def row(generation: Generation) -> dict[str, float]:
         "lower quartile": lower,
         "upper quartile": upper,
         "worst": float(scores.min()),
-        "std": float(finite.std()) if alive.any() else 0.0,
+        "std": float(finite.std()) if some else 0.0,
         "diversity": generation.diversity,
         "seconds": generation.seconds,
         **generation.evaluation.terms_of(best),

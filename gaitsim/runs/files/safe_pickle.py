@@ -30,7 +30,7 @@ from typing import Any, BinaryIO, NoReturn
 
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.opening import open_regular
-from gaitsim.runs.files.pickle_stack import OpcodeStack, RefusedError
+from gaitsim.runs.files.pickle_stack import MAX_DEPTH, OpcodeStack, RefusedError
 
 MAGIC = b"GAITSIM\0"
 VERSION = 3
@@ -80,8 +80,11 @@ def dumps(content: dict[str, Any]) -> bytes:
         pickler.dump(content)
         with file.getbuffer() as view:
             _FIELDS.pack_into(view, 0, MAGIC, VERSION, len(view) - HEADER)
-            view[_DIGEST] = _digest(file)
-        _scan(file)
+            digest = hashlib.sha256(view[: _DIGEST.start])
+            digest.update(view[_DIGEST.stop :])
+            view[_DIGEST] = digest.digest()
+        if not _is_plain(content):  # a scan is a fifth of recording a generation
+            _scan(file)
         data = file.getvalue()
     except Exception as error:  # the pickler raises about anything
         raise ValueError(f"no checkpoint can hold this: {error}") from error
@@ -209,6 +212,26 @@ def _scan(stream: io.BytesIO) -> None:
         raise RefusedError("it is not one dict")
     if stream.tell() != end:
         raise RefusedError("bytes follow the end of the pickle")
+
+
+def _is_plain(content: object) -> bool:
+    """Return whether `_scan` surely accepts the pickle of some content, which has few values."""
+    level, text, depth = [content], 0, 0
+    while level and depth < MAX_DEPTH and len(level) < MAX_OPCODES / 100:
+        inner: list[object] = []
+        for value in level:
+            if type(value) is dict:
+                if not all(type(key) is str for key in value):
+                    return False
+                inner += [*value, *value.values()]
+            elif type(value) is list:
+                inner += value
+            elif type(value) in (str, int):
+                text += _text_length(value)
+            elif type(value) not in (bytes, float, bool, type(None)):
+                return False
+        level, depth = inner, depth + 1
+    return not level and text <= MAX_TEXT
 
 
 def _text_length(arg: object) -> int:
