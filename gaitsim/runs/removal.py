@@ -4,8 +4,9 @@ import shutil
 from pathlib import Path
 
 from gaitsim.errors import RunError
+from gaitsim.opening import is_folder
 from gaitsim.runs.files.atomic import writing
-from gaitsim.runs.files.drafts import draft_name, locked, sweep
+from gaitsim.runs.files.drafts import draft_name, locked, remove, sweep
 from gaitsim.runs.files.folder import EXPERIMENT, holds_run
 from gaitsim.runs.files.lock import RunLock
 
@@ -37,7 +38,9 @@ def delete_run(path: Path) -> None:
         finally:
             lock.release()
         try:
-            shutil.rmtree(gone)
+            remove(gone)
+            if is_folder(gone):  # again, for the reason
+                shutil.rmtree(gone)
         except (OSError, RecursionError) as error:
             reason = error.strerror if isinstance(error, OSError) else "its folders are too deep"
             raise RunError(

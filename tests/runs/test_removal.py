@@ -1,5 +1,6 @@
 """Deleting runs."""
 
+import errno
 import os
 from pathlib import Path
 
@@ -19,6 +20,21 @@ def run(puppet, tmp_path):
 def test_nothing_is_left(run):
     (run / "exports" / "gait.csv").write_text("1")
     delete_run(run)
+    assert list(run.parent.iterdir()) == []
+
+
+def test_one_error_leaves_nothing_behind(run, monkeypatch):
+    real, calls = os.unlink, []
+
+    def unlink(*arguments, **options):
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        real(*arguments, **options)
+
+    monkeypatch.setattr(os, "unlink", unlink)
+    delete_run(run)
+    assert len(calls) > 1
     assert list(run.parent.iterdir()) == []
 
 
