@@ -25,7 +25,7 @@ def kept_individual(reference: str) -> Champion:
         RunError: there is no such file, run or generation, or it has no champion.
     """
     # os.path, unlike pathlib, answers for names that no file can have, too.
-    if os.path.isfile(reference):  # noqa: PTH113
+    if os.path.exists(reference) and not os.path.isdir(reference):  # noqa: PTH110, PTH112
         return read_champion(Path(reference).resolve())  # the link of a user is theirs
     run, mark, number = reference.rpartition("@")
     if mark and number.isascii() and number.isdecimal() and len(number) < 10:

@@ -78,6 +78,7 @@ def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
         ("staged/population.pickle", "does not hold a champion"),
         ("staged/experiment.toml", "cannot be read as a checkpoint"),
         ("staged/champions", "is not a run"),
+        ("/dev/zero", "it is not a regular file"),
     ],
 )
 def test_what_is_no_individual_is_refused(staged, reference, says):
