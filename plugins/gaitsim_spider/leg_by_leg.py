@@ -38,41 +38,40 @@ def leg_by_leg(
     """
     population, _, legs, frames = feet.shape
     joints = angles.shape[1]
-    count = np.empty(frames, dtype=_f)
-    total, squares = np.empty(frames, dtype=_f), np.empty(frames, dtype=_f)
+    # Sums over legs or joints, frame by frame: in vector instructions, unlike a sum over frames.
+    count, total, squares = np.empty(frames, _f), np.empty(frames, _f), np.empty(frames, _f)
+    depth, excess, turned = np.empty(frames, _f), np.empty(frames, _f), np.empty(frames, _f)
     for individual in range(population):
+        for frame in range(frames):
+            count[frame] = total[frame] = squares[frame] = _ZERO
+            depth[frame] = excess[frame] = turned[frame] = _ZERO
         travel = deep = over = change = uneven = in_band = frozen = 0.0
-        count[:] = _ZERO
-        total[:] = _ZERO
-        squares[:] = _ZERO
         for leg in range(legs):
-            x, z = feet[individual, 0, leg], feet[individual, 2, leg]
-            path = depth = excess = _ZERO
+            path = _ZERO
             for frame in range(1, frames):
-                path += abs(x[frame] - x[frame - 1])
+                path += abs(feet[individual, 0, leg, frame] - feet[individual, 0, leg, frame - 1])
+            travel += path
+            frozen += path < frozen_below
             for frame in range(frames):
-                height = z[frame] - floor
-                depth += max(-height, _ZERO)
+                height = feet[individual, 2, leg, frame] - floor
+                depth[frame] += max(-height, _ZERO)
                 supports = _ONE if abs(height) <= band else _ZERO
                 count[frame] += supports
                 total[frame] += supports * height
                 squares[frame] += supports * height * height
             for frame in range(frames):
-                excess += max(abs(angles[individual, 3 * leg, frame]) - crossing, _ZERO)
-            travel += path
-            frozen += path < frozen_below
-            deep += depth
-            over += excess
+                excess[frame] += max(abs(angles[individual, 3 * leg, frame]) - crossing, _ZERO)
+        for joint in range(joints):
+            for frame in range(1, frames):
+                step = angles[individual, joint, frame] - angles[individual, joint, frame - 1]
+                turned[frame] += step * step
         for frame in range(frames):
             in_band += count[frame]
             mean = total[frame] / max(count[frame], _ONE)
             uneven += max(squares[frame] / max(count[frame], _ONE) - mean * mean, _ZERO)
-        for joint in range(joints):
-            turned = _ZERO
-            for frame in range(1, frames):
-                step = angles[individual, joint, frame] - angles[individual, joint, frame - 1]
-                turned += step * step
-            change += turned
+            deep += depth[frame]
+            over += excess[frame]
+            change += turned[frame]
         sums[individual, 0] = travel / legs
         sums[individual, 1] = in_band / (legs * frames)
         sums[individual, 2] = frozen / legs
