@@ -65,6 +65,7 @@ def test_texts_of_plugins_and_names_of_folders(install, puppet_file, monkeypatch
     quiet("runs", "--delete", run, "--yes")
 
 
+@pytest.mark.parametrize("styled", [True], indirect=True)
 @pytest.mark.parametrize("file", ["experiment.toml", "provenance.json", ".lock-owner"])
 def test_texts_in_the_files_of_a_run(file, puppet_run, quiet):
     run = puppet_run().path
