@@ -10,7 +10,7 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
-from textual.widgets import DataTable, Footer, Header, Static
+from textual.widgets import DataTable, Header, Static
 
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
@@ -18,6 +18,7 @@ from gaitsim.study.compare_runs import AXES, QUANTITIES, ComparedRun, RunsReader
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves, Series
+from gaitsim.tui.widgets.footer import Footer
 
 EVERY = 1.0  # seconds between two looks whether a run has grown
 NAME = 18  # columns of a run's name, at most

@@ -9,10 +9,11 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
-from textual.widgets import DataTable, Footer, Header, Input, Static
+from textual.widgets import DataTable, Header, Input, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
+from gaitsim.tui.widgets.footer import Footer
 
 if TYPE_CHECKING:
     from gaitsim.runs.overview import Overview, RunsWatcher

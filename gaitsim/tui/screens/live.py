@@ -11,7 +11,7 @@ from textual import work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
-from textual.widgets import Footer, Header
+from textual.widgets import Header
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
@@ -29,6 +29,7 @@ from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
 from gaitsim.tui.screens.live_source import about
 from gaitsim.tui.screens.questions import Confirm
+from gaitsim.tui.widgets.footer import Footer
 
 PATIENCE = 20.0  # seconds that a run gets to finish its generation when the screen is left
 RESTING = ("stopped", "failed")

@@ -9,7 +9,7 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.widgets import Footer, Header, Input, Label, Select, Static, TabbedContent, TabPane
+from textual.widgets import Header, Input, Label, Select, Static, TabbedContent, TabPane
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
@@ -27,6 +27,7 @@ from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.files import ask_load, ask_save
 from gaitsim.tui.screens.questions import Confirm
+from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.toml_view import coloured

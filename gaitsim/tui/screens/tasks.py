@@ -6,11 +6,12 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
-from textual.widgets import DataTable, Footer, Header, Static
+from textual.widgets import DataTable, Header, Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import Task, TaskChanged
+from gaitsim.tui.widgets.footer import Footer
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
 BAR = 10  # cells of a progress bar
