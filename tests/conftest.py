@@ -12,8 +12,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from hypothesis import settings
 
 Install = Callable[..., Path]
+
+settings.register_profile("tests", derandomize=True, deadline=None)  # the same on any machine
+settings.load_profile("tests")
 
 # Looking for garbage as often as usual takes a tenth of the time of the terminal UI's tests.
 gc.set_threshold(100_000, 50, 50)

@@ -199,7 +199,7 @@ def test_a_repair_that_is_not_stable_names_the_organism(puppet, puppets, monkeyp
         bred(puppet("organism.plugin=bit-puppet"))
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.data())
 def test_bundled_operators_breed_populations_of_any_size(data):
     population = data.draw(st.integers(3, 30))

@@ -101,7 +101,7 @@ def test_failed_individuals_are_the_worst():
     topology=st.sampled_from(["ring", "all"]),
     seed=st.integers(0, 99),
 )
-@settings(derandomize=True, deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_migration_makes_no_island_worse(number, migrants, topology, seed):
     islands = Islands(number=number, migrants=migrants, topology=topology)
     rng = np.random.default_rng(seed)

@@ -131,7 +131,7 @@ def test_champions_beat_a_threshold_that_rises_in_steps(puppet):
     assert thresholds == [1.0, 1.0, 1.5, 1.5, 2.0, 3.5, 3.5, 3.5, 4.0]
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(
     st.floats(allow_nan=False, allow_infinity=False),
     st.floats(min_value=0, exclude_min=True, allow_infinity=False),

@@ -193,7 +193,7 @@ def test_a_key_is_refused_with_the_nearest(problem, key, hint):
 
 
 @given(st.text())
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(max_examples=25)
 def test_any_change_is_taken_or_refused(parsed, text):
     for change in (text, f"seed={text}", f"mutation.rate={text}", f"{text}=1"):
         try:
@@ -203,7 +203,7 @@ def test_any_change_is_taken_or_refused(parsed, text):
 
 
 @given(st.text())
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_any_text_is_refused_as_a_file(parsed, text):
     with pytest.raises(ExperimentError):
         parsed(text=text)

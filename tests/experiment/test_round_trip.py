@@ -145,7 +145,7 @@ def experiments(draw):
 
 
 @given(experiments())
-@settings(derandomize=True, deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_any_experiment_comes_back_from_its_toml(experiment):
     assert parse_experiment(experiment.to_toml(), "again") == experiment
 
@@ -218,8 +218,6 @@ def test_options_of_any_type_come_back(parsed, custom, install, working):
 
 @given(label=st.text(st.characters(codec="utf-8")), name=st.text(st.characters(codec="utf-8")))
 @settings(
-    derandomize=True,
-    deadline=None,
     max_examples=40,
     suppress_health_check=[HealthCheck.function_scoped_fixture],  # it is only read
 )

@@ -65,7 +65,7 @@ def test_repair_is_the_encoding_of_what_was_decoded(codec):
 
 
 @BOTH
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_repair_truncates_angles_beyond_20_degrees_alone(codec, data):
     before = data.draw(genomes(codec))

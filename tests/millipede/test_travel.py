@@ -15,7 +15,7 @@ from gaitsim_millipede.travel import clockwise, forward
 SIGNED = CODECS["sign-magnitude"]
 DIRECTIONS = ("forward", "backward", "clockwise", "counter-clockwise")
 ANGLES = st.integers(-20, 20)
-EXAMPLES = settings(derandomize=True, deadline=None, max_examples=80)
+EXAMPLES = settings(max_examples=80)
 
 
 def closed_form(left, right):

@@ -145,7 +145,7 @@ def test_spread_factor_of_simulated_binary(eta):
     assert stats.chisquare(sides).pvalue > 1e-3
 
 
-@settings(derandomize=True, deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(
     eta=st.floats(1, 100),
     genes=st.integers(1, 8),

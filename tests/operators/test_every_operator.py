@@ -89,7 +89,7 @@ def test_every_option_is_explained(kind):
 
 
 @pytest.mark.parametrize("operator", _parameters("selection"))
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(scores=all_scores(), pairs=st.integers(0, 60), seed=st.integers(0, 2**32))
 def test_selection_returns_pairs_of_indices(operator, scores, pairs, seed):
     before = scores.copy()
@@ -124,7 +124,7 @@ def test_selection_favours_the_better(operator):
 
 @pytest.mark.parametrize("children", [1, 2])
 @pytest.mark.parametrize("operator", _parameters("crossover"))
-@settings(derandomize=True, deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(data=st.data(), pairs=st.integers(0, 9), seed=st.integers(0, 2**32))
 def test_crossover_returns_children(operator, children, data, pairs, seed):
     crossover = operator(children=children)
@@ -146,7 +146,7 @@ def test_crossover_returns_children(operator, children, data, pairs, seed):
 
 
 @pytest.mark.parametrize("operator", _parameters("crossover"))
-@settings(derandomize=True, deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(data=st.data(), seed=st.integers(0, 2**32))
 def test_children_of_equal_parents_are_those_parents(operator, data, seed):
     crossover = operator()
@@ -157,7 +157,7 @@ def test_children_of_equal_parents_are_those_parents(operator, data, seed):
 
 
 @pytest.mark.parametrize("operator", _parameters("mutation"))
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     data=st.data(),
     population=st.integers(0, 20),

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import stats
@@ -154,7 +154,6 @@ def test_polynomial_brings_genes_outside_the_bounds_back(beyond):
     assert below.max() > 0.3
 
 
-@settings(derandomize=True, deadline=None)
 @given(
     genes=st.integers(1, 30),
     count=st.integers(1, 40),

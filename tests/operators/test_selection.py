@@ -152,7 +152,7 @@ def test_lucky_survivors_are_drawn_from_all_the_rest():
     _assert_frequencies(lucky, np.ones(5))
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     population=st.integers(2, 30),
     elite=st.integers(1, 40),
@@ -171,7 +171,6 @@ def test_survivors_are_at_most_the_population(population, elite, lucky, seed):
         assert (parents[:, 0] != parents[:, 1]).all()
 
 
-@settings(derandomize=True, deadline=None)
 @given(
     scores=st.lists(st.sampled_from([0.0, 1.0, 2.5, -np.inf]), min_size=2, max_size=31),
     rounds=st.integers(1, 4),

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Optional
 
 import pytest
 from annotated_types import Ge
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, Field
 
@@ -160,7 +160,6 @@ def test_a_file_is_read_as_it_is_written():
 
 
 @given(st.text())
-@settings(derandomize=True, deadline=None)
 def test_any_text_is_a_value(text):
     options.parse_value(text)
 
@@ -173,7 +172,6 @@ plain = st.recursive(
 
 
 @given(plain)
-@settings(derandomize=True, deadline=None)
 def test_a_literal_is_one_short_line(value):
     text = literal(value)
     assert len(text) <= 60
@@ -181,7 +179,6 @@ def test_a_literal_is_one_short_line(value):
 
 
 @given(st.integers(-(2**63), 2**63 - 1) | st.booleans() | st.floats(allow_nan=False))
-@settings(derandomize=True, deadline=None)
 def test_a_short_literal_is_toml(value):
     assert parse(f"value = {literal(value)}", "")["value"] == value
 

@@ -91,7 +91,7 @@ champions = st.builds(
 )
 
 
-@settings(derandomize=True, deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(checkpoints())
 def test_a_checkpoint_is_read_as_it_was_written(tmp_path_factory, written):
     path = tmp_path_factory.getbasetemp() / "population.pickle"
@@ -99,7 +99,7 @@ def test_a_checkpoint_is_read_as_it_was_written(tmp_path_factory, written):
     same(written, read_checkpoint(path))
 
 
-@settings(derandomize=True, deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(champions)
 def test_a_champion_is_read_as_it_was_written(tmp_path_factory, written):
     path = tmp_path_factory.getbasetemp() / "champion.pickle"

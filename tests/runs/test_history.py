@@ -40,7 +40,6 @@ def generation(scores, terms=None, number=3):
     )
 
 
-@settings(derandomize=True, deadline=None)
 @given(st.lists(scores, min_size=1, max_size=9))
 def test_a_row_holds_what_numpy_says(scores):
     values = row(generation(scores))
@@ -93,7 +92,7 @@ def table(*generations):
     return "".join([line(rows[0]), *(line(row.values()) for row in rows)])
 
 
-@settings(derandomize=True, deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.lists(st.lists(scores | st.just(-INF), min_size=1, max_size=4), min_size=1, max_size=4))
 def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory, bests):
     path = tmp_path_factory.getbasetemp() / "history.csv"

@@ -196,7 +196,7 @@ def test_too_many_opcodes_and_too_much_text_are_refused(monkeypatch):
         loads(long, FILE)
 
 
-@settings(derandomize=True, deadline=None, max_examples=500)
+@settings(max_examples=500)
 @given(st.binary(max_size=60))
 def test_any_payload_is_read_or_refused(payload):
     with suppress(CheckpointError):

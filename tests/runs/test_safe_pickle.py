@@ -31,7 +31,7 @@ def builtins_deep(keys: st.SearchStrategy[str]) -> st.SearchStrategy[object]:
 contents = st.dictionaries(st.text(), builtins_deep(st.text()))
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(contents)
 def test_what_is_written_is_read(content):
     data = dumps(content)

@@ -34,7 +34,7 @@ def test_every_encoding_keeps_the_joint_limits(spider: Spider) -> None:
 
 
 @given(frequency=st.floats(0.2, 5.0), phase=st.floats(-math.pi, math.pi))
-@settings(derandomize=True, deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_the_largest_sine_allowed_keeps_the_limits_at_any_frequency(
     frequency: float, phase: float
 ) -> None:

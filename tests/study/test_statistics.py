@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -40,7 +40,6 @@ def test_a_constant_sample_has_an_interval_of_no_width() -> None:
 
 
 @given(SAMPLES, SAMPLES)
-@settings(derandomize=True, deadline=None)
 def test_a12_is_the_share_of_pairs_won(first: list[int], second: list[int]) -> None:
     a, b = np.array(first)[:, None], np.array(second)[None, :]
     expected = ((a > b) + 0.5 * (a == b)).mean()
