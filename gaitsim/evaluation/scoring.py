@@ -11,6 +11,8 @@ from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 
 Scores = NDArray[np.float64]
+LARGEST_SCORE = 1e100
+"""Greatest magnitude of a score; an individual with a larger one has failed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +20,7 @@ class Evaluation:
     """The scores of a population.
 
     Attributes:
-        scores: (population,) float64, more is better; −inf if a term is not finite.
+        scores: (population,) float64, more is better; −inf if it is not finite, or too large.
         terms: the summands of the scores by name, each (population,) float64.
         reasons: why a score is −inf, by the individual's index.
     """
@@ -77,7 +79,8 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
             scores += term
     reasons = _failures(body, moved)
     scores[list(reasons)] = -np.inf
-    for index in np.flatnonzero(~np.isfinite(scores)).tolist():
+    # Larger ones cannot be drawn or averaged: their differences and squares are not finite.
+    for index in np.flatnonzero(~(np.abs(scores) <= LARGEST_SCORE)).tolist():
         if index in reasons:
             continue
         wrong = [f"{name} is {t[index]}" for name, t in terms.items() if not np.isfinite(t[index])]

@@ -21,6 +21,7 @@ from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 SCHEMA = 1
+MOST_GENERATIONS = 100_000_000
 
 
 class Evolution(BaseModel):
@@ -31,7 +32,9 @@ class Evolution(BaseModel):
     population: int = option(
         100, "individuals in each generation, on each island", ge=2, le=1_000_000
     )
-    generations: int = option(300, "generations, the first one at random", ge=1, le=100_000_000)
+    generations: int = option(
+        300, "generations, the first one at random", ge=1, le=MOST_GENERATIONS
+    )
     elites: int = option(1, "best individuals carried over unchanged", ge=0)
     target_score: float | None = option(None, "stop once the best score reaches this")
     max_evaluations: int | None = option(

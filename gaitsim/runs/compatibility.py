@@ -133,5 +133,5 @@ def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
             remedy=f"install it: pip install {'=='.join(package.split())}",
         )
         for key, package in found.items()
-        if key.split()[0] in KINDS and key not in known
+        if key.partition(" ")[0] in KINDS and key not in known
     ]

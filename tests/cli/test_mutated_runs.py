@@ -100,6 +100,7 @@ FOUND = {
     "a column twice": ("history.csv", instead("price,mean:reach", "reach,mean:reach")),
     "empty lines": ("history.csv", lambda text: "\n" * 1_000_000),
     "infinite best of an island": ("islands.csv", cell("island 2", "inf")),
+    "scores too far apart": ("history.csv", cell("best", "-1e308", 2)),
     "infinite seed": ("experiment.toml", instead("seed = 1", "seed = inf")),
     "seed too large": ("experiment.toml", instead("seed = 1", "seed = 1e400")),
     "negative seed": ("experiment.toml", instead("seed = 1", "seed = -1")),
@@ -125,6 +126,45 @@ def test_what_once_fell_is_one_message(run, invoke, name, change):
         return
     look(run, invoke, "show RUN --json", "differences RUN")
     assert invoke("resume", run, "--generations", 5)[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("versions", {" ": "x"}),
+        ("evaluations", 2**62),
+        ("generation", 2**53),
+        ("stagnation", 99),
+        ("experiment", "a = 1"),
+        ("terms", {}),
+    ],
+)
+def test_checkpoints_that_once_fell_are_one_message(run, invoke, name, value):
+    for file in ("population.pickle", "population.previous.pickle"):
+        content = safe_pickle.load(run / file)
+        (run / file).write_bytes(safe_pickle.dumps(content | {name: value}))
+    path = run / "experiment.toml"
+    path.write_text(path.read_text().replace("puppet-mean", "not-installed"))
+    look(run, invoke, "show RUN --json", "differences RUN", "verify RUN")
+    assert invoke("resume", run, "--generations", 5)[0] == 2
+
+
+def test_very_many_terms_are_not_drawn(run, invoke):
+    more = [f"term {number}" for number in range(60)]
+
+    def widened(line, names, means):
+        cells = line.split(",")
+        return ",".join([*cells[:-2], *names, *cells[-2:], *means])
+
+    path = run / "history.csv"
+    head, *rows = path.read_text().splitlines()
+    lines = [widened(head, more, [f"mean:{name}" for name in more])]
+    lines += [widened(row, ["1.0"] * 60, ["1.0"] * 60) for row in rows]
+    path.write_text("\n".join(lines) + "\n")
+    look(run, invoke, "show RUN")
+    code, message = invoke("plot", run, "--kind", "terms")
+    assert code == 2
+    assert "62 terms, too many" in message
 
 
 def test_files_of_another_run_are_refused(run, gaitsim, invoke, puppet_file):

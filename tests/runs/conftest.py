@@ -28,7 +28,6 @@ def _checkpoint(**changes):
         "experiment": 'organism = "spider"\n',
         "versions": {"gaitsim": "0.1.0", "plugin spider": "gaitsim 0.1.0"},
         "generation": 7,
-        "evaluations": 700,
         "genomes": rng.normal(size=(4, 3)),
         "scores": np.array([1.5, -math.inf, -0.0, 2.5]),
         "terms": {
@@ -41,7 +40,8 @@ def _checkpoint(**changes):
         "threshold": 2.0,
         "stages": (),
     }
-    return Checkpoint(**values | changes)
+    values |= changes
+    return Checkpoint(**{"evaluations": values["generation"] * len(values["genomes"])} | values)
 
 
 def _champion(**changes):

@@ -46,7 +46,6 @@ def assert_same(one, other) -> None:
 
 
 reals = st.floats(allow_nan=False, allow_infinity=False)
-counts = st.integers(0, 2**53)
 names = st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1, max_size=20)
 versions = st.dictionaries(names, names, max_size=3)
 
@@ -62,13 +61,13 @@ def checkpoints(draw):
     for name in draw(st.lists(names, unique=True, max_size=3)):
         terms[name] = draw(arrays(np.float64, individuals, elements=reals))
         terms[name][failed] = draw(st.floats())
-    *ends, generation = sorted(draw(st.sets(st.integers(1, 2**53), min_size=1, max_size=4)))
+    *ends, generation = sorted(draw(st.sets(st.integers(1, 10**8), min_size=1, max_size=4)))
     stages = tuple(Stage(end, draw(st.text()), draw(versions)) for end in ends)
     return Checkpoint(
         experiment=draw(st.text()),
         versions=draw(versions),
         generation=generation,
-        evaluations=draw(counts),
+        evaluations=individuals * generation,
         genomes=draw(real | bits),
         scores=scores,
         terms=terms,
@@ -84,7 +83,7 @@ champions = st.builds(
     Champion,
     experiment=st.text(),
     versions=versions,
-    generation=st.integers(1, 2**53),
+    generation=st.integers(1, 10**8),
     genome=arrays(np.float64, 3, elements=reals) | arrays(np.uint8, 3),
     score=reals,
     terms=st.dictionaries(names, reals, max_size=3),

@@ -148,6 +148,8 @@ DAMAGED = {
     "evaluations in parts": GOOD.replace(",70,", ",70.5,"),
     "a stage too early": GOOD.replace("\n2,1,", "\n2,0,"),
     "a best beyond all": GOOD.replace("70,2.0", "70,inf"),
+    "a best too large": GOOD.replace("70,2.0", "70,2e100"),
+    "a mean that is no number": GOOD.replace("1.0,1.0", "1.0,nan"),
     "a time without end": GOOD.replace("0.125", "1e400"),
     "a time backwards": GOOD.replace("0.125", "-1"),
     "empty lines": "\n" * 100_000,

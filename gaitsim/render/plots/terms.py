@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from gaitsim.errors import RunError
 from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generations
 from gaitsim.render.plots.labels import head, heading_of_experiment, shortened
 from gaitsim.render.plots.panels import grid
@@ -13,6 +14,8 @@ from gaitsim.runs.files.history import COLUMNS, MEAN
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+MOST = 40  # panels: each takes 0.1 s
+
 
 def terms_figure(request: Request) -> "Figure":
     """Plot a panel for each term: that of each generation's best, and the mean.
@@ -20,12 +23,19 @@ def terms_figure(request: Request) -> "Figure":
     Each panel has its own scale, and a line at zero where it is near.
 
     Raises:
-        RunError: no generation is finished yet.
+        RunError: no generation is finished yet, or there are too many terms.
     """
     history, theme = request.run.history, request.theme
     if not history:
         raise unfinished(request.run.path)
     names = [name for name in history if name not in COLUMNS and MEAN + name in history]
+    if len(names) > MOST:
+        raise RunError(
+            f"the history has {len(names)} terms, too many for one figure",
+            where=str(request.run.path),
+            allowed=f"at most {MOST}",
+            remedy="plot them from history.csv",
+        )
     with styled(theme):
         figure, panels = grid(len(names), WIDTH, columns=2 if len(names) > 1 else 1, height=1.0)
         for axes, name in zip(panels, names, strict=True):

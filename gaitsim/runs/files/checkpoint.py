@@ -212,6 +212,10 @@ def _check(checkpoint: Checkpoint) -> Checkpoint:
             raise ValueError(f"terms.{term_name} should be finite where the score is")
     if not checkpoint.reasons.keys() <= {str(index) for index in np.flatnonzero(failed)}:
         raise ValueError("reasons should be given for individuals with the score −inf alone")
+    evaluated = individuals * checkpoint.generation
+    # Each generation is evaluated, and once more where it begins a stage with other scores.
+    if not evaluated <= checkpoint.evaluations <= 2 * evaluated:
+        raise ValueError(f"evaluations should be from {evaluated:,} to {2 * evaluated:,}")
     if checkpoint.stagnation >= checkpoint.generation:
         raise ValueError("stagnation should be below the generation")
     if checkpoint.best_score < checkpoint.scores.max():

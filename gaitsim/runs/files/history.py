@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import GenomeSpace
+from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.evolution import Generation
 from gaitsim.runs.files.tables import (
     Columns,
@@ -37,8 +38,8 @@ COLUMNS = (
     "seconds",
 )
 MEAN = "mean:"
-SCORES = ("best", "median", "lower quartile", "upper quartile", "worst")
-A_SCORE = "a finite number or −inf"
+SCORES = ("best", "mean", "median", "lower quartile", "upper quartile", "worst", "std")
+A_SCORE = f"a number from {-LARGEST_SCORE:g} to {LARGEST_SCORE:g}, or −inf"
 LONGEST = 1e9  # seconds that a generation takes
 MOST_TERMS = 200
 LARGEST_RECORDS = 2**32  # bytes of a file of records
@@ -113,7 +114,7 @@ def read_islands(path: Path, islands: int, most: int | None = None) -> NDArray[n
     def parse(path: Path, head: bytes, rows: bytes) -> Columns:
         columns = parse_rows(path, head, rows, 1, wrong_names)
         for name in islands_header(islands)[1:]:
-            check_values(path, columns, name, columns[name] < np.inf, A_SCORE)
+            check_values(path, columns, name, is_score(columns[name]), A_SCORE)
         return columns
 
     columns = read_table(path, most, parse)
@@ -165,6 +166,12 @@ def used_terms(columns: Mapping[str, NDArray[np.float64]], present: Sequence[str
     return [*known, *(name for name in present if name not in known)]
 
 
+def is_score(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which values a score, or a statistic of scores, can have."""
+    accepted: NDArray[np.bool_] = (np.abs(values) <= LARGEST_SCORE) | (values == -np.inf)
+    return accepted
+
+
 def wrong_names(names: Sequence[str]) -> str:
     """Return what is wrong with the names of a history's columns, or ''."""
     terms = terms_of(names)
@@ -208,7 +215,7 @@ def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Colum
         whole = (values >= 1) & (values < 2**53) & (np.floor(values) == values)
         check_values(path, columns, name, whole, "a whole number from 1")
     for name in SCORES:
-        check_values(path, columns, name, columns[name] < np.inf, A_SCORE)
+        check_values(path, columns, name, is_score(columns[name]), A_SCORE)
     seconds = columns["seconds"]
     time = (seconds >= 0) & (seconds <= LONGEST)
     check_values(path, columns, "seconds", time, f"a time from 0 to {LONGEST:g} s")

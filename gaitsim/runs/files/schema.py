@@ -24,6 +24,7 @@ from pydantic import (
 
 from gaitsim.contracts import Array
 from gaitsim.experiment.loading import LARGEST
+from gaitsim.experiment.model import MOST_GENERATIONS
 
 EXACT_KEYS = ConfigDict(extra="forbid")
 
@@ -46,8 +47,8 @@ def _real(allowed: str, accepts: Callable[[float], bool]) -> PlainValidator:
 Name = Annotated[StrictStr, Field(min_length=1, max_length=200), AfterValidator(_printable)]
 Names = dict[Name, Name]
 Toml = Annotated[StrictStr, Field(max_length=LARGEST)]
-Count = Annotated[StrictInt, Field(ge=0, le=2**53)]
-Number = Annotated[StrictInt, Field(ge=1, le=2**53)]
+Count = Annotated[StrictInt, Field(ge=0)]
+Number = Annotated[StrictInt, Field(ge=1, le=MOST_GENERATIONS)]
 Finite = Annotated[float, _real("a finite number", math.isfinite)]
 BelowInfinity = Annotated[
     float, _real("a finite number or −inf", lambda value: value < math.inf)  # nor NaN
