@@ -172,8 +172,22 @@ def test_a_matlab_file_is_unpacked_within_bounds(tmp_path, monkeypatch):
     monkeypatch.setattr("gaitsim.gait.files.reader.LARGEST", 5000)
     assert read_gait(path).angles.shape == ANGLES.shape  # other variables stay packed
     path.write_bytes(packed(matlab("5", bestGait=np.zeros((1000, 3)))))
-    with pytest.raises(GaitsimError, match="unpacks to more than 5,000 bytes"):
+    with pytest.raises(GaitsimError, match="unpacks to too many bytes"):
         read_gait(path)
+    twice = packed(matlab("5", bestGait=np.zeros((150, 3))))  # 3.6 kB
+    path.write_bytes(twice + twice[128:])
+    with pytest.raises(GaitsimError, match="unpacks to too many bytes"):
+        read_gait(path)
+
+
+@pytest.mark.parametrize("version", ["4", "5"])
+def test_names_may_have_so_many_letters(version, tmp_path):
+    path = tmp_path / "gait.mat"
+    for names in ("a" * 60_000, np.array(["a" * 60_000] * 2, dtype=object)):
+        if isinstance(names, str) or version == "5":
+            path.write_bytes(matlab(version, jointNames=names))
+            with pytest.raises(GaitsimError, match="a text has more than 50,000"):
+                read_gait(path)
 
 
 @pytest.mark.parametrize("suffix", ["npz", "csv", "mat"])

@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Fields = dict[str, NDArray[Any]]
+Variables = Iterator[tuple[str, NDArray[Any]]]
 
 VARIABLES = 1000  # in a file, and texts in a cell array
+_LONGEST = 50_000  # bytes of a text
+_DAMAGED = "it is cut off, or damaged"
 _HEADER = 128  # bytes before the first variable of version 5
 _HEAD = 512  # bytes of a packed variable that hold its name
 _MATRIX, _COMPRESSED = 14, 15
@@ -36,27 +39,30 @@ def read_matlab(data: bytes, names: Collection[str], largest: int) -> Fields:
     Args:
         data: the file.
         names: the names.
-        largest: bytes that a packed variable may unpack to.
+        largest: bytes that packed variables of these names may unpack to.
 
     Raises:
         ValueError: it is not a MATLAB file of version 4 to 7, or such a variable is neither a
             real matrix nor a text.
     """
-    if len(data) < 20:
-        raise ValueError("it is too short for a MATLAB file")
+    try:
+        return dict(_variables(data, names, largest))
+    except (struct.error, zlib.error):
+        raise ValueError(_DAMAGED) from None
+
+
+def _variables(data: bytes, names: Collection[str], largest: int) -> Variables:
     if 0 in data[:4]:  # version 5 begins with a text
-        return dict(_version_4(memoryview(data), names))
+        return _version_4(memoryview(data), names)
     if data[126:128] not in (b"IM", b"MI"):
         raise ValueError("it has no header of MATLAB")
     order = "<" if data[126:128] == b"IM" else ">"
     if struct.unpack_from(f"{order}H", data, 124)[0] != 0x100:
         raise ValueError("it is a MATLAB file of version 7.3; save it with '-v7'")
-    return dict(_version_5(memoryview(data)[_HEADER:], order, names, largest))
+    return _version_5(memoryview(data)[_HEADER:], order, names, largest)
 
 
-def _version_5(
-    data: memoryview, order: str, names: Collection[str], largest: int
-) -> Iterator[tuple[str, NDArray[Any]]]:
+def _version_5(data: memoryview, order: str, names: Collection[str], largest: int) -> Variables:
     for place, (kind, body) in enumerate(_elements(data, order)):
         if place == VARIABLES:
             raise ValueError(f"it holds more than {VARIABLES:,} variables")
@@ -64,7 +70,9 @@ def _version_5(
             # Only the beginning, so that large variables of other names do no harm.
             name = _name(_unpacked(body, order, _HEAD, cut=True), order)
             if name in names:
-                yield name, _matrix(_unpacked(body, order, largest), order)
+                matrix = _unpacked(body, order, largest)
+                largest -= len(matrix)
+                yield name, _matrix(matrix, order)
         elif kind == _MATRIX:
             name = _name(body, order)
             if name in names:
@@ -83,19 +91,19 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
         else:
             at = begin + size + (-size % 8 if kind != _COMPRESSED else 0)
         if begin + size > min(at, len(data)):
-            raise ValueError("it is cut off, or damaged")
+            raise ValueError(_DAMAGED)
         yield kind, data[begin : begin + size]
 
 
 def _unpacked(body: memoryview, order: str, largest: int, *, cut: bool = False) -> memoryview:
     """Return the content of a packed matrix; of a longer one the first bytes, if `cut`."""
     unpacker = zlib.decompressobj()
-    data = unpacker.decompress(body, largest)
+    data = unpacker.decompress(body, max(1, largest))  # 0 would be no limit
     if unpacker.unconsumed_tail and not cut:
-        raise ValueError(f"it unpacks to more than {largest:,} bytes")
+        raise ValueError("it unpacks to too many bytes")
     kind, size = struct.unpack_from(f"{order}II", data)
     if kind != _MATRIX or (len(data) - 8 < size and not cut):
-        raise ValueError("it is cut off, or damaged")
+        raise ValueError(_DAMAGED)
     return memoryview(data)[8 : 8 + size]
 
 
@@ -123,7 +131,8 @@ def _matrix(body: memoryview, order: str) -> NDArray[Any]:
     if kind == _CELL:
         if rows * columns > VARIABLES:
             raise ValueError(f"{name} has {rows * columns:,} cells")
-        return np.array([_text(part, order) for _, part in parts])
+        cells = islice(parts, rows * columns)
+        return np.array([_text(part, order) for _, part in cells])
     stored, content = next(parts)
     if kind == _CHAR and stored in _TEXTS:
         text = _decoded(content, stored, order)
@@ -144,6 +153,8 @@ def _text(body: memoryview, order: str) -> str:
 
 
 def _decoded(content: memoryview, stored: int, order: str) -> str:
+    if len(content) > _LONGEST:
+        raise ValueError(f"a text has more than {_LONGEST:,} bytes")
     wide = "" if _TEXTS[stored] == "utf-8" else {"<": "-le", ">": "-be"}[order]
     return str(content, _TEXTS[stored] + wide)
 
@@ -154,7 +165,7 @@ def _rows(characters: NDArray[Any], rows: int, columns: int) -> NDArray[Any]:
     return np.array(["".join(line).rstrip() for line in lines])
 
 
-def _version_4(data: memoryview, names: Collection[str]) -> Iterator[tuple[str, NDArray[Any]]]:
+def _version_4(data: memoryview, names: Collection[str]) -> Variables:
     at = 0
     for _ in range(VARIABLES):
         if at >= len(data):
@@ -169,13 +180,15 @@ def _version_4(data: memoryview, names: Collection[str]) -> Iterator[tuple[str, 
         size = rows * columns * stored.itemsize
         at = begin + (2 * size if imaginary else size)
         if at > len(data):
-            raise ValueError("it is cut off, or damaged")
+            raise ValueError(_DAMAGED)
         name = str(data[begin - length : begin], "latin-1").rstrip("\0")
         if name not in names:
             continue
         if imaginary or kind == 2:
             raise ValueError(f"{name} is neither a real matrix nor a text")
         values = np.frombuffer(data[begin : begin + size], stored)
+        if kind == 1 and len(values) > _LONGEST:
+            raise ValueError(f"a text has more than {_LONGEST:,} letters")
         if kind == 1:
             yield name, _rows(np.array([chr(int(code)) for code in values]), rows, columns)
         else:
