@@ -122,11 +122,13 @@ def test_one_name_of_two_kinds_is_no_conflict(install, working):
     assert registry.load_class("fitness", "point").__name__ == "Distance"
 
 
-def test_a_package_found_twice_counts_once(install, working, monkeypatch):
+def test_of_two_versions_on_the_path_the_first_counts(install, working, monkeypatch):
     folder = install("fake", working, {"organism": {"point": "Body"}})
     copy = shutil.copytree(folder, folder.with_name("copy"))
+    metadata = (copy / "fake-1.0.dist-info").rename(copy / "Fake-2.0.dist-info") / "METADATA"
+    metadata.write_text("Metadata-Version: 2.1\nName: Fake\nVersion: 2.0\n")
     monkeypatch.syspath_prepend(copy)
-    assert registry.find("organism", "point").package == "fake"
+    assert registry.find("organism", "point").version == "2.0"
 
 
 def test_two_targets_of_one_name_are_a_conflict(install, working):
