@@ -18,6 +18,7 @@ from typing import Any
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import MAX_ATTEMPTS, Executor, Result, Task, WorkerLostError
+from gaitsim.registry.plugin_context import guard_process
 
 OnWarning = Callable[[str], None]
 
@@ -158,6 +159,7 @@ def _work(pipe: Connection) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):  # for the parent to handle: it saves first
         signal.signal(number, signal.SIG_IGN)
     os.dup2(2, 1)  # what plugins print is no result
+    guard_process()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(EOFError, BrokenPipeError):  # the parent closed it
         while True:

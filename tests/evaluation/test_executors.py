@@ -11,7 +11,7 @@ import chores
 import pytest
 from waiting import until
 
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.executors import MAX_ATTEMPTS, WorkerLostError
 from gaitsim.evaluation.processes import ProcessExecutor, hide_main_module
@@ -159,6 +159,11 @@ def test_a_task_that_kills_every_worker_is_given_up(tmp_path):
         with pytest.raises(WorkerLostError, match="died 3 times over the same work"):
             executor.map(chores.die, [(n, str(tmp_path)) for n in range(3)])
         assert executor.map(chores.square, [6]) == [36]
+
+
+def test_a_plugin_does_not_end_its_worker(processes):
+    with pytest.raises(PluginError, match="failed while moving: SystemExit"):
+        processes.map(chores.leave, [0])
 
 
 @posix
