@@ -32,11 +32,19 @@ OPTIONS = (
 )
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder that keeps the runs, which are made once."""
+    return tmp_path_factory.mktemp("made") / "runs"
+
+
 @pytest.fixture
-def run(gaitsim, puppet_file, tmp_path):
+def run(gaitsim, made, puppet_file, tmp_path):
     """A run of four generations on two islands, and one beside it that nobody changes."""
-    gaitsim("run", puppet_file, *OPTIONS, "--out", "runs/spoilt")
-    gaitsim("run", puppet_file, *OPTIONS, "--out", "runs/sound")
+    if not made.exists():
+        gaitsim("run", puppet_file, *OPTIONS, "--out", made / "spoilt")
+        shutil.copytree(made / "spoilt", made / "sound")
+    shutil.copytree(made, tmp_path / "runs")
     return tmp_path / "runs/spoilt"
 
 
