@@ -1,8 +1,8 @@
-"""One generation of the preset spider-recurrence: 100 spiders × 300 frames × seven terms.
+"""One generation of the presets spider, 200 × 300 frames, and spider-recurrence, 100 × 300.
 
-Beside it: the published run of the same scheme in MATLAB, the same kernels called for one
-spider at a time, a NumPy version that moves and judges one spider at a time, and what the
-machine could do at best.
+Beside the first: what the machine could do at best. Beside the second: that, the published run
+of the same scheme in MATLAB, the same kernels called for one spider at a time, and a NumPy
+version that moves and judges one spider at a time.
 """
 
 import argparse
@@ -29,21 +29,23 @@ PUBLISHED = 1.5 * 3600  # seconds for 1,000 generations, MATLAB on its author's 
 GENERATIONS, SAMPLE = 1000, 150
 
 # Operations on float32 that a spider takes, counted in the kernels' source: additions,
-# multiplications, comparisons and signs one each, sines and cosines as the polynomials are.
+# multiplications, divisions, roots, comparisons and signs one each, sines and cosines as the
+# polynomials are. Choices between two values are not counted.
 JOINTS, LEGS, FRAMES = 24, 8, 300
-RECURRENCE = 7 * JOINTS * FRAMES
 KINEMATICS = 109 * LEGS * FRAMES
-TERMS = (17 * LEGS + 8 + 3 * JOINTS) * FRAMES
-OPERATIONS = RECURRENCE + KINEMATICS + TERMS
+RECURRENCE = 7 * JOINTS * FRAMES + KINEMATICS + (17 * LEGS + 8 + 3 * JOINTS) * FRAMES
+TRIANGLES, CORNERS = 56 * 24, 8 * (6 * LEGS + 14) + 4 * LEGS  # resting plane, support polygon
+INTERVAL = 12 * LEGS + TRIANGLES + 35 + 21 * LEGS + 25 + 29 * LEGS + 30 + CORNERS + 54
+DEFAULT = 3 * JOINTS * FRAMES + KINEMATICS + INTERVAL * (FRAMES - 1) + 16 * JOINTS * FRAMES
 
 
-def compile_seconds() -> float:
-    """What the first run pays for compiling, with an empty cache, in a process of its own."""
+def compile_seconds(preset: str) -> float:
+    """What the first run of a preset pays for compiling: an empty cache, a process of its own."""
     code = (
         "import time; from gaitsim.experiment import load_experiment; "
         "from gaitsim.evaluation import Evaluator; "
         "from gaitsim.evolution import initial_population; "
-        "e = load_experiment('spider-recurrence'); v = Evaluator(e, 1); s = time.perf_counter(); "
+        f"e = load_experiment('{preset}'); v = Evaluator(e, 1); s = time.perf_counter(); "
         "v.prepare(); v.evaluate(initial_population(e, e.space())); print(time.perf_counter() - s)"
     )
     with tempfile.TemporaryDirectory() as cache:
@@ -117,11 +119,39 @@ def main() -> None:
     parser.add_argument("--full", action="store_true", help="all 1,000 generations, not 150")
     full = parser.parse_args().full
     print_machine()
+    speed = peak()
+    print_figure("the machine at its best", f"{speed / 1e9:.0f} G/s", "fused multiply-add, cached")
+    print("\nspider: 200 spiders, eight terms")
+    print_default(speed)
+    print("\nspider-recurrence: 100 spiders, seven terms")
+    print_recurrence(full, speed)
+
+
+def print_default(speed: float) -> None:
+    """The preset spider's evaluation, with all cores and with one."""
+    experiment = load_experiment("spider")
+    genomes = initial_population(experiment, experiment.space())
+    print_figure("compiling, first run only", f"{compile_seconds('spider'):.1f} s")
+    with Evaluator(experiment) as all_cores, Evaluator(experiment, workers=1) as one_core:
+        all_cores.prepare()
+        whole, alone = medians(
+            lambda: all_cores.evaluate(genomes), lambda: one_core.evaluate(genomes), repeats=20
+        )
+    rate = f"{len(genomes) / whole:,.0f} spiders a second"
+    print_figure("evaluating a generation", milliseconds(whole), rate)
+    print_figure(
+        "- the same with one worker", milliseconds(alone), f"{times(alone / whole)} as long"
+    )
+    print_floor(DEFAULT * len(genomes), speed, whole)
+
+
+def print_recurrence(full: bool, speed: float) -> None:
+    """The preset spider-recurrence: its evaluation, whole runs, and the same done otherwise."""
     generations = GENERATIONS if full else SAMPLE
     experiment = load_experiment("spider-recurrence", {"evolution.generations": generations})
     space = experiment.space()
     genomes = initial_population(experiment, space)
-    print_figure("compiling, first run only", f"{compile_seconds():.1f} s")
+    print_figure("compiling, first run only", f"{compile_seconds('spider-recurrence'):.1f} s")
 
     with Evaluator(experiment) as evaluator:
         evaluator.prepare()
@@ -146,10 +176,8 @@ def main() -> None:
         f"published MATLAB run {PUBLISHED:,.0f} s: {times(PUBLISHED / thousand)} as long",
     )
 
-    print()
+    print_floor(RECURRENCE * len(genomes), speed, evaluating)
     print_alternatives(experiment, genomes)
-    print()
-    print_floor(evaluating)
 
 
 def print_alternatives(experiment: Experiment, genomes: NDArray[np.float64]) -> None:
@@ -176,18 +204,12 @@ def print_alternatives(experiment: Experiment, genomes: NDArray[np.float64]) -> 
     print(f"(NumPy's scores differ by {worst:.1g} at most)")
 
 
-def print_floor(evaluating: float) -> None:
+def print_floor(operations: int, speed: float, evaluating: float) -> None:
     """What could not be beaten on this machine, and how far above it the evaluation is."""
-    speed = peak()
-    operations = OPERATIONS * 100
     floor = operations / speed
-    print_figure("arithmetic of a generation", f"{operations / 1e6:.0f} M", "operations on float32")
-    print_figure(
-        "the machine at its best", f"{speed / 1e9:.0f} G/s", "fused multiply-add, in cache"
-    )
-    print_figure(
-        "so the floor", milliseconds(floor), f"evaluating: {times(evaluating / floor)} the floor"
-    )
+    print_figure("- its arithmetic", f"{operations / 1e6:.0f} M", "operations on float32")
+    beside = f"evaluating: {times(evaluating / floor)} the floor"
+    print_figure("- so the floor", milliseconds(floor), beside)
 
 
 if __name__ == "__main__":
