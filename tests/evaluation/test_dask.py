@@ -286,7 +286,13 @@ def test_a_scheduler_without_workers_is_reported(monkeypatch):
 def test_workers_come_and_go_with_one_warning_when_none_are_left(monkeypatch):
     monkeypatch.setattr(cluster, "COUNT", 0.05)
     monkeypatch.setattr(cluster, "ALONE", 2)
-    told = []
+    told, counts, count = [], [], DaskExecutor._count
+
+    async def counted(executor):
+        await count(executor)
+        counts.append(executor.workers)
+
+    monkeypatch.setattr(DaskExecutor, "_count", counted)
     with (
         local(1) as theirs,
         DaskExecutor(theirs.scheduler_address, on_warning=told.append) as executor,
@@ -301,7 +307,8 @@ def test_workers_come_and_go_with_one_warning_when_none_are_left(monkeypatch):
             f"dask worker {theirs.scheduler_address} --nthreads 1"
         )
         until(lambda: none in told)
-        time.sleep(0.5)  # ten more counts
+        counts.clear()
+        until(lambda: len(counts) == 10)
         assert told.count(none) == 1
         assert executor.workers == 1
         theirs.scale(1)
