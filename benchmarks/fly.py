@@ -9,7 +9,7 @@ from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evolution import breed, initial_population
 from gaitsim.experiment import load_experiment
 
-BUDGET = 0.040  # seconds
+BUDGET = 0.020  # seconds
 
 
 def main() -> None:

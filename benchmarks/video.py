@@ -18,7 +18,7 @@ from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 
-BUDGET = 20.0  # seconds for 300 frames at 720 lines on two cores
+BUDGET = 6.0  # seconds for 300 frames at 720 lines on two cores
 STILLS = 5
 
 
