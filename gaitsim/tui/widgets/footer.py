@@ -23,6 +23,6 @@ class Footer(widgets.Footer):
         yield from super().compose()
 
     async def recompose(self) -> None:
-        """Make the keys again if these are others."""
-        if self._offered() != self._shown or not self.children:
+        """Make the keys again if these are others, unless its screen has been left."""
+        if self.is_attached and (self._offered() != self._shown or not self.children):
             await super().recompose()
