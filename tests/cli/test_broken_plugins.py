@@ -229,11 +229,17 @@ def test_output_of_plugins_goes_to_standard_error(program, puppet_file, odd, wor
     assert not printed & {*lines}
 
 
-@pytest.mark.parametrize("close", ["sys.stdout.close()", "os.close(1)"])
-def test_a_plugin_that_closes_standard_output_spoils_nothing(program, puppet_file, odd, close):
-    odd("organism", head=f"import os, sys\nprint('unfinished', end='')\n{close}")
+def test_a_plugin_that_closes_standard_output_spoils_nothing(program, puppet_file, odd):
+    odd("organism", head="import sys\nprint('unfinished', end='')\nsys.stdout.close()")
     done = program(*odd_run(puppet_file, "organism"), "--json")
     assert len([json.loads(line) for line in done.stdout.splitlines()]) >= 5
+
+
+def test_a_plugin_that_closes_the_descriptor_of_standard_output_is_named(program, puppet_file, odd):
+    odd("organism", head="import os\nos.close(1)")
+    done = program(*odd_run(puppet_file, "organism"), "--json", code=2)
+    assert "organism 'odd' of package odd_package 1.0 closed the descriptor 1" in done.stderr
+    assert done.stdout == ""
 
 
 def test_all_else_works_beside_a_broken_package(gaitsim, puppet_file, odd):
