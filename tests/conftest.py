@@ -14,6 +14,8 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import settings
 
+from gaitsim.registry.kernel_cache import allow_missing_cache
+
 Install = Callable[..., Path]
 
 settings.register_profile("tests", derandomize=True, deadline=None)  # the same on any machine
@@ -21,6 +23,8 @@ settings.load_profile("tests")
 
 # Looking for garbage as often as usual takes a tenth of the time of the terminal UI's tests.
 gc.set_threshold(100_000, 50, 50)
+
+allow_missing_cache()  # as a run does: tests import kernels without it, but share its cache
 
 # A shell that starts the tests in the background lets them ignore Ctrl-C, and what they start.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -11,7 +11,8 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable
-from functools import wraps
+from functools import partial, wraps
+from pathlib import Path
 from typing import Any
 
 _LOCATORS = "NUMBA_CACHE_LOCATOR_CLASSES"
@@ -35,7 +36,18 @@ class KernelCache:
             os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
             _problems.append(f"compiled kernels cannot be kept for the next start: {_OTHER}")
             found = _locator(py_func, py_file)
+        if found is not None:
+            found.get_source_stamp = partial(_stamp, Path(py_file).parent)
         return found
+
+
+def _stamp(folder: Path) -> list[tuple[str, int, int]]:
+    """Return what changes with any source file beside a kernel.
+
+    Numba looks at the kernel's own file alone, and would keep a kernel whose helpers changed.
+    """
+    files = [(path.name, path.stat()) for path in sorted(folder.glob("*.py"))]
+    return [(name, found.st_mtime_ns, found.st_size) for name, found in files]
 
 
 def _tolerate_errors() -> None:
@@ -71,7 +83,10 @@ def _locator(py_func: Callable[..., Any], py_file: str) -> Any:
 
 
 def allow_missing_cache() -> None:
-    """Let kernels compile where Numba's cache cannot be written; a second call does nothing."""
+    """Let kernels compile where Numba's cache cannot be written; a second call does nothing.
+
+    It also lets a kernel be compiled again when a file beside its own has changed.
+    """
     name = f"{__name__}.{KernelCache.__name__}"
     os.environ.setdefault(_LOCATORS, name)
     config: Any = getattr(sys.modules.get("numba"), "config", None)

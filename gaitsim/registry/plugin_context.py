@@ -127,7 +127,7 @@ def _check_descriptors(entry: Entry, doing: str) -> None:
 
 def _is_open(descriptor: int) -> bool:
     try:
-        os.fstat(descriptor)
+        os.get_inheritable(descriptor)  # unlike fstat it keeps the lock of Python: it never waits
     except OSError:
         return False
     return True

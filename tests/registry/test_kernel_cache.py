@@ -2,7 +2,8 @@
 
 import errno
 import os
-from importlib import import_module
+import sys
+from importlib import import_module, invalidate_caches
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -68,3 +69,16 @@ def test_a_cache_that_is_full_or_damaged_is_left_alone(nowhere, install, tmp_pat
     index.write_bytes(b"")
     assert import_module("kernels_e").double(3.0) == 6.0
     assert str(index.parent) in missing_cache()
+
+
+def test_a_kernel_is_compiled_again_when_a_file_beside_it_changes(nowhere, install, tmp_path):
+    nowhere(tmp_path / "cache")
+    kernel = "from helper_f import inner\n" + KERNEL.replace("2 * x", "inner(x)")
+    helper = "from numba import njit\n@njit\ndef inner(x):\n    return {} * x\n"
+    folder = install("kernels_f", kernel)
+    for factor in (2, 10):
+        (folder / "helper_f.py").write_text(helper.format(factor))
+        for name in ("kernels_f", "helper_f"):
+            sys.modules.pop(name, None)
+        invalidate_caches()
+        assert import_module("kernels_f").double(3) == 3 * factor
