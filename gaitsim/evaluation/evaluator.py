@@ -31,11 +31,10 @@ from gaitsim.registry import plugin_context
 from gaitsim.registry.kernel_cache import missing_cache
 
 # Individuals in a chunk of a compiled body: few enough for its arrays to stay in the cache, and
-# for the memory allocator not to ask the system for them each time. 100 recurrence spiders on
-# two cores take 1.7 ms so, 2.6 ms as two chunks; on one core 3.2 ms, 5.1 ms as one chunk. A
-# power of two, as kernels that move as many lanes at once waste none: 100 flies of three starts
-# take 54 ms, 64 ms in four chunks of 25.
-IN_CACHE = 32
+# for the memory allocator not to ask the system for them each time, but not so few that NumPy's
+# calls cost more than its work. On two cores, at best of 60, 200 spiders take 5.8 ms in chunks of
+# 50, 6.7 in chunks of 32; on one core 100 recurrence spiders take 2.4 ms, 3.0 in a single chunk.
+IN_CACHE = 50
 
 
 class Evaluator:
