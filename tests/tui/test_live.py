@@ -563,6 +563,8 @@ def test_looks(make, size, snap_compare):
         await pilot.app.push_screen(screen)
         await app_until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
         await app_until(pilot, lambda: "diversity" in text(screen, "#live-table"))
+        table = screen.query_one("#live-table")
+        await app_until(pilot, lambda: table.size.height == len(table.text.split("\n")))
 
     assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
 
