@@ -95,10 +95,10 @@ class RunWriter:
                 sweep(folder)
             run = RunSnapshot(path, keep_damaged=True)
             plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
-            if overrides or generations is not None:
-                write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode(), follow=False)
             done = plan.last.number if plan.last else 0
             files = held.enter_context(RecordFiles(path, plan.experiment, done))
+            if overrides or generations is not None:
+                write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode(), follow=False)
             with writing(path):
                 for number in kept_champions(path):
                     if number > done:

@@ -262,9 +262,11 @@ def test_one_writer_at_a_time(half):
 
 def test_a_writer_that_cannot_begin_holds_nothing(half, monkeypatch):
     descriptors = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0  # noqa: PTH112, PTH208
+    asked = (half.path / "experiment.toml").read_bytes()
     (half.path / "bests.bin").write_bytes(b"")
     with pytest.raises(RunError):
-        RunWriter.open(half.path)
+        RunWriter.open(half.path, generations=50)
+    assert (half.path / "experiment.toml").read_bytes() == asked
     shutil.rmtree(half.path / "champions")
     (half.path / "history.csv").unlink()
     with pytest.raises(RunError):

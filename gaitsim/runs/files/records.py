@@ -1,5 +1,6 @@
 """The files of a run with one record per generation: history, bests, islands and checksums."""
 
+import os
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -14,7 +15,7 @@ from gaitsim.runs.files.append_only import AppendOnlyFile, AppendOnlyHistory
 from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.checksums import NONE, RECORD, SIZE, checksums
 from gaitsim.runs.files.folder import BESTS, CHECKSUMS, HISTORY, ISLANDS, ends_early
-from gaitsim.runs.files.tables import line, line_ends
+from gaitsim.runs.files.tables import line, line_ends, opened
 
 
 class RecordFiles:
@@ -36,7 +37,8 @@ class RecordFiles:
         ends = {name: line_ends(path / name, done) for name in tables}
         stored = {name: max(len(found) - 1, 0) for name, found in ends.items()}
         bests = path / BESTS
-        stored[BESTS] = bests.stat().st_size // self._layout.itemsize if bests.exists() else 0
+        with opened(bests, history.LARGEST_RECORDS) as file:
+            stored[BESTS] = file.seek(0, os.SEEK_END) // self._layout.itemsize
         for name, count in stored.items():
             if count < done:
                 raise ends_early(path, name, count, done)
