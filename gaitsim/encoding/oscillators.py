@@ -42,8 +42,8 @@ class Oscillators:
 
     def sine(self, amplitude: Floats, phase: Floats, lag: Floats, frequency: ArrayLike) -> Floats:
         """Return θ(t) = A sin(2πft + φ + λ)."""
-        self._check(amplitude, phase, lag, frequency)
         if np.ndim(frequency):
+            self._check(amplitude, phase, lag, frequency)
             return self._angles(amplitude, self._phases(phase, frequency), lag)
         sine, cosine, of_sine, of_cosine = self.waves(amplitude, phase, lag, frequency)
         angles: Floats = of_sine[..., None] * sine

@@ -89,9 +89,8 @@ class RunWriter:
         """
         with ExitStack() as held:
             held.callback(RunLock(path).release)
-            for folder in (path.absolute().parent, path):
-                sweep(folder)
-            for folder in filter(is_folder, (path / CHAMPIONS, path / EXPORTS)):
+            own = filter(is_folder, (path / CHAMPIONS, path / EXPORTS))
+            for folder in (path.absolute().parent, path, *own):
                 sweep(folder)
             run = RunSnapshot(path, keep_damaged=True)
             plan = plan_resume(run, overrides, generations=generations, any_version=any_version)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.runs.files.atomic import write_bytes, writing
+from gaitsim.runs.files.drafts import sweep
 from gaitsim.study.file import EXPERIMENT, STATISTICS, Cell, Scalar, Study
 from gaitsim.study.running import Best, recorded
 
@@ -145,6 +146,7 @@ def write_results(folder: Path, study: Study, results: Sequence[tuple[Cell, Best
     Raises:
         RunError: a file cannot be written.
     """
+    sweep(folder)
     with writing(folder / REPORT):
         (folder / REPORT).unlink(missing_ok=True)
     write_bytes(folder / TABLE, table(study, results).encode(), follow=False)

@@ -20,6 +20,7 @@ from gaitsim.opening import read_regular
 from gaitsim.registry import KINDS, options
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.drafts import sweep
 from gaitsim.runs.files.folder import own_folder
 from gaitsim.study.file import Cell, Study
 
@@ -124,7 +125,7 @@ def run_cells(
         GaitsimError: a cell fails, or ends its workers again and again, or a result cannot
             be written.
     """
-    own_folder(folder, CELLS)
+    sweep(own_folder(folder, CELLS))
     # The longest first, so that no core works on it alone at the end.
     ordered = sorted(cells, key=lambda cell: -_work(cell.experiment))
     tasks = [(cell.experiment, study.repeats, study.record_every) for cell in ordered]

@@ -78,8 +78,10 @@ def replacing(path: Path, *, follow: bool = True) -> Iterator[Path]:
         RunError: the file cannot be written; `path` is whole, and most likely as it was.
     """
     with writing(path):
-        path = _target(path) if follow else path
-        sweep(path.parent)
+        # Not in a run's or a study's own folders: their writer sweeps them once, as it begins.
+        if follow:
+            path = _target(path)
+            sweep(path.parent)
         with draft_file(path.parent) as partial:
             yield partial
             with partial.open("rb+") as file:

@@ -222,7 +222,7 @@ def create_folder(
                 (draft / name).mkdir()
             for name, content in files.items():
                 data = content.encode() if isinstance(content, str) else content
-                write_bytes(draft / name, data)
+                write_bytes(draft / name, data, follow=False)
             path = _name(draft, wanted)
             sync_folder(path.parent)
     return path
