@@ -169,12 +169,3 @@ class Individual(ReprMixin):
             for name, one in self.measurements.items()
         }
         return {**self._repr_fields(), "measures": measured}
-
-
-def score_terms(experiment: Experiment, motion: Motion) -> dict[str, float]:
-    """Return the terms of the score of the first individual of a motion.
-
-    Raises:
-        PluginError: the fitness cannot evaluate it.
-    """
-    return evaluate_motion(experiment, motion, motion.population).terms_of(0)

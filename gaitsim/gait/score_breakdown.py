@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitsim.contracts import Channel, Motion
+from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.gait.intervals import Floats
-from gaitsim.individual import Individual, score_terms
+from gaitsim.individual import Individual
 from gaitsim.runs.files.history import COLUMNS, MEAN
 
 PARTS = 10  # of the motion, at whose ends the terms are evaluated
@@ -47,7 +48,8 @@ def terms_over_time(individual: Individual) -> TermsOverTime:
     keeps = np.unique(np.linspace(0, frames, PARTS + 1)[1:].round().astype(int))
     keeps = keeps[keeps >= min(2, frames)]
     channels = {name: experiment.organism.channels[name] for name in experiment.fitness.needs}
-    rows = [score_terms(experiment, cut(motion, channels, keep)) for keep in keeps.tolist()]
+    parts = [cut(motion, channels, keep) for keep in keeps.tolist()]
+    rows = [evaluate_motion(experiment, part, part.population).terms_of(0) for part in parts]
     return TermsOverTime(
         (keeps - 1) / motion.frame_rate,
         {name: np.array([row[name] for row in rows]) for name in individual.replayed_terms},
