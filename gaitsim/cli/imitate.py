@@ -14,13 +14,12 @@ from gaitsim.cli.imitation_view import print_results
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, Json, RunName
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.gait.files.writer import check_folder
 from gaitsim.imitation.imitating import Result, learnable_gait
 from gaitsim.imitation.imitating import imitate as imitated
 from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS, Settings, prepare
 from gaitsim.imitation.results import files_of, to_dict, write_results
 from gaitsim.individual import Individual
-from gaitsim.runs.files.folder import exports_folder, find_run
+from gaitsim.runs.files.folder import check_out_folder, create_out_folder, exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 
@@ -59,7 +58,10 @@ def imitate(
     ] = False,
     format: Annotated[GaitFormat, typer.Option(help="Of the imitator's gait file.")] = "mat",
     out: Annotated[
-        Path | None, typer.Option(help="Folder to write to. Default: the run's exports folder.")
+        Path | None,
+        typer.Option(
+            help="Folder to write to; created if missing. Default: the run's exports folder."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
@@ -78,7 +80,7 @@ def imitate(
     """
     opened = RunSnapshot(find_run(run))
     if out is not None:
-        check_folder(out / "imitator.npz")
+        check_out_folder(out)
     given: Mapping[str, Any] = {
         "activation": activation,
         "output": output,
@@ -96,6 +98,8 @@ def imitate(
     if compare_activations:
         names += [name for name in ACTIVATIONS if name != chosen.activation]
     results = _train(expert, [replace(chosen, activation=name) for name in names], quiet=json)
+    if out is not None:
+        create_out_folder(out)
     files = files_of(out or exports_folder(opened.path), format, compare_activations)
     write_results(results, files)
     wrote(*files.values())

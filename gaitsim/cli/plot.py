@@ -13,7 +13,7 @@ from gaitsim.cli.options import BestOf, RunName
 from gaitsim.cli.parsing import asked_generations, file_format, seconds
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.render.plots.kinds import KINDS, file_stem
+from gaitsim.render.plots.kinds import KINDS, OF_ALL, file_stem
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import FORMATS, THEMES, check_target, save
 from gaitsim.runs.files.folder import exports_folder, find_run
@@ -155,18 +155,11 @@ def _with_individuals(request: Request, numbers: Sequence[int]) -> Request:
 
 def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
     """Refuse all options that the kind does not read."""
-    moves = {"--generation", "--window"}
-    of_channels = {*moves, "--generations", "--channel", "--component"}
-    looked_at = {
-        "fitness": set[str](),
-        "terms": set[str](),
-        "channel": of_channels,
-        "all": of_channels - {"--generations"},
-    }.get(kind, moves)
+    looked_at = OF_ALL if kind == "all" else KINDS[kind].options
     idle = [name for name, value in given.items() if value and name not in looked_at]
     if idle:
         raise GaitsimError(
             f"a plot of the kind {kind} does not take {' and '.join(idle)}",
             allowed=", ".join(sorted(looked_at)) or "none of them: it shows the whole run",
-            remedy="--kind channel takes them" if of_channels.issuperset(idle) else "",
+            remedy="--kind channel takes them",
         )

@@ -100,9 +100,13 @@ def test_all_activations_are_compared(spider, gaitsim, tmp_path):
     assert load_imitator(tmp_path / "imitator.npz").imitator.network.activation == "tanh"
 
 
-def test_a_short_way_names_the_other_settings(spider, gaitsim, tmp_path):
-    said = gaitsim("imitate", spider.path, "--epochs", 1, "--out", tmp_path)
+def test_a_short_way_names_the_other_settings_and_a_missing_folder_is_created(
+    spider, gaitsim, tmp_path
+):
+    out = tmp_path / "new" / "folder"
+    said = gaitsim("imitate", spider.path, "--epochs", 1, "--out", out)
     assert "--settings steady" in said.stderr
+    assert (out / "imitator.npz").is_file()
 
 
 def test_a_third_partys_body_without_play(puppet_run, gaitsim):
@@ -154,7 +158,7 @@ def test_a_body_without_joint_angles_is_one_message(puppets, puppet_run, monkeyp
         (("run", "--hidden", "-1"), "hidden"),
         (("run", "--learning-rate", "nan"), "learning"),
         (("run", "--seed", "-1"), "seed"),
-        (("run", "--out", "missing"), "no folder missing"),
+        (("run", "--out", "run/experiment.toml/new"), "experiment.toml is not a folder"),
     ],
 )
 def test_bad_input_is_one_message(puppet_run, gaitsim, arguments, says):

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitsim.individual import Individual
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, heading_of, shortened
@@ -27,13 +28,7 @@ def joints_figure(request: Request) -> "Figure":
         GaitsimError: the window holds none of the motion.
     """
     individual, theme = request.individual, request.theme
-    if "joint_angles" not in individual.experiment.organism.channels:
-        raise NothingToPlotError(
-            f"{individual.experiment.entries['organism']} has no joint angles to plot",
-            where=str(individual.source),
-            allowed="a body with the channel 'joint_angles'",
-            remedy="--kind channel plots any of its channels",
-        )
+    require_joints(individual)
     signal = read_signal(individual, "joint_angles")
     part = window_slice(len(signal.values), signal.rate, request.window, USUAL)
     degrees = np.degrees(finite(signal.values[part]))
@@ -70,6 +65,21 @@ def joints_figure(request: Request) -> "Figure":
         one = len(legs) == len(names) > 1 or labels == [""]
         head(figure, heading_of([individual]), *(() if one else (handles, labels)))
     return figure
+
+
+def require_joints(individual: Individual) -> None:
+    """Check that the body has joint angles.
+
+    Raises:
+        NothingToPlotError: it has none.
+    """
+    if "joint_angles" not in individual.experiment.organism.channels:
+        raise NothingToPlotError(
+            f"{individual.experiment.entries['organism']} has no joint angles to plot",
+            where=str(individual.source),
+            allowed="a body with the channel 'joint_angles'",
+            remedy="--kind channel plots any of its channels",
+        )
 
 
 def legs_of(names: Sequence[str]) -> dict[str, dict[str, int]]:

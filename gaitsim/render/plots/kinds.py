@@ -4,10 +4,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gaitsim.individual import Individual
 from gaitsim.render.plots.channel import channel_figure, usual_channel
 from gaitsim.render.plots.fitness import fitness_figure
-from gaitsim.render.plots.footfall import footfall_figure
-from gaitsim.render.plots.joints import joints_figure
+from gaitsim.render.plots.footfall import contacts_of, footfall_figure
+from gaitsim.render.plots.joints import joints_figure, require_joints
 from gaitsim.render.plots.path import path_figure
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.stability import stability_figure
@@ -17,30 +18,46 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_MOTION = ("--generation", "--window")
+_CHANNEL = (*_MOTION, "--generations", "--channel", "--component")
+
+
 @dataclass(frozen=True)
 class Kind:
     """A kind of plot.
 
     Attributes:
         draw: draws it.
-        moves: whether it shows an individual's motion rather than the whole run.
-        several: whether it shows more than one individual.
+        options: the options of `gaitsim plot` that it reads; without any, it shows the whole run.
+        check: raises a NothingToPlotError where an individual lacks what the kind draws.
     """
 
     draw: Callable[[Request], "Figure"]
-    moves: bool = True
-    several: bool = False
+    options: tuple[str, ...] = _MOTION
+    check: Callable[[Individual], object] = lambda individual: None
+
+    @property
+    def moves(self) -> bool:
+        """Whether it shows an individual's motion rather than the whole run."""
+        return bool(self.options)
+
+    @property
+    def several(self) -> bool:
+        """Whether it shows more than one individual."""
+        return "--generations" in self.options
 
 
 KINDS: Mapping[str, Kind] = {
-    "fitness": Kind(lambda request: fitness_figure(request.run, request.theme), moves=False),
-    "terms": Kind(terms_figure, moves=False),
+    "fitness": Kind(lambda request: fitness_figure(request.run, request.theme), options=()),
+    "terms": Kind(terms_figure, options=()),
     "path": Kind(path_figure),
-    "channel": Kind(channel_figure, several=True),
-    "footfall": Kind(footfall_figure),
-    "joints": Kind(joints_figure),
-    "stability": Kind(stability_figure),
+    "channel": Kind(channel_figure, _CHANNEL, usual_channel),
+    "footfall": Kind(footfall_figure, check=contacts_of),
+    "joints": Kind(joints_figure, check=require_joints),
+    "stability": Kind(stability_figure, check=contacts_of),
 }
+# `--kind all` draws one individual.
+OF_ALL = tuple(option for option in _CHANNEL if option != "--generations")
 
 
 def file_stem(kind: str, request: Request) -> str:

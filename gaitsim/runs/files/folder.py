@@ -103,6 +103,30 @@ def own_folder(run: Path, name: str) -> Path:
     return folder
 
 
+def check_out_folder(folder: Path) -> None:
+    """Check, before computing what goes there, that a folder exists or can be created.
+
+    Raises:
+        RunError: part of its path is a file.
+    """
+    nearest = next(path for path in (folder, *folder.absolute().parents) if os.path.lexists(path))
+    if not nearest.is_dir():
+        raise RunError(
+            f"cannot create the folder {folder}: {nearest} is not a folder",
+            remedy="choose another folder",
+        )
+
+
+def create_out_folder(folder: Path) -> None:
+    """Create a folder, and those above it, where they are missing.
+
+    Raises:
+        RunError: it cannot be created.
+    """
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+
+
 def exports_folder(run: Path) -> Path:
     """Return the folder for what is exported from a run; create it if it is missing.
 
