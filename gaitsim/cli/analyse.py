@@ -11,7 +11,7 @@ from gaitsim.cli.options import BestOf, Json, RunName
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown
 from gaitsim.errors import GaitsimError
-from gaitsim.gait import analyse_gait
+from gaitsim.gait import analyse_individual
 from gaitsim.gait.files.reader import individual_of, read_gait
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
@@ -54,9 +54,7 @@ def analyse(
     opened = RunSnapshot(find_run(run))
     individual = _individual(opened, generation, gait)
     history = opened.history
-    found = analyse_gait(
-        individual.skeleton, individual.joint_angles, dynamic=individual.experiment.organism.dynamic
-    )
+    found = analyse_individual(individual)
     if figure is not None:
         plot_gait(found, individual.title, figure)
         wrote(figure)

@@ -7,6 +7,7 @@ from rich.text import Text
 
 from gaitsim.cli.console import output, print_table
 from gaitsim.gait import Footfalls, GaitAnalysis
+from gaitsim.gait.quantities import quantities
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number, visible
 
@@ -17,7 +18,7 @@ NAME = 14  # characters of a foot's name shown at most
 DOWN, UP = "█", "·"
 COLOURS = ("cyan", "yellow")  # left and right feet; others have no colour
 UNNAMED = ("none", "standing")
-SCALES = {"°": math.degrees(1), "mm": 1000, "%": 100}  # from SI units
+DIGITS = {"Froude number": 4, "unsupported": 1, "joint travel": 1}  # else 3
 
 
 def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
@@ -114,38 +115,11 @@ def _start(found: Footfalls) -> int:
 
 
 def _print_travel(gait: GaitAnalysis) -> None:
-    travel, found = gait.travel, gait.footfalls
-    rows = []
-
-    def add(name: str, value: float | None, unit: str, meaning: str, digits: int = 3) -> None:
-        scaled = None if value is None else value * SCALES.get(unit, 1)
-        rows.append([name, _or_dash(scaled, digits), unit, meaning])
-
-    add("speed", travel.speed, "m/s", f"displacement over {travel.seconds:.2f} s")
-    add("forward", travel.forward, "m", "displacement along x")
-    add("lateral", travel.lateral, "m", "displacement to the left")
-    if found is None:
-        add("climb", travel.climb, "m", "displacement upwards")
-    add("drift", travel.drift, "m", "greatest distance from the starting line")
-    add("straightness", travel.straightness, "", "displacement over length of path")
-    add("yaw", travel.yaw, "°", "turn to the left at the end", 1)
-    add("yaw range", travel.yaw_range, "°", "between its furthest headings", 1)
-    if found is not None:
-        add("Froude number", travel.froude, "", "speed² / (g · height of the centre)", 4)
-        add("slip ratio", found.slip.ratio, "", "slide of standing feet over length of path")
-        least, median = found.margin.min(), float(np.median(found.margin))
-        add("least margin", least, "mm", "static stability, worst moment", 1)
-        add("median margin", median, "mm", "static stability, half of the time above", 1)
-        add("unsupported", float(np.mean(found.margin < 0)), "%", _unsupported(found), 1)
-    if travel.joint_travel is not None:
-        add("joint travel", travel.joint_travel, "rad/m", "all joints, a metre; no energy", 1)
+    rows = [
+        [name, _or_dash(value, DIGITS.get(name, 3)), unit, meaning]
+        for name, (value, unit, meaning) in quantities(gait).items()
+    ]
     print_table(["measure", "value", "", "what it is"], rows, numbers=["value"])
-
-
-def _unsupported(found: Footfalls) -> str:
-    if found.lying > 0:
-        return f"by feet; the trunk lies on the ground {100 * found.lying:.0f} % of the time"
-    return "of the time, centre outside the support"
 
 
 def _or_dash(value: float | None, digits: int) -> str:

@@ -31,6 +31,7 @@ def to_dict(champion: Individual) -> dict[str, Any]:
         "score": champion.score,
         "terms": dict(champion.terms),
         "measures": champion.measures,
+        "units": {name: one.unit for name, one in champion.measurements.items()},
     }
 
 

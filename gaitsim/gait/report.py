@@ -14,7 +14,7 @@ from gaitsim.gait.layout import body_order, in_body_frame
 from gaitsim.gait.naming import Name, name_of
 from gaitsim.gait.phases import phases_of
 from gaitsim.gait.support import stability_margin
-from gaitsim.gait.travel import Slip, Travel, lying, slip_of, travel_of
+from gaitsim.gait.travel import NONE, Slip, Travel, lying, slip_of, travel_of
 from gaitsim.gait.trunk import heading, size, trunk
 
 
@@ -68,7 +68,12 @@ class GaitAnalysis:
 
 
 def analyse_gait(
-    skeleton: Skeleton, joint_angles: Array | None = None, *, dynamic: bool = False
+    skeleton: Skeleton,
+    joint_angles: Array | None = None,
+    *,
+    dynamic: bool = False,
+    margin: Floats | None = None,
+    measured: Mapping[str, float] = NONE,
 ) -> GaitAnalysis:
     """Analyse one individual's gait.
 
@@ -76,9 +81,13 @@ def analyse_gait(
         skeleton: the body over time.
         joint_angles: (frames, joints), radians, for the joint travel; None leaves it out.
         dynamic: whether the body is simulated with forces, so that it could have fallen.
+        margin: static stability margin, (frames,), metres, as the body knows it; None works it
+            out from the skeleton.
+        measured: quantities that the body measured, in SI units by name: `forward`, `lateral`,
+            `climb`, `yaw` and `slip ratio` replace those of the skeleton.
     """
     path, turned = skeleton.path.astype(np.float64), heading(trunk(skeleton))
-    travel = travel_of(skeleton, joint_angles)
+    travel = travel_of(skeleton, joint_angles, measured)
     length = size(skeleton)
     if skeleton.contacts is None or skeleton.touching is None or not skeleton.contacts.shape[1]:
         found = None
@@ -112,8 +121,8 @@ def analyse_gait(
         stride,
         phases,
         consistency,
-        stability_margin(skeleton),
-        slip_of(contacts, touching, path, relative),
+        stability_margin(skeleton) if margin is None else margin,
+        slip_of(contacts, touching, path, relative, measured.get("slip ratio")),
         lain,
     )
     still = np.abs(np.diff(relative, axis=0)).mean() < exploits.STILL * length

@@ -1,6 +1,8 @@
 """Travel of a body: displacement, speed, straightness, slip and joint travel."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from gaitsim.gait.intervals import Floats, half_way, steps
 from gaitsim.gait.trunk import heading, size, trunk
 
 GRAVITY = 9.81  # m/s²
+NONE: Mapping[str, float] = MappingProxyType({})
 _LYING = 0.05  # of the body's size: a centre lower than this lies on the ground
 
 
@@ -19,11 +22,12 @@ class Travel:
 
     Attributes:
         seconds: duration from the first frame to the last.
-        forward, lateral, climb: displacement along x, to the left, and up.
+        forward, lateral, climb: displacement along x, to the left, and up, over all of the motion.
         path: length of the centre's path, seen from above.
         speed: displacement, seen from above, over time.
-        straightness: displacement over path; 1 is a straight line.
-        drift: greatest distance from the line that it set out on.
+        straightness: displacement over path, the straightness index (Batschelet 1981, Circular
+            Statistics in Biology); 1 is a straight line.
+        deviation: greatest lateral deviation from the line that it set out on.
         yaw: turn to the left at the end, radians.
         yaw_range: between the headings furthest to the left and to the right, radians.
         height: mean height of the centre above the ground, z = 0.
@@ -40,7 +44,7 @@ class Travel:
     path: float
     speed: float
     straightness: float | None
-    drift: float
+    deviation: float
     yaw: float | None
     yaw_range: float | None
     height: float
@@ -54,7 +58,8 @@ class Slip:
 
     Attributes:
         distance: in metres, added up over time: of the feet that stand, the mean.
-        ratio: that over the length of the path; None where there is no path.
+        ratio: that over the length of the path; None where there is no path. It is 0 for feet
+            that stay in place, as the longitudinal slip of wheels is 0 where they roll.
         share: that over what the feet moved relative to the body while they stood: 0 where
             all of it carried the body, 1 where none did; None where they did not move.
     """
@@ -64,8 +69,13 @@ class Slip:
     share: float | None
 
 
-def travel_of(skeleton: Skeleton, joint_angles: Array | None) -> Travel:
-    """Return the travel of a skeleton and of its joints' angles, (frames, joints), if any."""
+def travel_of(
+    skeleton: Skeleton, joint_angles: Array | None, measured: Mapping[str, float] = NONE
+) -> Travel:
+    """Return the travel of a skeleton and of its joints' angles, (frames, joints), if any.
+
+    Quantities that the body measured, in SI units by name, replace those of the skeleton.
+    """
     path = skeleton.path.astype(np.float64)
     moved = path[-1] - path[0]
     straight = float(np.hypot(moved[0], moved[1]))
@@ -76,14 +86,14 @@ def travel_of(skeleton: Skeleton, joint_angles: Array | None) -> Travel:
     height = float(path[:, 2].mean())
     return Travel(
         seconds=seconds,
-        forward=float(moved[0]),
-        lateral=float(moved[1]),
-        climb=float(moved[2]),
+        forward=measured.get("forward", float(moved[0])),
+        lateral=measured.get("lateral", float(moved[1])),
+        climb=measured.get("climb", float(moved[2])),
         path=length,
         speed=speed,
         straightness=straight / length if length else None,
-        drift=float(np.abs(path[:, 1] - path[0, 1]).max()),
-        yaw=None if turned is None else float(turned[-1]),
+        deviation=float(np.abs(path[:, 1] - path[0, 1]).max()),
+        yaw=measured.get("yaw", None if turned is None else float(turned[-1])),
         yaw_range=None if turned is None else float(np.ptp(turned)),
         height=height,
         froude=speed**2 / (GRAVITY * height) if height > _LYING * size(skeleton) else None,
@@ -97,7 +107,13 @@ def _joint_travel(angles: Array | None, metres: float) -> float | None:
     return float(np.abs(np.diff(angles.astype(np.float64), axis=0)).sum()) / metres
 
 
-def slip_of(contacts: Floats, touching: Contacts, path: Floats, relative: Floats) -> Slip:
+def slip_of(
+    contacts: Floats,
+    touching: Contacts,
+    path: Floats,
+    relative: Floats,
+    ratio: float | None = None,
+) -> Slip:
     """Measure the sliding of feet on the ground.
 
     Args:
@@ -105,11 +121,13 @@ def slip_of(contacts: Floats, touching: Contacts, path: Floats, relative: Floats
         touching: (frames, feet).
         path: (frames, 3), metres.
         relative: the feet in the body's frame, (frames, feet, 3), metres.
+        ratio: of the slide to the path, as the body measured it, which knows how its feet roll
+            and on which plane they stand; None works it out from the contacts.
     """
     down = touching[:-1]
     slid = mean_of(steps(contacts), down)
     length, pushed = float(steps(path).sum()), float(mean_of(steps(relative), down).sum())
-    distance = float(slid.sum())
+    distance = float(slid.sum()) if ratio is None else ratio * length
     return Slip(
         distance, distance / length if length else None, distance / pushed if pushed else None
     )

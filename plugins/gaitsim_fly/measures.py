@@ -8,7 +8,7 @@ from gaitsim.contracts import Array, Measure, Motion
 
 
 def measures(motion: Motion) -> Mapping[str, Measure]:
-    """Return altitude, drift, speed of climb, tilt and wing beat; means over the trials."""
+    """Return altitude, horizontal distance, tilt and wing beat; means over the trials."""
     position, rotation = motion["position"], motion["rotation"]
     seconds = (position.shape[1] - 1) / motion.frame_rate
     altitude = motion["altitude"] - motion["altitude"][:, :1]
@@ -21,7 +21,7 @@ def measures(motion: Motion) -> Mapping[str, Measure]:
         ),
         "mean altitude": Measure(altitude.mean(axis=(1, 2)), "m", "above the start"),
         "lowest": Measure(altitude.min(axis=(1, 2)), "m", "lowest altitude above the start"),
-        "drift": Measure(away[:, -1].mean(axis=1), "m", "horizontal distance at the end"),
+        "horizontal distance": Measure(away[:, -1].mean(axis=1), "m", "from the start, at the end"),
         "largest tilt": Measure(tilt.max(axis=(1, 2)), "°", "of the body's axis to upright"),
         "wing beats": Measure(
             _beats(motion["wing_angles"][..., 0]) / seconds, "Hz", "strokes of the left wing"

@@ -281,7 +281,7 @@ class Fly(Organism):
         return c
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Altitude, drift, speed of climb, tilt and wing beat; means over the trials."""
+        """Altitude, horizontal distance, tilt and wing beat; means over the trials."""
         return measures(motion)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:

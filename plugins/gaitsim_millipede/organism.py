@@ -152,14 +152,23 @@ class Millipede(Organism):
         return 0 - clockwise(reach) * (_SIN_LIMIT / 2)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Travel and turn in a cycle, mean leg angles, legs that cross."""
-        moved = forward(motion["sides"])
+        """Travel, and travel and turn in a stride, mean leg angles, legs that cross.
+
+        A stride is a cycle of reaching and straightening. Its length over the legs' is the
+        relative stride length (Alexander 1989, Physiological Reviews 69:1199).
+        """
+        stride = forward(motion["sides"])
         turned = np.degrees(self._turn(motion["side_reach"]))
         degrees = np.degrees(motion["leg_angles"]).reshape(-1, 2, self.pairs).mean(axis=2)
         return {
-            "forward": Measure(moved, "m", "displacement in a cycle of reaching and straightening"),
-            "leg lengths": Measure(moved / self.leg_length, "", "forward in leg lengths"),
-            "turn": Measure(turned, "°", "turn to the left in a cycle"),
+            "forward": Measure(
+                stride * cycle.PROGRESS[-1], "m", f"displacement in {cycle.CYCLES} strides"
+            ),
+            "stride length": Measure(stride, "m", "reaching and straightening once"),
+            "relative stride": Measure(
+                stride / self.leg_length, "", "stride length in leg lengths"
+            ),
+            "turn per stride": Measure(turned, "°", "to the left"),
             "left legs": Measure(degrees[:, 0], "°", "mean angle that the left legs reach"),
             "right legs": Measure(degrees[:, 1], "°", "mean angle that the right legs reach"),
             "crossings": Measure(

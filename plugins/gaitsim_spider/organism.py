@@ -93,7 +93,7 @@ class Spider(Organism):
         return body.JOINTS
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Travel, heading, slip, stability and duty factor over the whole gait."""
+        """Travel, heading, slip, stability and stance over the whole gait."""
         pose, slip = motion["pose"], motion["slip"][:, :-1]
         forward = pose[:, -1, 0]
         path = np.linalg.norm(np.diff(pose[:, :, :2], axis=1), axis=2).sum(axis=1)
@@ -105,13 +105,13 @@ class Spider(Organism):
             "lateral": Measure(pose[:, -1, 1], "m", "displacement to the left"),
             "yaw": Measure(np.degrees(pose[:, -1, 2]), "°", "turn to the left"),
             "slip ratio": Measure(ratio, "", "distance the stance feet slid, over the path"),
-            "stability margin": Measure(
+            "least margin": Measure(
                 1000 * motion["margin"].min(axis=1),
                 "mm",
-                "least distance of the centre of mass to the edge of support",
+                "static stability, worst moment: centre of mass to the edge of support",
             ),
-            "duty factor": Measure(
-                motion["stance"].mean(axis=(1, 2)), "", "share of time that a foot is on the ground"
+            "stance share": Measure(
+                motion["stance"].mean(axis=(1, 2)), "", "of the whole time, mean of the feet"
             ),
         }
 

@@ -10,7 +10,7 @@ from gaitsim_walker import body
 
 
 def measures(motion: Motion, weight: float) -> Mapping[str, Measure]:
-    """Return distance, duration, steadiness, effort, slip and duty factor; `weight` in N."""
+    """Return distance, duration, steadiness, effort, slip and stance; `weight` in N."""
     forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
     lasted, energy = motion["lasted"], motion["energy"][:, -1]
     path = np.abs(np.diff(motion["torso"][..., 0], axis=1)).sum(axis=1)
@@ -37,10 +37,10 @@ def measures(motion: Motion, weight: float) -> Mapping[str, Measure]:
             "",
             "slide of the stance feet over path",
         ),
-        "duty factor": Measure(
+        "stance share": Measure(
             motion["stance"].mean(axis=(1, 2)),
             "",
-            "share of time that a foot is on the ground",
+            "of the whole time, mean of the feet",
         ),
     }
 

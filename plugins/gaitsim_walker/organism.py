@@ -169,7 +169,7 @@ class Walker(Organism):
         return walked(self.world(frames), courses)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Distance, how long it lasted, steadiness, effort, slip and duty factor."""
+        """Distance, how long it lasted, steadiness, effort, slip and stance."""
         return measures(motion, self.plan.mass * self.gravity)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:

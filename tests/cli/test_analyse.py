@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitsim.gait import analyse_gait
+from gaitsim.gait import analyse_individual
 from gaitsim.gait.files.writer import gait_of, write_gait
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -87,7 +87,7 @@ def test_json_has_all_the_numbers(gaitsim, spider):
     best = spider.individual()
     generation, score = best.generation, best.score
     kept = spider.individual()
-    gait = analyse_gait(kept.skeleton, kept.motion["joint_angles"][0])
+    gait = analyse_individual(kept)
     assert (found["run"], found["generation"]) == ("runs/spider", generation)
     assert found["score"] == found["recorded_score"] == score
     assert sum(found["terms"].values()) == pytest.approx(score)

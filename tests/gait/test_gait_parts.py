@@ -181,7 +181,7 @@ def test_travel_is_measured():
     assert (travel.speed, travel.straightness, travel.height) == pytest.approx((2, 1, 0.5))
     assert travel.froude == pytest.approx(4 / (9.81 * 0.5))
     assert travel.joint_travel == pytest.approx(4 / 2.0)
-    assert (travel.yaw, travel.drift, travel.lateral, travel.climb) == (0, 0, 0, 0)
+    assert (travel.yaw, travel.deviation, travel.lateral, travel.climb) == (0, 0, 0, 0)
     assert travel_of(walking(0.0), None).straightness is None
 
 

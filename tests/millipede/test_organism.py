@@ -138,8 +138,9 @@ def test_the_body_moves_while_the_feet_are_on_the_ground():
     # Feet that carry the body keep their place along its way.
     along = np.diff(skeleton.contacts[..., 0], axis=0)
     np.testing.assert_allclose(along[stance], 0, atol=1e-7)
-    forward = body.measures(motion)["forward"]
-    assert forward.values[0] == pytest.approx(step)
+    measures = body.measures(motion)
+    assert measures["stride length"].values[0] == pytest.approx(step)
+    assert measures["forward"].values[0] == pytest.approx(x[-1])
 
 
 @pytest.mark.parametrize(("left", "right", "sign"), [(20, -20, -1), (-20, 20, 1)])
@@ -151,19 +152,20 @@ def test_a_turn_is_the_difference_of_paths_over_the_distance_of_the_feet(left, r
         assert yaw * sign > 0
         assert motion["pose"][0, cycle.CYCLE, 2] == pytest.approx(yaw)
         assert not motion["pose"][..., :2].any()
-        assert body.measures(motion)["turn"].values[0] == pytest.approx(np.degrees(yaw))
+        assert body.measures(motion)["turn per stride"].values[0] == pytest.approx(np.degrees(yaw))
 
 
 def test_measures_follow_their_definitions():
     body = Millipede(leg_length=0.2)
     motion = body.move(encoded(SIGNED, [0, 15, 19, 6, 6, 6]))
     measures = {name: measure.values[0] for name, measure in body.measures(motion).items()}
-    forward = 0.2 * np.sin(np.radians(6))
+    stride = 0.2 * np.sin(np.radians(6))
     assert measures == pytest.approx(
         {
-            "forward": forward,
-            "leg lengths": forward / 0.2,
-            "turn": 0,
+            "forward": motion["pose"][0, -1, 0],
+            "stride length": stride,
+            "relative stride": stride / 0.2,
+            "turn per stride": 0,
             "left legs": 34 / 3,
             "right legs": 6,
             "crossings": 1,  # L1 and L2, 0.15 m from the spine; L2 and L3 would, 0.54 m from it

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
-from gaitsim.gait import stability_margin
+from gaitsim.gait import margin_of, stability_margin
 from gaitsim.gait.contact import feet_of
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.components import lines_of
@@ -23,7 +23,7 @@ from gaitsim.render.plots.labels import shortened
 from gaitsim.render.plots.panels import intervals
 from gaitsim.render.plots.path import path_figure, scene_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
-from gaitsim.render.plots.stability import margin_of, stability_figure
+from gaitsim.render.plots.stability import stability_figure
 from gaitsim.render.plots.style import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.plots.terms import terms_figure
 from gaitsim.render.ticks import round_step
@@ -216,7 +216,7 @@ def test_the_margin_is_the_bodys_own_or_worked_out(spider_run, monkeypatch):
 
 
 def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
-    import gaitsim.render.plots.stability as module
+    import gaitsim.gait as module
 
     margin = np.full(300, 0.01)
     margin[30:60], margin[60:75] = -0.005, -np.inf

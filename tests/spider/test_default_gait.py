@@ -33,7 +33,7 @@ def test_the_default_gait_walks_by_its_own_measures(
     assert abs(measures["yaw"]) < 10
     assert abs(measures["lateral"]) < 0.15
     assert measures["slip ratio"] < 0.15
-    assert measures["stability margin"] > 0
+    assert measures["least margin"] > 0
 
 
 @pytest.mark.parametrize("servo", ["nominal", "30 ms delay", "30 ms first-order lag"])

@@ -3,10 +3,7 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import read_values
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.footfall import contacts_of
 from gaitsim.render.plots.labels import head, heading_of
@@ -23,7 +20,7 @@ _MILLIMETRES = 1000.0
 def stability_figure(request: Request) -> "Figure":
     """Plot the margin in millimetres and the number of feet on the ground; shaded below zero.
 
-    Takes the body's channel `margin` where there is one, else `gaitsim.gait.stability_margin`.
+    The margin is `gaitsim.gait.margin_of`.
 
     Raises:
         NothingToPlotError: the body has no feet.
@@ -31,9 +28,11 @@ def stability_figure(request: Request) -> "Figure":
     """
     from matplotlib.figure import Figure
 
+    from gaitsim import gait
+
     individual, theme = request.individual, request.theme
     touching, _ = contacts_of(individual)
-    margin = margin_of(individual)
+    margin = gait.margin_of(individual)
     rate = individual.skeleton.frame_rate
     part = window_slice(min(len(margin), len(touching)), rate, request.window)
     times = np.arange(part.start, part.stop) / rate
@@ -71,13 +70,3 @@ def stability_figure(request: Request) -> "Figure":
         figure.align_ylabels()
         head(figure, heading_of([individual]), *axes.get_legend_handles_labels())
     return figure
-
-
-def margin_of(individual: Individual) -> NDArray[np.float64]:
-    """Return the static stability margin, (frames,), metres; −inf without a foot on the ground."""
-    channel = individual.experiment.organism.channels.get("margin")
-    if channel is not None and channel.axes == ("frames",):
-        return np.asarray(read_values(individual, "margin"), dtype=np.float64)
-    from gaitsim.gait import stability_margin
-
-    return np.asarray(stability_margin(individual.skeleton), dtype=np.float64)

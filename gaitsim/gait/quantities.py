@@ -1,0 +1,57 @@
+"""The travel, slip and stability of a gait as named quantities, in the units that people read."""
+
+import math
+
+import numpy as np
+
+from gaitsim.gait.report import Footfalls, GaitAnalysis
+from gaitsim.individual import Measurement
+
+SCALES = {"°": math.degrees(1), "mm": 1000.0, "%": 100.0}  # from SI units
+
+
+def quantities(gait: GaitAnalysis) -> dict[str, Measurement]:
+    """Return what `gaitsim analyse` tells of a gait by name; NaN for what is not defined."""
+    travel, feet = gait.travel, gait.footfalls
+    rows: list[tuple[str, float | None, str, str]] = [
+        ("speed", travel.speed, "m/s", f"displacement over {travel.seconds:.2f} s"),
+        ("forward", travel.forward, "m", "displacement along x"),
+        ("lateral", travel.lateral, "m", "displacement to the left"),
+    ]
+    if feet is None:
+        rows.append(("climb", travel.climb, "m", "displacement upwards"))
+    rows += [
+        ("deviation", travel.deviation, "m", "greatest distance from the starting line"),
+        ("straightness", travel.straightness, "", "displacement over length of path"),
+        ("yaw", travel.yaw, "°", "turn to the left at the end"),
+        ("yaw range", travel.yaw_range, "°", "between its furthest headings"),
+    ]
+    if feet is not None:
+        rows += [
+            ("Froude number", travel.froude, "", "speed² / (g · height of the centre)"),
+            ("slip ratio", feet.slip.ratio, "", "slide of standing feet over length of path"),
+            ("least margin", feet.margin.min(), "mm", "static stability, worst moment"),
+            (
+                "median margin",
+                float(np.median(feet.margin)),
+                "mm",
+                "static stability, half of the time above",
+            ),
+            ("unsupported", float(np.mean(feet.margin < 0)), "%", _unsupported(feet)),
+        ]
+    if travel.joint_travel is not None:
+        rows.append(
+            ("joint travel", travel.joint_travel, "rad/m", "all joints, a metre; no energy")
+        )
+    return {
+        name: Measurement(
+            math.nan if value is None else float(value) * SCALES.get(unit, 1.0), unit, meaning
+        )
+        for name, value, unit, meaning in rows
+    }
+
+
+def _unsupported(found: Footfalls) -> str:
+    if found.lying > 0:
+        return f"by feet; the trunk lies on the ground {100 * found.lying:.0f} % of the time"
+    return "of the time, centre outside the support"

@@ -1,0 +1,64 @@
+"""A word has one value in every view: replay, `show`, `analyse` and plots."""
+
+import json
+import math
+
+import pytest
+
+from gaitsim.gait import analyse_gait, analyse_individual
+from gaitsim.gait.of_individual import _SI
+from gaitsim.gait.quantities import quantities
+from gaitsim.gait.to_dict import gait_to_dict
+from gaitsim.render.plots.request import Request
+from gaitsim.render.plots.stability import stability_figure
+
+BODIES = ["spider", "walker", "millipede", "fly"]
+PLACES = {"slip ratio": ("slip", "ratio"), "least margin": ("stability", "least")}
+"""Where JSON holds what is not in its `travel`."""
+
+
+@pytest.mark.parametrize("preset", BODIES)
+def test_a_word_has_one_value(bundled, gaitsim, preset):
+    run = bundled(preset)
+    individual = run.individual()
+    measured = individual.measurements
+    gait = analyse_individual(individual)
+    table, found = quantities(gait), gait_to_dict(gait)
+    both = measured.keys() & table.keys()
+    assert both == {
+        "spider": {"forward", "lateral", "yaw", "slip ratio", "least margin"},
+        "walker": {"forward", "slip ratio"},
+        "millipede": {"forward"},
+        "fly": set(),
+    }[preset]  # fmt: skip
+    for name in both:
+        own, other = measured[name], table[name]
+        assert own.unit == other.unit
+        assert own.value == pytest.approx(other.value, rel=1e-6) or (
+            not math.isfinite(own.value) and math.isnan(other.value)
+        )
+    flat = {**found["travel"], **found, **(found["slip"] or {})}
+    for name, own in measured.items():
+        part, key = PLACES.get(name, ("travel", name.replace(" ", "_")))
+        value = found[part][key] if name in PLACES else flat.get(key)
+        if value is not None and math.isfinite(own.value):
+            assert value == pytest.approx(own.value * _SI[own.unit], rel=1e-6), name
+    shown = json.loads(gaitsim("show", run.path, "--json").stdout)["champion"]
+    for name, own in measured.items():
+        assert shown["units"][name] == own.unit
+        if math.isfinite(own.value):
+            assert shown["measures"][name] == own.value
+    if "least margin" in measured:
+        texts = stability_figure(Request(run=run, individuals=(individual,))).legends[0].texts
+        least = f"least: {measured['least margin'].value:.1f} mm".replace("-", "−")
+        assert least in [text.get_text() for text in texts]
+
+
+@pytest.mark.parametrize("preset", BODIES)
+def test_a_body_means_what_the_analysis_means(bundled, preset):
+    """What replaces a quantity of the skeleton differs from it by no more than a model does."""
+    individual = bundled(preset).individual()
+    seen = analyse_gait(individual.skeleton, individual.joint_angles).travel
+    known = analyse_individual(individual).travel
+    for name in ("forward", "lateral", "climb", "yaw"):
+        assert getattr(known, name) == pytest.approx(getattr(seen, name), rel=1e-3, abs=1e-3)
