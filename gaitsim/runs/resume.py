@@ -93,7 +93,7 @@ def plan_resume(
             raise RunError(
                 f"no generation would be evolved under these changes: {reason}",
                 where=f"{run.path}, at generation {last.number}",
-                remedy=f"raise the limit, for instance with --generations {last.number + 100}",
+                remedy=f"raise the limit, as by evolution.generations={last.number + 100}",
             )
         if not overrides:
             warnings.append(
@@ -138,7 +138,7 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
     if generations < done:
         raise RunError(
             f"the run {run.path} is at generation {done} already",
-            allowed=f"--generations {done} or more",
+            allowed=f"evolution.generations of {done} or more",
             remedy=f"leave it, or begin a new one: {command('run', run.path / EXPERIMENT)}",
         )
     return experiment

@@ -72,7 +72,7 @@ def test_a_run_extended_is_the_same(whole, puppet):
     assert RunSnapshot(path).experiment.evolution.generations == 8
     with pytest.raises(RunError, match="is at generation 8 already") as error:
         RunWriter.open(path, generations=7)
-    assert error.value.allowed == "--generations 8 or more"
+    assert error.value.allowed == "evolution.generations of 8 or more"
     assert RunSnapshot(path).experiment.evolution.generations == 8
 
 

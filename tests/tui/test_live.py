@@ -278,19 +278,54 @@ class TestSteering:
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             dialog = pilot.app.screen
             await app_until(pilot, lambda: options_of(dialog))
-            await type_in(pilot, "evolution.elites=1 pric")
-            listed = dialog.query_one("#change-options")
-            await app_until(pilot, lambda: listed.option_count == 1)
-            await pilot.press("down")
-            await app_until(pilot, lambda: listed.has_focus)
-            await pilot.press("down", "enter")
-            typed = dialog.query_one("#change-text", Input)
-            await app_until(pilot, lambda: typed.value == "evolution.elites=1 fitness.price=")
-            await pilot.press("escape")
+            typed, said = dialog.query_one("#change-text", Input), dialog.query_one("#change-said")
+            await type_in(pilot, "evolution.elites=1 ")
+            for way in (["down", "enter"], ["enter"], ["tab"], "click"):
+                await pilot.press("end", *"pric")
+                if way == "click":
+                    await pilot.click("#change-options", offset=(3, 0))
+                else:
+                    await pilot.press(*way)
+                await app_until(pilot, lambda: typed.value == "evolution.elites=1 fitness.price=")
+                await app_until(pilot, lambda: "now " in str(said.render()))
+                assert not said.has_class("problem")
+                await pilot.press("enter")  # no value yet
+                await pilot.press(*"0.7")
+                assert typed.value == "evolution.elites=1 fitness.price=0.7"
+                await pilot.press("down", "enter")
+                assert typed.value == "evolution.elites=1 fitness.price=0.7"
+                await pilot.press(*["backspace"] * len("fitness.price=0.7"))
+            await pilot.press("down", "down", *"pri", "down", "up", "c", "tab")
+            assert typed.value == "evolution.elites=1 fitness.price="
+            assert pilot.app.screen is dialog
+            await pilot.click("#change-cancel")
             await app_until(pilot, lambda: pilot.app.screen is screen)
             assert screen.state == "stopped"
 
         live(make(3), test)
+
+    def test_the_text_that_a_finished_run_begins_with_is_accepted(self, make):
+        async def test(screen, pilot):
+            await pilot.press("c")
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
+            dialog = pilot.app.screen
+            await app_until(pilot, lambda: options_of(dialog))
+            typed, said = dialog.query_one("#change-text", Input), dialog.query_one("#change-said")
+            await app_until(pilot, lambda: "generation 30" in str(said.render()))
+            await pilot.press(*"fitness", "full_stop", *"price=4")
+            assert typed.value == "evolution.generations=30 fitness.price=4"
+            await app_until(pilot, lambda: "scores begin anew" in str(said.render()))
+            typed.value = "fitness.price=4"
+            await app_until(pilot, lambda: said.has_class("problem"))
+            assert "evolution.generations=" in str(said.render())
+            assert "--" not in str(said.render())
+            await pilot.click("#change-do")
+            await pilot.press("escape", "c")
+            await app_until(pilot, lambda: pilot.app.screen not in (screen, dialog))
+            await pilot.press("enter")
+            await app_until(pilot, lambda: screen.snapshot.generation == 30)
+
+        live(make(20), test)
 
     def test_a_fork_goes_its_own_way(self, make):
         run = make(0, SLOW, generations=100_000)
@@ -299,18 +334,17 @@ class TestSteering:
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             await pilot.press("f")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
-            await app_until(
-                pilot, lambda: options_of(pilot.app.screen) and screen.state == "paused"
-            )
+            await app_until(pilot, lambda: options_of(pilot.app.screen))
             await type_in(pilot, "runs/[red]fork", "#change-out")
             await type_in(pilot, "evolution.elites=1")
-            await pilot.press("enter")
+            await pilot.click("#change-do")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, Live))
             copy = pilot.app.screen
             await app_until(pilot, lambda: copy is not screen and copy.state == "running")
             assert copy.run == Path("runs/[red]fork")
             await app_until(pilot, lambda: copy.snapshot.stage == 2)
-            assert screen.state == "paused"
+            before = screen.snapshot.generation
+            await app_until(pilot, lambda: screen.snapshot.generation > before)
             await pilot.press("s")
             await app_until(pilot, lambda: copy.process is None)
 

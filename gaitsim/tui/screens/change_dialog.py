@@ -1,29 +1,32 @@
 """Ask for the options under which a run continues, and check them while they are typed."""
 
 import asyncio
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from pydantic import BaseModel
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Vertical
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.events import Key
 from textual.screen import ModalScreen
-from textual.widgets import Input, Label, OptionList, Static
+from textual.widgets import Button, Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Overrides, parse_assignments
-from gaitsim.registry import KINDS, options
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.experiment import Overrides, Typed, parse_assignments
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
-from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.tui.screens.change_effect import (
+    KnownOption,
+    effect_of,
+    known_options,
+    without_command_line,
+    words_of,
+)
 
 CALM = 0.15  # seconds without a key before what is typed is checked
 
@@ -41,70 +44,11 @@ class ChangeRequest:
     out: Path | None = None
 
 
-@dataclass(frozen=True)
-class KnownOption:
-    """An option that can be changed: its key, current value, and allowed values and meaning."""
-
-    key: str
-    value: str
-    about: str
-
-
-def known_options(run: RunSnapshot) -> list[KnownOption]:
-    """Return all options of a run's experiment, rates and weights before the choice of plugins.
-
-    Raises:
-        GaitsimError: the experiment has problems.
-    """
-    experiment = run.experiment
-    models: dict[str, BaseModel] = {kind: experiment.plugin(kind) for kind in reversed(KINDS)}
-    models["evolution"] = experiment.evolution
-    if experiment.islands.number > 1:
-        models["islands"] = experiment.islands
-    found = []
-    for section, model in models.items():
-        given = options.values(model)
-        for name, declared in type(model).model_fields.items():
-            if f"{section}.{name}" in ("evolution.population", "islands.number"):
-                continue  # fixed once a run has begun
-            value = options.written(declared, given[name]) if name in given else options.NOT_SET
-            about = f"{options.allowed(declared)}. {options.meaning(declared)}"
-            found.append(KnownOption(f"{section}.{name}", value, about))
-    chosen = [
-        KnownOption(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"another {kind}")
-        for kind in KINDS
-    ]
-    return [*found, *chosen]
-
-
-def words_of(text: str) -> tuple[str, ...]:
-    """Split a text as a shell does.
-
-    Raises:
-        GaitsimError: a quotation is not closed.
-    """
-    try:
-        return tuple(shlex.split(text))
-    except ValueError:
-        raise GaitsimError("a quotation mark is not closed") from None
-
-
-def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
-    """Describe the effect of changes, without making them.
-
-    Raises:
-        GaitsimError: they are invalid, or the run cannot be continued.
-    """
-    plans = plan_resume(run, overrides, generations=None, any_version=True)
-    if not plans.changes:
-        return "No new stage: evolution continues unchanged." if overrides else ""
-    changes = "".join(f"▶ {change}\n" for change in plans.changes)
-    anew = "; its scores begin anew" if plans.reevaluates else ""
-    return f"{changes}from generation {run.generation + 1} on{anew}"
-
-
 class ChangeDialog(ModalScreen[ChangeRequest | None]):
     """Ask for changes of the experiment; return the request.
+
+    The list has the options whose keys contain the word that is typed. Enter or Tab on such a
+    word, or Enter in the list, completes it; Enter behind a value takes the changes.
 
     Args:
         run: its folder.
@@ -116,17 +60,19 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         Binding("escape", "dismiss", "Cancel", id="change.cancel", tooltip="Change nothing"),
         Binding("down", "options", "Options", show=False, id="change.options",
                 tooltip="To the list of options"),
+        Binding("tab", "complete", "Complete", show=False, id="change.complete",
+                tooltip="Complete the word that is typed, or go on to the next field"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     ChangeDialog {
-        & .dialog { width: 90; }
+        & .dialog { width: 90; height: 90%; max-height: 30; }  /* fixed: a click must not miss */
         & OptionList {
-            height: 9; margin: 1 0; padding: 0; border: none; background: $panel;
+            height: 1fr; min-height: 1; margin: 0; padding: 0; border: none; background: $panel;
             text-wrap: nowrap; text-overflow: ellipsis;
+            &:focus { border: none; }
         }
         & Input { margin-bottom: 1; }
-        & OptionList { margin-top: 0; }
-        & #change-said { height: auto; max-height: 8; }
+        & #change-about { height: auto; min-height: 2; max-height: 7; margin-top: 1; }
         & Label { color: $text-muted; }
     }
     """
@@ -135,7 +81,13 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         super().__init__()
         self._run, self._fork = run, fork
         self._known: list[KnownOption] = []
-        self._input = Input(typed, placeholder="KEY=VALUE …", compact=True, id="change-text")
+        self._input = Input(
+            typed,
+            placeholder="KEY=VALUE …",
+            select_on_focus=False,
+            compact=True,
+            id="change-text",
+        )
         self._folder = Input(placeholder=f"{run}-2", compact=True, id="change-out")
         self._options = OptionList(id="change-options")
         self._said = Static("Reading the experiment …", id="change-said")
@@ -143,16 +95,20 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
-            box.border_title = "Fork" if self._fork else "Change"
+            box.border_title = what = "Fork" if self._fork else "Change"
             box.border_subtitle = "enter takes it, ↓ to the options, esc cancels"
             if self._fork:
-                yield Label("folder of the copy")
+                yield Label("folder of the copy; the run itself continues as it is")
                 yield self._folder
             yield Label("changes from here on, such as mutation.rate=0.1")
             yield self._input
             yield self._options
-            yield self._said
+            with VerticalScroll(id="change-about", can_focus=False):
+                yield self._said
             yield self._shell
+            with Horizontal(classes="dialog-buttons"):
+                yield Button(what, variant="primary", compact=True, id="change-do")
+                yield Button("Cancel", compact=True, id="change-cancel")
 
     def on_mount(self) -> None:
         self._input.focus()
@@ -160,11 +116,21 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     @on(Input.Changed)
     def _changed(self) -> None:
+        if self._known:
+            self._offer()
         self._check(CALM)
 
     @on(Input.Submitted)
-    def _entered(self) -> None:
-        self._check(submit=True)
+    def _entered(self, event: Input.Submitted) -> None:
+        if event.input is self._folder or not self._complete():
+            self._check(submit=True)
+
+    @on(Button.Pressed)
+    def _pressed(self, event: Button.Pressed) -> None:
+        if event.button.id == "change-do":
+            self._check(submit=True)
+        else:
+            self.dismiss()
 
     @work(exclusive=True)
     async def _check(self, delay: float = 0.0, *, submit: bool = False) -> None:
@@ -178,24 +144,32 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         try:
             if not self._known:  # in a thread: plugins are imported for it
                 self._known = await asyncio.to_thread(known_options, RunSnapshot(self._run))
-            self._offer()
+                self._offer()
             words = words_of(self._input.value)
             self._shell.update(Text(f"$ {self._command(words)}"))
             if words and "=" not in words[-1] and not submit:
                 self._say("Type on, or choose an option: ↓")
                 return
             overrides = parse_assignments(words)
+            if asked := self._without_value(overrides):
+                self._say(f"Type a value for {asked.key}: now {asked.value}; {asked.about}")
+                return
             self._say(await asyncio.to_thread(effect_of, RunSnapshot(self._run), overrides))
         except GaitsimError as error:
-            self._say(str(error), wrong=True)
+            self._say(without_command_line(error), wrong=True)
             return
         if submit:
             wanted = ChangeRequest(overrides, self._out())
             self.dismiss(wanted if overrides or self._fork else None)
 
+    def _without_value(self, overrides: dict[str, Typed]) -> KnownOption | None:
+        """Return an option that has no value yet."""
+        empty = [key for key, value in overrides.items() if not value]
+        return next((one for one in self._known if one.key in empty), None)
+
     def _offer(self) -> None:
         """List the options whose keys contain the beginning of the last word."""
-        wanted = self._input.value.split(" ")[-1].partition("=")[0]
+        wanted = self._word.partition("=")[0]
         width = max(len(one.key) for one in self._known)
         self._options.clear_options()
         self._options.add_options(
@@ -212,9 +186,11 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             for one in self._known
             if wanted in one.key
         )
+        self._options.highlighted = 0 if self._options.option_count else None
 
     def _say(self, text: str, *, wrong: bool = False) -> None:
         self._said.set_class(wrong, "problem")
+        self._shell.display = not wrong
         self._said.update(Text(visible_lines(text)))
 
     def _command(self, assignments: tuple[str, ...]) -> str:
@@ -227,13 +203,55 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         typed = self._folder.value.strip()
         return Path(typed) if typed else None
 
+    # The list of options
+
+    @property
+    def _word(self) -> str:
+        """The word that is typed."""
+        return self._input.value.rpartition(" ")[2]
+
     @on(OptionList.OptionSelected)
     def _chosen(self, event: OptionList.OptionSelected) -> None:
-        """Insert the chosen option, ready for its value."""
-        before = self._input.value.rpartition(" ")[0]
-        self._input.value = f"{before} {event.option.id}=".lstrip()
+        self._insert(event.option)
+
+    def _complete(self) -> bool:
+        """Complete a word that is part of a key; return whether there was one."""
+        marked = self._options.highlighted_option
+        if not self._word or "=" in self._word or marked is None:
+            return False
+        self._insert(marked)
+        return True
+
+    def _insert(self, option: Option) -> None:
+        """Write the key of an option in place of the word's; a value that it has stays."""
+        before, space, word = self._input.value.rpartition(" ")
+        self._input.value = f"{before}{space}{option.id}={word.partition('=')[2]}"
+        self._to_input()
+
+    def _to_input(self) -> None:
         self._input.focus()
         self._input.cursor_position = len(self._input.value)
 
+    def on_key(self, event: Key) -> None:
+        """Go back from the list to the text, which letters are for."""
+        if not self._options.has_focus:
+            return
+        if event.key == "up" and not self._options.highlighted:
+            self._to_input()
+        elif event.key == "backspace":
+            self._to_input()
+            self._input.action_delete_left()
+        elif event.is_printable and event.character:
+            self._to_input()
+            self._input.insert_text_at_cursor(event.character)
+        else:
+            return
+        event.stop()
+        event.prevent_default()
+
     def action_options(self) -> None:
         self._options.focus()
+
+    def action_complete(self) -> None:
+        if not (self._input.has_focus and self._complete()):
+            self.focus_next()

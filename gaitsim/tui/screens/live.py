@@ -24,7 +24,6 @@ from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.runs.fork import fork_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.change_dialog import ChangeDialog
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
 from gaitsim.tui.screens.live_source import about
@@ -57,7 +56,7 @@ the app in any way, and the run can be continued exactly where it stopped.
 - **Space** pauses and continues. **n** makes one generation. **s** stops and saves.
 - **c** changes options from the next generation on, such as a rate or the weight of a term.
   It is recorded in the run as a stage; curves of scores that cannot be compared begin anew.
-- **f** copies the run as it is, to continue the copy under other options.
+- **f** copies the run as it is, to continue the copy under other options; the run itself continues.
 - **g** sets how many generations it is to have.
 - The table has the best score and its terms: over the generations, and of the best individuals.
 - The body is the champion so far. Drag to turn it, roll to zoom; **r** replays any generation.
@@ -195,7 +194,8 @@ the app in any way, and the run can be continued exactly where it stopped.
 
     @work(group="ask", exclusive=True)
     async def action_change(self) -> None:
-        self._continue(await ask_changes(self.app, self.run, self.snapshot))
+        wanted = await ask_changes(self.app, self.run, self.snapshot)
+        self._continue(wanted.overrides if wanted else None)
 
     @work(group="ask", exclusive=True)
     async def action_goal(self) -> None:
@@ -213,8 +213,7 @@ the app in any way, and the run can be continued exactly where it stopped.
 
     @work(group="fork")
     async def action_fork(self) -> None:
-        self.action_pause()
-        wanted = await self.app.push_screen_wait(ChangeDialog(self.run, fork=True))
+        wanted = await ask_changes(self.app, self.run, self.snapshot, fork=True)
         if wanted is None:
             return
         try:

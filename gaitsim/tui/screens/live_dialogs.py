@@ -7,24 +7,26 @@ from textual.app import App
 from gaitsim.errors import RunError
 from gaitsim.experiment import Overrides
 from gaitsim.live.protocol import Snapshot
-from gaitsim.tui.screens.change_dialog import ChangeDialog
+from gaitsim.tui.screens.change_dialog import ChangeDialog, ChangeRequest
 from gaitsim.tui.screens.questions import Ask
 
 MOST_GENERATIONS = 100_000_000
 
 
-async def ask_changes(app: App[object], run: Path, snapshot: Snapshot) -> Overrides | None:
-    """Ask which options of a run change from the next generation on; None for none.
+async def ask_changes(
+    app: App[object], run: Path, snapshot: Snapshot, *, fork: bool = False
+) -> ChangeRequest | None:
+    """Ask which options change from the next generation on; None changes nothing.
 
     Args:
         app: shows the dialog.
         run: the run's folder.
         snapshot: the latest of the run.
+        fork: whether they change in a copy of the run.
     """
     # A stage needs a generation, so a finished run needs more of them.
     typed = f"evolution.generations={_further(snapshot)} " if snapshot.state == "finished" else ""
-    wanted = await app.push_screen_wait(ChangeDialog(run, typed=typed))
-    return wanted.overrides if wanted else None
+    return await app.push_screen_wait(ChangeDialog(run, fork=fork, typed=typed))
 
 
 async def ask_generations(app: App[object], snapshot: Snapshot) -> Overrides | None:

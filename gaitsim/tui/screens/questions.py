@@ -80,9 +80,21 @@ class Ask(ModalScreen[str | None]):
             yield from _heading(self._question, self._about)
             yield Input(self._value, id="answer")
             yield Static(id="ask-problem", classes="problem")
+            with Horizontal(classes="dialog-buttons"):
+                yield Button("OK", variant="primary", compact=True, id="ask-ok")
+                yield Button("Cancel", compact=True, id="ask-cancel")
 
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        answer = event.value.strip()
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        if event.button.id == "ask-ok":
+            self._take()
+        else:
+            self.dismiss()
+
+    def on_input_submitted(self) -> None:
+        self._take()
+
+    def _take(self) -> None:
+        answer = self.query_one("#answer", Input).value.strip()
         try:
             if answer:
                 self._check(answer)

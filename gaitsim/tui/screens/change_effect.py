@@ -1,0 +1,86 @@
+"""The options that a run's experiment has, and what changing them does."""
+
+import shlex
+from dataclasses import dataclass
+
+from pydantic import BaseModel
+
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.experiment import Overrides
+from gaitsim.experiment.problems import COMMAND_LINE
+from gaitsim.registry import KINDS, options
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.runs.resume import plan_resume
+from gaitsim.runs.snapshot import RunSnapshot
+
+
+@dataclass(frozen=True)
+class KnownOption:
+    """An option that can be changed: its key, current value, and allowed values and meaning."""
+
+    key: str
+    value: str
+    about: str
+
+
+def known_options(run: RunSnapshot) -> list[KnownOption]:
+    """Return all options of a run's experiment, rates and weights before the choice of plugins.
+
+    Raises:
+        GaitsimError: the experiment has problems.
+    """
+    experiment = run.experiment
+    models: dict[str, BaseModel] = {kind: experiment.plugin(kind) for kind in reversed(KINDS)}
+    models["evolution"] = experiment.evolution
+    if experiment.islands.number > 1:
+        models["islands"] = experiment.islands
+    found = []
+    for section, model in models.items():
+        given = options.values(model)
+        for name, declared in type(model).model_fields.items():
+            if f"{section}.{name}" in ("evolution.population", "islands.number"):
+                continue  # fixed once a run has begun
+            value = options.written(declared, given[name]) if name in given else options.NOT_SET
+            about = f"{options.allowed(declared)}. {options.meaning(declared)}"
+            found.append(KnownOption(f"{section}.{name}", value, about))
+    chosen = [
+        KnownOption(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"another {kind}")
+        for kind in KINDS
+    ]
+    return [*found, *chosen]
+
+
+def words_of(text: str) -> tuple[str, ...]:
+    """Split a text as a shell does.
+
+    Raises:
+        GaitsimError: a quotation is not closed.
+    """
+    try:
+        return tuple(shlex.split(text))
+    except ValueError:
+        raise GaitsimError("a quotation mark is not closed") from None
+
+
+def effect_of(run: RunSnapshot, overrides: Overrides) -> str:
+    """Describe the effect of changes, without making them.
+
+    Raises:
+        GaitsimError: they are invalid, or the run cannot be continued.
+    """
+    plans = plan_resume(run, overrides, generations=None, any_version=True)
+    if plans.last is None:
+        return "The first generation is evolved under these options." if overrides else ""
+    if not plans.changes:
+        planned = f"{plans.experiment.evolution.generations:,}"
+        return f"No new stage: evolution continues to generation {planned}." if overrides else ""
+    changes = "".join(f"▶ {change}\n" for change in plans.changes)
+    anew = "; its scores begin anew" if plans.reevaluates else ""
+    return f"{changes}from generation {run.generation + 1} on{anew}"
+
+
+def without_command_line(error: GaitsimError) -> str:
+    """Return an error's text without the place where a command line would have it."""
+    for one in error.problems if isinstance(error, ExperimentError) else (error,):
+        one.where = one.where.removeprefix(COMMAND_LINE).removeprefix(", ")
+    return str(error)
