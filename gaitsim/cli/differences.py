@@ -13,7 +13,8 @@ from gaitsim.cli.console import echo, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.render.plots.overlay import plot_overlay
 from gaitsim.render.plots.style import THEMES, check_target
-from gaitsim.render.terminal.curves import SAMPLES, Series, plot
+from gaitsim.render.terminal.curve_view import Series, View
+from gaitsim.render.terminal.curves import plot, sample
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import find_run
 from gaitsim.study.compare_runs import ComparedRun, RunsReader, comparison_table, differing_options
@@ -74,15 +75,15 @@ def _show(compared: Sequence[ComparedRun], quantity: str, by: str) -> None:
         head = Text()
         if one in drawn:
             at = drawn.index(one)
-            head.append(f"{SAMPLES[at % len(SAMPLES)]} ", LINES[at % len(LINES)])
+            head.append(f"{sample(at)} ", LINES[at % len(LINES)])
         heads.append(head.append(visible(one.label)))
     series = [Series(one.label, one.axis(by), one.history[quantity]) for one in drawn]
     marks = [mark for one in drawn for mark in one.marks(by)]
     if drawn:
         console.print(f"{quantity} by {by}", style="bold")
         colours = [LINES[at % len(LINES)] for at in range(len(drawn))]
-        styles = ["", "bright_black", *reversed(colours)]
-        picture = plot(series, min(console.width, WIDEST), ROWS, by, marks)
+        styles = ["", "bright_black", "", *reversed(colours)]
+        picture = plot(series, min(console.width, WIDEST), ROWS, by, marks, View(whole=True))
         for line in lines(*picture, styles):
             console.print(line, end="\n", no_wrap=True, crop=False)
         console.print()

@@ -30,14 +30,40 @@ def ticks(low: float, high: float, most: int, *, whole: bool = False) -> NDArray
     return found[:: 2 if len(found) > most > 1 else 1]
 
 
-def labels(values: NDArray[np.float64]) -> list[str]:
-    """Numbers as an axis says them, all with as many digits."""
+def log_ticks(low: float, high: float, most: int) -> NDArray[np.float64]:
+    """Round numbers on a logarithmic axis from `low` > 0 to `high`, at most `most` of them.
+
+    Powers of ten, and 2 and 5 times these where there is room; on an axis too short for two of
+    them, equal steps.
+    """
+    powers = np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for factors in ((1, 2, 5), (1, 3), (1,)):
+        found = np.concatenate([10.0**power * np.array(factors) for power in powers])
+        found = found[(found >= low * (1 - 1e-9)) & (found <= high * (1 + 1e-9))]
+        if len(found) <= most:
+            break
+    if len(found) < 2:
+        return ticks(low, high, most)
+    return found[:: -(-len(found) // max(most, 1))]
+
+
+def labels(values: NDArray[np.float64], *, alike: bool = True) -> list[str]:
+    """Numbers as an axis says them; `alike` says all with as many digits."""
     if not len(values):
         return []
+    if not alike:
+        return [label for value in values for label in labels(np.array([value]))]
     largest = float(np.abs(values).max())
-    if largest >= 1e6 or 0 < largest < 1e-4:
-        return [f"{value:.3g}".replace("-", "−") for value in values]
+    gap = float(np.diff(values).min()) if len(values) > 1 else largest
+    if (largest >= 1e6 or 0 < largest < 1e-4) and gap >= largest / 100:
+        return [_short(value) for value in values.tolist()]
     digits = next(
-        (digits for digits in range(6) if np.allclose(values, np.round(values, digits))), 6
+        (n for n in range(13) if np.abs(values - np.round(values, n)).max() <= 1e-3 * gap), 13
     )
     return [f"{value:z,.{digits}f}".replace("-", "−") for value in values]
+
+
+def _short(value: float) -> str:
+    """Return three digits and a power of ten, as 1.5e8 or −2e−5."""
+    digits, exponent, power = f"{value:.3g}".partition("e")
+    return (digits + (f"e{int(power)}" if exponent else "")).replace("-", "−")

@@ -7,12 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from textual.app import App
+from textual.events import MouseScrollUp
 from waiting import strips
 
 from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curves import Series, frame_of, plot, thinned
-from gaitsim.render.ticks import labels, ticks
+from gaitsim.render.terminal.curve_view import Scale, Series, View, frame_of, smoothed
+from gaitsim.render.terminal.curves import plot, thinned
+from gaitsim.render.ticks import labels, log_ticks, ticks
 from gaitsim.tui.widgets.cells import Cells
+from gaitsim.tui.widgets.curve_plot import CurvePlot
 from gaitsim.tui.widgets.curves import Curves
 
 
@@ -43,6 +46,18 @@ class TestTicks:
         found = ticks(1, 3, 20, whole=True)
         assert found.tolist() == [1, 2, 3]
 
+    @given(st.floats(1e-6, 1e6), st.floats(1.5, 1e9), st.integers(2, 12))
+    def test_logarithmic_ones_are_few_and_inside(self, low, factor, most):
+        found = log_ticks(low, low * factor, most)
+        assert len(found) <= most + 1
+        assert ((found >= low * 0.99) & (found <= low * factor * 1.01)).all()
+        assert (np.diff(found) > 0).all()
+
+    def test_those_of_a_narrow_axis_differ(self):
+        assert labels(ticks(1.000001, 1.000006, 5)) == ["1.000001", "1.000003", "1.000005"]
+        assert labels(ticks(5_000_000, 5_000_400, 3)) == ["5,000,000", "5,000,200", "5,000,400"]
+        assert labels(np.array([1e6, 2e6])) == ["1e6", "2e6"]
+
     def test_all_have_as_many_digits_and_true_minus_signs(self):
         assert labels(np.array([-1.0, 0.0, 0.5])) == ["−1.0", "0.0", "0.5"]
         assert labels(np.array([0.0, 20_000.0])) == ["0", "20,000"]
@@ -52,20 +67,20 @@ class TestTicks:
 class TestFrame:
     def test_it_holds_all_points(self):
         frame = frame_of([series([1, 3, 2]), series([0.5, np.nan, 4])])
-        assert (frame.left, frame.right, frame.bottom, frame.top) == (1, 3, 0.5, 4)
+        assert (frame.x, frame.y) == (Scale(1, 3), Scale(0.5, 4))
 
     def test_nothing_finite_has_none(self):
         assert frame_of([series([np.nan, -np.inf]), series([])]) is None
 
     def test_a_constant_is_in_the_middle(self):
         frame = frame_of([series([3, 3, 3])])
-        assert frame.bottom < 3 < frame.top
+        assert frame.y.low < 3 < frame.y.high
 
     def test_a_few_that_lie_far_below_do_not_press_the_others_flat(self):
         y = np.concatenate([[-1e6], np.linspace(1, 2, 99)])
         frame = frame_of([series(y)])
         assert frame.below
-        assert frame.bottom >= 1
+        assert frame.y.low >= 1
         assert any("↓" in line for line in lines(series(y)))
 
     def test_a_steady_rise_is_shown_from_its_beginning(self):
@@ -109,7 +124,8 @@ class TestPlot:
     def test_series_have_their_inks_the_first_on_top(self):
         one, other = series([1, 1, 1]), series([1, 1, 1], "mean")
         _, inks = plot([one, other], 50, 12)
-        assert set(inks.ravel()) - {0, curves.AXIS} == {curves.FIRST + 1}
+        found = np.bincount(inks.ravel())
+        assert found[curves.FIRST + 1] > 5 * found[curves.FIRST] > 0  # of the other, its markers
 
     def test_series_are_told_apart_without_colours(self):
         drawn = {
@@ -128,6 +144,50 @@ class TestPlot:
     @given(st.lists(st.floats(width=32), max_size=40))
     def test_any_numbers_can_be_drawn(self, numbers):
         plot([series(numbers)], 40, 10, "generation")
+
+    @given(
+        st.lists(st.floats(), max_size=20),
+        st.builds(
+            View,
+            smooth=st.sampled_from([1, 5, 25]),
+            log_x=st.booleans(),
+            log_y=st.booleans(),
+            whole=st.booleans(),
+        ),
+        st.integers(1, 19),
+    )
+    def test_any_view_can_be_drawn(self, numbers, view, stage):
+        one = series(numbers)
+        stages = (stage,) if stage < len(numbers) else ()
+        other = Series("other", one.x, one.y[::-1], stages)
+        plot([one, other], 40, 10, "generation", [3], view, 2.0)
+
+    def test_all_is_shown_of_a_run_that_lies_far_below(self):
+        weak = Series("weak", np.arange(1.0, 21), np.linspace(-9, -8, 20))
+        strong = series(np.linspace(1, 2, 1000), "strong")
+        _, inks = plot([strong, weak], 60, 14, view=View(whole=True))
+        assert (inks == curves.ink_of(1, 2)).any()
+        _, inks = plot([strong, weak], 60, 14)
+        assert not (inks == curves.ink_of(1, 2)).any()
+
+    def test_stages_are_not_joined(self):
+        y = np.repeat([0.0, 1.0], 50)
+        broken, _ = plot([Series("best", np.arange(1.0, 101), y, (50,))], 60, 14)
+        whole, _ = plot([series(y)], 60, 14)
+        assert (broken != whole).any()
+        assert np.isin(broken[4:8, 8:], [curves.SPACE]).all()
+
+
+class TestSmoothed:
+    def test_it_stays_within_stages_and_gaps_stay(self):
+        y = np.array([0.0, 0, np.nan, 0, 9, 9, 9, 9])
+        found = smoothed(Series("best", np.arange(8.0), y, (4,)), 5).y
+        assert np.array_equal(found, y, equal_nan=True)
+
+    def test_a_single_peak_goes(self):
+        y = np.zeros(50)
+        y[20] = 7
+        assert not smoothed(series(y), 5).y.any()
 
 
 class TestThinned:
@@ -195,9 +255,8 @@ class TestWidget:
         async def test(shown, pilot):
             shown.set_series([series([1, 2], "a [bold]x[/]"), series([2, 3], "漢字")])
             await pilot.pause()
-            legend = shown.query_one("_Legend").render()
-            assert legend.plain == "━━━ a [bold]x[/]  ╍╍╍ 漢字"
-            assert len({span.style.color for span in legend.spans}) == 2
+            assert legend(shown) == "━●━ a [bold]x[/]  ╍◆╍ 漢字"
+            assert len({shown.sample(index).style.color for index in range(2)}) == 2
 
         show(test)
 
@@ -223,6 +282,134 @@ class TestWidget:
             assert asked == []
 
         show(test)
+
+
+def legend(shown):
+    return str(shown.query_one(".legend").render())
+
+
+class TestExploring:
+    """Zoom, cursor, smoothing and logarithmic axes, by keys and by the mouse."""
+
+    @staticmethod
+    async def fill(shown, pilot, y=None):
+        y = np.linspace(1, 100, 100) if y is None else y
+        shown.set_series([series(y)], [50], y_label="score")
+        shown.focus()
+        await pilot.pause()
+
+    def test_the_cursor_shows_values_and_the_mouse_those_under_it(self):
+        async def test(shown, pilot):
+            await self.fill(shown, pilot)
+            await pilot.press("right")
+            assert "generation 100" in legend(shown)
+            await pilot.press("left", "shift+left")
+            assert shown.cursor == 89
+            assert "best 89" in legend(shown)
+            await pilot.press("home", "left")
+            assert shown.cursor == 1
+            await pilot.hover(CurvePlot, offset=(40, 5))
+            await pilot.pause()
+            assert 60 < shown.cursor < 95
+            await pilot.click(CurvePlot, offset=(20, 5))
+            await pilot.hover(".legend")
+            await pilot.pause()
+            assert 25 < shown.cursor < 45
+
+        show(test, size=(50, 14))
+
+    def test_zoom_and_pan_stay_within_the_curves_and_0_shows_all(self):
+        async def test(shown, pilot):
+            await self.fill(shown, pilot)
+            await pilot.press("plus")
+            view = shown.view
+            assert view.right - view.left == pytest.approx(99 / 1.5)
+            await pilot.press("ctrl+left", "ctrl+left", "ctrl+left", "ctrl+left")
+            assert shown.view.left == 1
+            assert "zoomed" in legend(shown)
+            for _ in range(30):  # no further than a few points
+                await pilot.press("plus")
+            assert len(curves.seen(shown.series, shown.view)[0].x) <= 6
+            await pilot.press("end")  # the cursor takes the view with it
+            assert shown.view.left < 100 <= shown.view.right
+            await pilot.press("0")
+            assert not shown.view.zoomed
+            await pilot.press("minus")
+            assert not shown.view.zoomed
+
+        show(test)
+
+    def test_the_wheel_zooms_about_the_mouse_and_dragging_pans(self):
+        async def test(shown, pilot):
+            await self.fill(shown, pilot)
+            plot = shown.query_one(CurvePlot)
+            where = plot.place(30)
+            await pilot._post_mouse_events([MouseScrollUp], plot, offset=(30, 5))
+            assert plot.place(30) == pytest.approx(where, abs=2)
+            assert shown.view.zoomed
+            before = shown.view
+            await pilot.mouse_down(plot, offset=(30, 5))
+            await pilot.hover(plot, offset=(20, 5))
+            await pilot.mouse_up(plot, offset=(20, 5))
+            assert shown.view.left > before.left
+            await pilot._post_mouse_events([MouseScrollUp], plot, offset=(30, 5), control=True)
+            assert shown.view.bottom is not None
+
+        show(test)
+
+    def test_scores_are_stretched_about_the_cursor_and_pressed_to_the_last_one(self):
+        async def test(shown, pilot):
+            y = np.concatenate([[-1e6], np.linspace(1, 2, 99)])
+            await self.fill(shown, pilot, y)
+            assert shown.query_one(CurvePlot).frame.below
+            await pilot.press("end", "up")
+            assert shown.view.bottom <= 2 <= shown.view.top
+            for _ in range(60):
+                await pilot.press("down")
+            assert shown.query_one(CurvePlot).frame.y == Scale(-1e6, 2)
+            await pilot.press("0")
+            assert shown.query_one(CurvePlot).frame.below
+
+        show(test)
+
+    def test_smoothing_shows_medians_and_says_so(self):
+        async def test(shown, pilot):
+            await self.fill(shown, pilot, np.where(np.arange(100) % 7, 1.0, 50.0))
+            await pilot.press("m")
+            assert "median of 5" in legend(shown)
+            assert shown.query_one(CurvePlot).frame.y.high < 2
+            await pilot.press("m", "m", "m")
+            assert "median" not in legend(shown)
+            assert shown.query_one(CurvePlot).frame.y.high == 50
+
+        show(test)
+
+    def test_axes_are_logarithmic_where_all_is_above_0(self):
+        async def test(shown, pilot):
+            await self.fill(shown, pilot)
+            await pilot.press("l", "L")
+            frame = shown.query_one(CurvePlot).frame
+            assert frame.x.log
+            assert frame.y.log
+            await self.fill(shown, pilot, np.linspace(-1, 1, 100))
+            assert "no log: not all above 0" in legend(shown)
+            assert not shown.query_one(CurvePlot).frame.y.log
+
+        show(test)
+
+    def test_the_tools_are_clicked(self):
+        async def test(shown, pilot):
+            await self.fill(shown, pilot)
+            for name, changed in (("smooth", "smooth"), ("log", "log_y"), ("+", "left")):
+                before = getattr(shown.view, changed)
+                await pilot.click(".legend", offset=(legend(shown).rindex(name), 0))
+                await pilot.pause()
+                assert getattr(shown.view, changed) != before
+            await pilot.click(".legend", offset=(legend(shown).rindex("all"), 0))
+            await pilot.pause()
+            assert not shown.view.zoomed
+
+        show(test, size=(70, 14))
 
 
 def pictured(shown):

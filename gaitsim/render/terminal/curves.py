@@ -1,8 +1,8 @@
 """Curves in braille dots, with axes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,73 +18,60 @@ from gaitsim.render.terminal.braille import (
     draw_points,
     empty,
 )
-from gaitsim.render.ticks import labels, ticks
+from gaitsim.render.terminal.curve_view import Frame, Scale, Series, View, frame_of, smoothed
+from gaitsim.render.ticks import labels, log_ticks, ticks
 
-AXIS, FIRST = 1, 2  # inks: of axes, and of the last series; the first has the highest
+AXIS, CURSOR, FIRST = 1, 2, 3  # inks: axes, cursor, the last series; the first is highest
+MOST_INKS = 250
 LEAST = 12, 4  # columns and rows that a plot takes at least
 LINED = 8  # rows from which the axis below has a line
 # Dots on and off along a line, by which series differ where there are no colours.
 DASHES = ((1, 0), (5, 3), (2, 3), (9, 3), (1, 2), (6, 6))
-SAMPLES = ("━━━", "╍╍╍", "┅┅┅", "━╸━", "┉┉┉", "━ ━")  # how a legend shows them
-# A few scores far below the others, as of a first generation, would press all others flat.
-OUTLIERS = 0.05
+MARKERS = "●◆▲■▼◇○"  # on the lines, as more than a few dashes are hard to tell apart
+_PIECES = ("━", "╍", "┅", "━", "┉", "╺")  # of a line, as a legend shows them
+APART = 16  # columns from one marker of a line to the next, about
 FINER = 4  # groups of points in the width of a dot
-PRESSED = 4.0  # heights of the others, from which on such scores are left out
-
-
-@dataclass(frozen=True, eq=False)
-class Series:
-    """One curve.
-
-    Attributes:
-        name: of it, in the legend.
-        x: (points,), in ascending order.
-        y: (points,); there are gaps where it is not finite.
-    """
-
-    name: str
-    x: NDArray[Any]
-    y: NDArray[Any]
+ALL = View()
 
 
 @dataclass(frozen=True)
-class Frame:
-    """What the axes show: from where to where, and whether something lies below."""
+class Area:
+    """Where the curves are in a picture: first column and size in cells, axes, their numbers."""
 
-    left: float
-    right: float
-    bottom: float
-    top: float
-    below: bool = False
+    left: int
+    columns: int
+    rows: int
+    frame: Frame
+    numbers: tuple[tuple[float, str], ...]
 
-    def dots(self, x: NDArray[Any], y: NDArray[Any] | None, picture: Dots) -> NDArray[np.float64]:
-        """Where points are in a picture, (n, 2); without y spread over its height."""
-        height, width = picture.shape
-        across = (np.asarray(x, dtype=np.float64) - self.left) / (self.right - self.left)
-        if y is None:
-            down = np.linspace(0, 1, len(x))
-        else:
-            down = 1 - (np.asarray(y, dtype=np.float64) - self.bottom) / (self.top - self.bottom)
-        return np.stack([across * (width - 1), down * (height - 1)], axis=1)
+    def share(self, column: float) -> float:
+        """Return how far along the horizontal axis a column of the picture is, 0 to 1."""
+        return min(max((column - self.left + 0.5) / max(self.columns, 1), 0.0), 1.0)
 
 
-def frame_of(series: Sequence[Series]) -> Frame | None:
-    """Axes that show all points, but for a few that lie far below; None where there are none."""
-    drawn = [(one.x[at], one.y[at]) for one in series if (at := np.isfinite(one.y)).any()]
-    if not drawn:
+def sample(index: int) -> str:
+    """Return a piece of the curve of an index, as legends show it: its line and marker."""
+    piece = _PIECES[index % len(_PIECES)]
+    return piece + MARKERS[index % len(MARKERS)] + piece
+
+
+def ink_of(index: int, count: int) -> int:
+    """Return the ink of one of so many series."""
+    return FIRST + (count - 1 - index) % MOST_INKS
+
+
+def area_of(series: Sequence[Series], columns: int, rows: int, view: View = ALL) -> Area | None:
+    """Return where curves are drawn; None where there are no points, or there is no room."""
+    frame = frame_of(series, view)
+    if frame is None or columns < LEAST[0] or rows < LEAST[1]:
         return None
-    y = np.concatenate([values for _, values in drawn])
-    left = min(float(values[0]) for values, _ in drawn)
-    right = max(float(values[-1]) for values, _ in drawn)
-    low, top = float(y.min()), float(y.max())
-    usual = float(np.quantile(y, OUTLIERS))
-    below = top - low > (1 + PRESSED) * (top - usual) > 0
-    bottom = usual if below else low
-    if top - bottom <= 1e-9 * max(abs(top), abs(bottom)):
-        # A constant: in the middle of axes that have some height.
-        half = 0.1 * abs(top) or 1.0
-        bottom, top = bottom - half, top + half
-    return Frame(left, right if right > left else left + 1.0, bottom, top, below)
+    height = rows - (2 if rows >= LINED else 1)
+    numbers = _ticks(frame.y, min(max(height // 2, 3), 6))
+    words = labels(numbers, alike=not frame.y.log)
+    left = max(map(len, words), default=-1) + 2
+    if columns - left < LEAST[0] // 2:
+        return None
+    return Area(left, columns - left, height, frame, tuple(zip(numbers, words, strict=True)))
 
 
 def plot(
@@ -93,8 +80,10 @@ def plot(
     rows: int,
     x_label: str = "",
     marks: Sequence[float] = (),
+    view: View = ALL,
+    cursor: float | None = None,
 ) -> tuple[NDArray[np.uint32], Inks]:
-    """Curves, the first over the others, as code points and inks, both (rows, columns).
+    """Draw curves, the first over the others, as code points and inks, both (rows, columns).
 
     Args:
         series: to draw.
@@ -102,36 +91,76 @@ def plot(
         rows: of the picture, axes counted.
         x_label: what the axis below shows, of characters one column wide.
         marks: places on it where something begins, such as a stage.
+        view: what of the curves is shown.
+        cursor: a place on the axis below, with a line; None for none.
     """
     codes = np.full((rows, columns), SPACE, dtype=np.uint32)
     inks = np.zeros((rows, columns), dtype=np.uint8)
-    series = [thinned(one, WIDE * columns) for one in series]
-    frame = frame_of(series)
-    if frame is None or columns < LEAST[0] or rows < LEAST[1]:
+    series = [smoothed(one, view.smooth) for one in series]
+    area = area_of(series, columns, rows, view)
+    if area is None:
         return codes, inks
-    height = rows - (2 if rows >= LINED else 1)
-    at = ticks(frame.bottom, frame.top, min(max(height // 2, 3), 6))
-    words = labels(at)
-    left = max(len(word) for word in words) + 2 if words else 1
-    if columns - left < LEAST[0] // 2:
-        return codes, inks
-    dots = empty(columns - left, height)
+    series = [thinned(one, WIDE * columns) for one in seen(series, view)]
+    frame, left, height = area.frame, area.left, area.rows
+    dots = empty(area.columns, height)
     for mark in marks:
         draw_points(dots, frame.dots(np.full(height, mark), None, dots), AXIS)
+    if cursor is not None:
+        draw_points(dots, frame.dots(np.full(HIGH * height, cursor), None, dots), CURSOR)
     for index, one in enumerate(series):
-        ink, dash = len(series) - 1 - index + FIRST, DASHES[index % len(DASHES)]
-        _draw(dots, frame.dots(one.x, one.y, dots), ink, dash)
-    codes[:height, left:], inks[:height, left:] = cells(dots, behind=AXIS)
+        dash = DASHES[index % len(DASHES)]
+        _draw(dots, frame.dots(one.x, one.y, dots), one.stages, ink_of(index, len(series)), dash)
+    codes[:height, left:], inks[:height, left:] = cells(dots, behind=CURSOR)
+    if len(series) > 1:
+        for index, one in enumerate(series):
+            _mark(codes[:height, left:], inks[:height, left:], one, frame, index, len(series))
     paper = _Paper(codes, inks)
     for row in range(height):
         paper.write(row, left - 1, "│")
-    for value, word in zip(at, words, strict=True):
-        row = int(frame.dots(np.array([frame.left]), np.array([value]), dots)[0, 1]) // HIGH
+    for value, word in area.numbers:
+        row = int(frame.dots(np.array([frame.x.low]), np.array([value]), dots)[0, 1]) // HIGH
         paper.write(row, left - 2 - len(word) + 1, word + "┤")
     if frame.below:
         paper.write(height - 1, left - 1, "↓")
     _write_x(paper, frame, dots, left, x_label)
     return codes, inks
+
+
+def seen(series: Sequence[Series], view: View) -> list[Series]:
+    """Return the points that a view shows, and one more at each side of them."""
+    found = []
+    for one in series:
+        low = 0 if view.left is None else max(int(np.searchsorted(one.x, view.left)) - 1, 0)
+        high = len(one.x) if view.right is None else int(np.searchsorted(one.x, view.right)) + 1
+        stages = tuple(at - low for at in one.stages if low < at < high)
+        found.append(replace(one, x=one.x[low:high], y=one.y[low:high], stages=stages))
+    return found
+
+
+def _mark(
+    codes: NDArray[np.uint32], inks: Inks, series: Series, frame: Frame, index: int, count: int
+) -> None:
+    """Write markers of a series, none above those of another where there is room beside it."""
+    rows, columns = codes.shape
+    at = np.isfinite(series.y)
+    x, y = frame.x.share(series.x[at]), frame.y.share(series.y[at])
+    inside = (x >= 0) & (x <= 1) & (y >= 0) & (y <= 1)
+    x, y = x[inside], y[inside]
+    if not len(x):
+        return
+    number = max(columns // max(APART, 2 * count), 1)
+    wanted = (np.arange(number) + (index + 1) / (count + 1)) / number
+    for place in {int(np.abs(x - one).argmin()) for one in wanted}:
+        row = round((1 - y[place]) * (HIGH * rows - 1)) // HIGH
+        column = round(x[place] * (WIDE * columns - 1)) // WIDE
+        codes[row, column] = ord(MARKERS[index % len(MARKERS)])
+        inks[row, column] = ink_of(index, count)
+
+
+def _ticks(scale: Scale, most: int, *, whole: bool = False) -> NDArray[np.float64]:
+    if scale.log:
+        return log_ticks(scale.low, scale.high, most)
+    return ticks(scale.low, scale.high, most, whole=whole)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,9 +186,9 @@ def _write_x(paper: _Paper, frame: Frame, dots: Dots, left: int, name: str) -> N
     end = columns - len(name) - 1 if name and columns - left > 3 * len(name) else columns
     if end < columns:
         paper.write(rows - 1, end + 1, name)
-    at = ticks(frame.left, frame.right, max((columns - left) // 10, 2), whole=True)
+    at = _ticks(frame.x, max((columns - left) // 10, 2), whole=True)
     free = left - 1
-    for value, word in zip(at, labels(at), strict=True):
+    for value, word in zip(at, labels(at, alike=not frame.x.log), strict=True):
         column = left + int(frame.dots(np.array([value]), None, dots)[0, 0]) // WIDE
         start = max(column - len(word) // 2, free)
         if start + len(word) <= end:
@@ -169,11 +198,17 @@ def _write_x(paper: _Paper, frame: Frame, dots: Dots, left: int, name: str) -> N
             free = start + len(word) + 1
 
 
-def _draw(dots: Dots, points: NDArray[np.float64], ink: int, dash: tuple[int, int]) -> None:
-    """A line through points (n, 2), with gaps where they are not finite."""
+def _draw(
+    dots: Dots,
+    points: NDArray[np.float64],
+    stages: Sequence[int],
+    ink: int,
+    dash: tuple[int, int],
+) -> None:
+    """Draw a line through points (n, 2), with gaps where they are not finite or a stage begins."""
     whole = np.isfinite(points).all(axis=1)
-    part = np.cumsum(~whole)[whole]  # points of the same part are joined
-    points = points[whole]
+    gaps = ~whole + np.bincount(np.array(stages, dtype=np.intp), minlength=len(points))
+    part, points = np.cumsum(gaps)[whole], points[whole]  # points of the same part are joined
     if not len(points):
         return
     joined = part[1:] == part[:-1]
@@ -184,12 +219,16 @@ def _draw(dots: Dots, points: NDArray[np.float64], ink: int, dash: tuple[int, in
 
 
 def thinned(series: Series, width: int) -> Series:
-    """The same to the eye in so many dots: of many points in a row the lowest and the highest."""
+    """Return the same to the eye in so many dots: of many points the lowest and the highest."""
     each = len(series.y) // max(FINER * width, 1)
     if each < 2:
         return series
     y = np.where(np.isfinite(series.y), series.y, np.nan)
-    starts = np.arange(0, len(y), each)
+    # Groups begin anew with each stage, whose line is not joined to that before.
+    bounds = [0, *series.stages, len(y)]
+    parts = [np.arange(a, b, each) for a, b in pairwise(bounds)]
+    starts = np.concatenate(parts)
     # fmin and fmax pass over gaps that are narrower than what is seen.
     y = np.stack([np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)], axis=1)
-    return Series(series.name, np.repeat(series.x[starts], 2), y.ravel())
+    stages = tuple(2 * np.cumsum([len(part) for part in parts])[:-1].tolist())
+    return Series(series.name, np.repeat(series.x[starts], 2), y.ravel(), stages)

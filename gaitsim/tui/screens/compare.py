@@ -78,7 +78,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
     def compose(self) -> ComposeResult:
         yield Header()
         yield Static(id="problems")
-        yield Curves(message="reading …", id="curves")
+        yield Curves(message="reading …", whole=True, id="curves")
         yield DataTable(id="table", cursor_type="column", fixed_columns=1)
         yield Footer()
 
@@ -122,7 +122,11 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         ]
         marks = sorted({mark for one in drawn for mark in one.marks(self.by)})
         self.query_one(Curves).set_series(
-            series, marks, x_label=self.by, message="no generation is finished yet"
+            series,
+            marks,
+            x_label=self.by,
+            y_label=self._what,
+            message="no generation is finished yet",
         )
 
     def _fill(self) -> None:
@@ -152,9 +156,12 @@ Runs over each other, as far as each has come; those that are evolved now grow.
                 line += 1
             yield heading.append(clip_name(one.label, NAME))
 
+    @property
+    def _what(self) -> str:
+        return self.quantity if self.quantity == "diversity" else f"{self.quantity} score"
+
     def _say(self) -> None:
-        what = self.quantity if self.quantity == "diversity" else f"{self.quantity} score"
-        self.sub_title = f"{what} by {self.by}"
+        self.sub_title = f"{self._what} by {self.by}"
 
     def watch_by(self) -> None:
         self._say()

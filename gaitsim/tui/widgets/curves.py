@@ -1,36 +1,82 @@
-"""Curves over generations or evaluations, in braille dots."""
+"""Curves over generations, evaluations or seconds, in braille dots, that can be explored."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
-from rich.style import Style
 from rich.text import Text
+from textual import events
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.widget import Widget
+from textual.widgets import Static
 
-from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curves import SAMPLES, Series
-from gaitsim.tui.widgets.cells import Cells, Picture
+from gaitsim.render.terminal.curve_view import WINDOWS, Scale, Series, View, nearest
+from gaitsim.render.terminal.curves import seen
+from gaitsim.tui.widgets.curve_legend import TOOL, legend
+from gaitsim.tui.widgets.curve_plot import CurvePlot
 
-__all__ = ["Curves", "Series"]
+__all__ = ["Curves", "Series", "View"]
 
-COLOURS = 6
+STEP = 1.5  # by how much a key or a notch of the wheel zooms
+FAR = 10  # points of a wide step of the cursor
+FEWEST = 4  # points of the longest curve, from which on it is not zoomed any further
 
 
-class Curves(Widget):
+class Curves(Widget, can_focus=True):
     """Several curves with axes and a legend, redrawn only when there is new data.
 
-    They differ by colour and by how they are dashed. The first is drawn over the others.
+    They differ by colour, dashes and markers. The first is drawn over the others. A cursor, or
+    the mouse, shows the values at a place of the axis below.
 
     Args:
         x_label: what the axis below shows.
         message: shown while there are no curves.
-        legend: whether there is one.
+        legend: whether there is one; it also has the values at the cursor.
+        whole: whether the vertical axis holds even a few points that lie far below the others.
     """
 
     DEFAULT_CSS = """
-    Curves { width: 1fr; height: 1fr; min-height: 3; layout: vertical; }
+    Curves {
+        width: 1fr; height: 1fr; min-height: 3; layout: vertical;
+        & > .legend { height: auto; max-height: 4; }
+        &:focus > CurvePlot > .curves--axis { color: $accent; }
+    }
     """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("plus,equals_sign", "zoom(1)", "Zoom", key_display="+", id="curves.zoom-in",
+                tooltip="See less of the axis below, about the cursor"),
+        Binding("minus", "zoom(-1)", "Zoom out", show=False, id="curves.zoom-out",
+                tooltip="See more of the axis below"),
+        Binding("0", "reset", "All", id="curves.all", tooltip="See the whole of every curve"),
+        Binding("l", "log_y", "Log", id="curves.log", tooltip="Logarithmic scores, or plain ones"),
+        Binding("L", "log_x", "Log below", show=False, id="curves.log-below",
+                tooltip="A logarithmic axis below, or a plain one"),
+        Binding("m", "smooth", "Smooth", id="curves.smooth",
+                tooltip="Medians of 5, 25 or 125 neighbouring points, or all points"),
+        Binding("left", "step(-1)", "Cursor back", show=False, id="curves.back",
+                tooltip="Values one point before"),
+        Binding("right", "step(1)", "Cursor on", show=False, id="curves.on",
+                tooltip="Values one point on"),
+        Binding("shift+left,pageup", f"step({-FAR})", "Far back", show=False,
+                id="curves.far-back", tooltip="Values ten points before"),
+        Binding("shift+right,pagedown", f"step({FAR})", "Far on", show=False,
+                id="curves.far-on", tooltip="Values ten points on"),
+        Binding("home", "end(0)", "First", show=False, id="curves.first", tooltip="First values"),
+        Binding("end", "end(1)", "Last", show=False, id="curves.last", tooltip="Last values"),
+        Binding("ctrl+left,less_than_sign", "pan(-0.25)", "Pan back", show=False,
+                id="curves.pan-back", tooltip="Move back along the axis below"),
+        Binding("ctrl+right,greater_than_sign", "pan(0.25)", "Pan on", show=False,
+                id="curves.pan-on", tooltip="Move on along the axis below"),
+        Binding("up", "stretch(1)", "Stretch", show=False, id="curves.stretch",
+                tooltip="See fewer scores, about those at the cursor"),
+        Binding("down", "stretch(-1)", "Press", show=False, id="curves.press",
+                tooltip="See more scores"),
+        Binding("shift+up", "lift(0.25)", "Up", show=False, id="curves.up",
+                tooltip="Move to higher scores"),
+        Binding("shift+down", "lift(-0.25)", "Down", show=False, id="curves.down",
+                tooltip="Move to lower scores"),
+    ]  # fmt: skip
 
     def __init__(
         self,
@@ -38,11 +84,17 @@ class Curves(Widget):
         message: str = "nothing to show yet",
         *,
         legend: bool = True,
+        whole: bool = False,
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
-        self._plot = _Plot(x_label, message)
-        self._legend = _Legend(self._plot) if legend else None
+        self._plot = CurvePlot(x_label, message, View(whole=whole))
+        self._legend = Static(classes="legend") if legend else None
+        self._said: Text | None = None
+        self._whole = whole
+        self._y_label = ""
+        self._cursor: float | None = None  # chosen by a key or a click
+        self._hover: float | None = None  # under the mouse
 
     def compose(self) -> ComposeResult:
         if self._legend is not None:
@@ -55,25 +107,30 @@ class Curves(Widget):
         marks: Sequence[float] = (),
         *,
         x_label: str | None = None,
+        y_label: str | None = None,
         message: str | None = None,
     ) -> None:
-        """Show other curves.
+        """Show other curves; the zoom stays where the axes show the same as before.
 
         Args:
             series: to show; none of them shows the message.
             marks: where on the axis below something begins, such as a stage.
             x_label: what that axis shows; None as before.
+            y_label: what the vertical axis shows, at the head of the legend; None as before.
             message: shown where there are no curves; None as before.
         """
         plot = self._plot
         if len(series) != len(plot.series):
             plot.forget_styles()
+        if x_label is not None and x_label != plot.x_label:
+            plot.x_label, self._cursor, self._hover = x_label, None, None
+            plot.view = plot.view.reset()
+        if y_label is not None and y_label != self._y_label:
+            self._y_label = y_label
+            plot.view = replace(plot.view, bottom=None, top=None)
         plot.series, plot.marks = tuple(series), tuple(marks)
-        plot.x_label = plot.x_label if x_label is None else x_label
         plot.message = plot.message if message is None else message
-        plot.redraw()
-        if self._legend is not None:
-            self._legend.refresh()
+        self._redraw()
 
     @property
     def series(self) -> tuple[Series, ...]:
@@ -85,67 +142,157 @@ class Curves(Widget):
         """Places on the axis below where something begins."""
         return self._plot.marks
 
+    @property
+    def view(self) -> View:
+        """What of the curves is shown."""
+        return self._plot.view
+
+    @view.setter
+    def view(self, view: View) -> None:
+        self._plot.view = view
+        self._redraw()
+
+    @property
+    def cursor(self) -> float | None:
+        """The place on the axis below whose values are shown; None where none are."""
+        return self._cursor if self._hover is None else self._hover
+
     def sample(self, index: int) -> Text:
         """Return a piece of a curve, as a legend shows it."""
         return self._plot.sample(index)
 
+    def _redraw(self) -> None:
+        self._plot.cursor = self.cursor
+        self._plot.redraw()
+        self._explain()
 
-class _Legend(Widget):
-    DEFAULT_CSS = "_Legend { height: 1; width: 1fr; }"
+    def _explain(self) -> None:
+        """Write the legend, if it has changed."""
+        if self._legend is None or not self.is_mounted:
+            return
+        said = legend(self._plot, self._y_label, self.content_size.width)
+        before, self._said = self._said, said
+        if before is None or said != before or said.spans != before.spans:
+            higher = before is None or before.plain.count("\n") != said.plain.count("\n")
+            self._legend.update(said, layout=higher)
 
-    def __init__(self, plot: "_Plot") -> None:
-        super().__init__()
-        self._plot = plot
+    def on_resize(self) -> None:
+        self._explain()
 
-    def render(self) -> Text:
-        shown = Text(no_wrap=True, overflow="ellipsis", end="")
-        for index, one in enumerate(self._plot.series):
-            shown.append("  " if index else "")
-            shown.append_text(self._plot.sample(index))
-            shown.append(f" {one.name}")
-        return shown
+    def notify_style_update(self) -> None:
+        super().notify_style_update()
+        self.call_later(self._explain)
 
+    # What keys and tools do
 
-class _Plot(Cells):
-    COMPONENT_CLASSES: ClassVar[set[str]] = {
-        "curves--axis",
-        *(f"curves--{number}" for number in range(1, COLOURS + 1)),
-    }
-    DEFAULT_CSS = """
-    _Plot {
-        width: 1fr; height: 1fr;
-        & > .curves--axis { color: $foreground 60%; }
-        & > .curves--1 { color: $primary; }
-        & > .curves--2 { color: $warning; }
-        & > .curves--3 { color: $success; }
-        & > .curves--4 { color: $error; }
-        & > .curves--5 { color: $foreground; }
-        & > .curves--6 { color: $secondary; }
-    }
-    """
+    def action_zoom(self, way: int) -> None:
+        self._zoom(way, self.cursor)
 
-    def __init__(self, x_label: str, message: str) -> None:
-        super().__init__()
-        self.series: tuple[Series, ...] = ()
-        self.marks: tuple[float, ...] = ()
-        self.x_label, self.message = x_label, message
+    def action_stretch(self, way: int) -> None:
+        frame, whole = self._plot.frame, self._plot.whole_frame
+        if frame is None or whole is None:
+            return
+        centre = 0.5
+        for one in self._plot.smoothed:
+            place = None if self.cursor is None else nearest(one, self.cursor)
+            if place is not None and 0 <= (share := float(frame.y.share(one.y[place]))) <= 1:
+                centre = share
+                break
+        self._show_y(frame.y.zoomed(STEP**way, centre, whole.y))
 
-    def words(self) -> str:
-        return "" if curves.frame_of(self.series) else self.message
+    def action_lift(self, share: float) -> None:
+        frame, whole = self._plot.frame, self._plot.whole_frame
+        if frame is not None and whole is not None:
+            self._show_y(frame.y.panned(share, whole.y))
 
-    def picture(self, columns: int, rows: int) -> Picture:
-        return curves.plot(self.series, columns, rows, self.x_label, self.marks)
+    def action_pan(self, share: float) -> None:
+        frame, whole = self._plot.frame, self._plot.whole_frame
+        if frame is not None and whole is not None:
+            self._show_x(frame.x.panned(share, whole.x))
 
-    def ink_styles(self) -> list[Style]:
-        """Return the styles of no ink, of the axes, and of the curves, the last one first."""
-        return [
-            self.ink_style(),
-            self.ink_style("curves--axis"),
-            *(self._style(index) for index in reversed(range(len(self.series)))),
-        ]
+    def action_reset(self) -> None:
+        self._cursor = self._hover = None
+        self.view = replace(self.view.reset(), whole=self._whole)
 
-    def sample(self, index: int) -> Text:
-        return Text(SAMPLES[index % len(SAMPLES)], Style(color=self._style(index).color))
+    def action_smooth(self) -> None:
+        at = WINDOWS.index(self.view.smooth)
+        self.view = replace(self.view, smooth=WINDOWS[(at + 1) % len(WINDOWS)])
 
-    def _style(self, index: int) -> Style:
-        return self.ink_style(f"curves--{index % COLOURS + 1}")
+    def action_log_y(self) -> None:
+        self.view = replace(self.view, log_y=not self.view.log_y, bottom=None, top=None)
+
+    def action_log_x(self) -> None:
+        self.view = replace(self.view, log_x=not self.view.log_x)
+
+    def action_step(self, steps: int) -> None:
+        """Move the cursor by points of the longest curve; begin at its end."""
+        longest = max(self.series, key=lambda one: len(one.x), default=None)
+        if longest is None or not len(longest.x):
+            return
+        place = len(longest.x) - 1
+        if self._cursor is not None:
+            within = min(max(self._cursor, longest.x[0]), longest.x[-1])
+            place = min(max((nearest(longest, within) or 0) + steps, 0), place)
+        self._point_at(float(longest.x[place]))
+
+    def action_end(self, last: int) -> None:
+        whole = self._plot.whole_frame
+        if whole is not None:
+            self._point_at(whole.x.value(last))
+
+    def _point_at(self, x: float) -> None:
+        """Put the cursor on a place; move along the axis below to where it is seen."""
+        self._cursor, self._hover = x, None
+        frame = self._plot.frame
+        if frame is not None:
+            share = float(frame.x.share(x))
+            if not 0 <= share <= 1:
+                self.action_pan(share - 1 if share > 1 else share)
+        self._redraw()
+
+    def _zoom(self, way: int, x: float | None) -> None:
+        frame, whole = self._plot.frame, self._plot.whole_frame
+        if frame is None or whole is None:
+            return
+        most = max(len(one.x) for one in seen(self._plot.smoothed, self.view))
+        if way > 0 and most <= FEWEST:
+            return
+        centre = 0.5 if x is None else float(frame.x.share(x))
+        self._show_x(frame.x.zoomed(STEP**way, centre if 0 <= centre <= 1 else 0.5, whole.x))
+
+    def _show_x(self, ends: Scale | None) -> None:
+        left, right = (ends.low, ends.high) if ends else (None, None)
+        self.view = replace(self.view, left=left, right=right)
+
+    def _show_y(self, ends: Scale | None) -> None:
+        """Show some of the scores; None shows all, even a few that lie far below the others."""
+        bottom, top = (ends.low, ends.high) if ends else (None, None)
+        self.view = replace(self.view, bottom=bottom, top=top, whole=self.view.whole or not ends)
+
+    # The mouse
+
+    async def on_click(self, event: events.Click) -> None:
+        """Do what a tool says."""
+        action = event.style.meta.get(TOOL)
+        if action:
+            await self.run_action(action)
+
+    def on_curve_plot_pointed(self, event: CurvePlot.Pointed) -> None:
+        event.stop()
+        if event.clicked:
+            self._cursor = event.x
+        if event.clicked or event.x != self._hover:
+            self._hover = event.x
+            self._redraw()
+
+    def on_curve_plot_turned(self, event: CurvePlot.Turned) -> None:
+        event.stop()
+        self._hover = event.x
+        if event.tall:
+            self.action_stretch(event.way)
+        else:
+            self._zoom(event.way, event.x)
+
+    def on_curve_plot_dragged(self, event: CurvePlot.Dragged) -> None:
+        event.stop()
+        self.action_pan(event.share)

@@ -1,0 +1,181 @@
+"""The part of curves that is shown, and how: zoom, smoothing, logarithmic axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.terminal.braille import Dots
+
+# A few scores far below the others, as of a first generation, would press all others flat.
+OUTLIERS = 0.05
+PRESSED = 4.0  # heights of the others, from which on such scores are left out
+HUGE = 1e300  # the difference of two numbers up to this is finite
+WINDOWS = (1, 5, 25, 125)  # generations of which a smoothed curve shows the median
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One curve.
+
+    Attributes:
+        name: its name in the legend.
+        x: (points,), in ascending order.
+        y: (points,); there are gaps where it is not finite.
+        stages: indices of the points, in order, where a later stage begins. The line is broken
+            there, and smoothing does not look beyond: another stage may have another fitness.
+    """
+
+    name: str
+    x: NDArray[Any]
+    y: NDArray[Any]
+    stages: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class View:
+    """What of the curves is shown.
+
+    Attributes:
+        left, right, bottom, top: the ends of the axes; None as far as the curves go.
+        smooth: odd number of neighbouring points of which the median is shown; 1 shows all points.
+        log_x, log_y: whether an axis is logarithmic, where its values are positive.
+        whole: whether the vertical axis holds even a few points that lie far below the others.
+    """
+
+    left: float | None = None
+    right: float | None = None
+    bottom: float | None = None
+    top: float | None = None
+    smooth: int = 1
+    log_x: bool = False
+    log_y: bool = False
+    whole: bool = False
+
+    @property
+    def zoomed(self) -> bool:
+        """Whether an axis ends before the curves do."""
+        return any(end is not None for end in (self.left, self.right, self.bottom, self.top))
+
+    def reset(self) -> "View":
+        """Return the view of all, smoothed as before, on the same kinds of axes."""
+        return replace(self, left=None, right=None, bottom=None, top=None)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """One axis: its ends, and whether it is logarithmic."""
+
+    low: float
+    high: float
+    log: bool = False
+
+    def share(self, values: NDArray[Any] | float) -> NDArray[np.float64]:
+        """Return how far along the axis values are, 0 at its low end and 1 at its high one."""
+        found = np.asarray(values, dtype=np.float64)
+        found = np.where(np.isfinite(found), np.clip(found, -HUGE, HUGE), np.nan)
+        low, high = self.low, self.high
+        if self.log:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                found = np.log10(found)
+            low, high = float(np.log10(low)), float(np.log10(high))
+        return (found - low) / (high - low)
+
+    def value(self, share: float) -> float:
+        """Return the value so far along the axis."""
+        if self.log:
+            return float(self.low * (self.high / self.low) ** share)
+        return self.low + share * (self.high - self.low)
+
+    def zoomed(self, factor: float, centre: float, whole: "Scale") -> "Scale | None":
+        """Return the axis stretched about a share of it; None where nothing of `whole` is cut."""
+        return self._within(centre - centre / factor, centre + (1 - centre) / factor, whole)
+
+    def panned(self, share: float, whole: "Scale") -> "Scale | None":
+        """Return the axis moved by a share of itself, within `whole`; None as in `zoomed`."""
+        low, high = (float(whole.share(self.value(end))) for end in (0, 1))
+        width = high - low
+        low = min(max(low + share * width, 0.0), max(1 - width, 0.0))
+        return whole._within(low, low + width, whole)
+
+    def _within(self, low: float, high: float, whole: "Scale") -> "Scale | None":
+        """Return the part between two shares, where it is less than `whole`."""
+        ends = max(self.value(low), whole.low), min(self.value(high), whole.high)
+        if ends[0] <= whole.low and ends[1] >= whole.high:
+            return None
+        # Not so narrow that rounding shows.
+        if not ends[1] - ends[0] > 1e-9 * max(map(abs, ends)):
+            return self
+        return Scale(*ends, self.log)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What the axes show, and whether points lie below."""
+
+    x: Scale
+    y: Scale
+    below: bool = False
+
+    def dots(self, x: NDArray[Any], y: NDArray[Any] | None, picture: Dots) -> NDArray[np.float64]:
+        """Return where points are in a picture, (n, 2); without y spread over its height."""
+        height, width = picture.shape
+        down = np.linspace(0, 1, len(x)) if y is None else 1 - self.y.share(y)
+        return np.stack([self.x.share(x) * (width - 1), down * (height - 1)], axis=1)
+
+
+def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
+    """Return the axes of a view; None where there is no point.
+
+    They hold all points, but for a few that lie far below where the view is not `whole`; the
+    vertical axis holds those that the horizontal one shows.
+    """
+    drawn = [(one.x[at], one.y[at]) for one in series if (at := np.isfinite(one.y)).any()]
+    if not drawn:
+        return None
+    x, y = (np.clip(np.concatenate(part), -HUGE, HUGE) for part in zip(*drawn, strict=True))
+    left, right = float(x.min()), float(x.max())
+    log_x = view.log_x and left > 0
+    left = left if view.left is None else view.left
+    right = right if view.right is None else view.right
+    across = Scale(left, right if right > left else left + 1.0, log_x)
+    seen = y[(x >= across.low) & (x <= across.high)]
+    seen = seen if len(seen) else y
+    low, top = float(seen.min()), float(seen.max())
+    usual = float(np.quantile(seen, OUTLIERS))
+    cut = not view.whole and top - low > (1 + PRESSED) * (top - usual) > 0
+    low, below = (usual, True) if cut and view.bottom is None else (low, False)
+    log_y = view.log_y and (low if view.bottom is None else view.bottom) > 0
+    if top - low <= max(1e-9 * max(abs(top), abs(low)), 1e-300):
+        # A constant: in the middle of axes that have some height.
+        half = 0.1 * abs(top) or 1.0
+        low, top = low - half, top + half
+    low = low if view.bottom is None else view.bottom
+    top = top if view.top is None else view.top
+    return Frame(across, Scale(low, top if top > low else low + 1.0, log_y), below)
+
+
+def smoothed(series: Series, window: int) -> Series:
+    """Return the medians of so many neighbouring points, stage by stage; gaps stay."""
+    if window <= 1:
+        return series
+    from scipy.ndimage import median_filter
+
+    y = np.array(series.y, dtype=np.float64)
+    for part in np.split(np.arange(len(y)), series.stages):
+        at = part[np.isfinite(y[part])]
+        if len(at):
+            y[at] = median_filter(y[at], min(window, 2 * len(at) - 1), mode="reflect")
+    return replace(series, y=y)
+
+
+def nearest(series: Series, x: float) -> int | None:
+    """Return the index of the point nearest to x; None where the series does not reach it."""
+    count = len(series.x)
+    if not count or x < series.x[0] or x > series.x[-1]:
+        return None
+    right = min(int(np.searchsorted(series.x, x)), count - 1)
+    left = max(right - 1, 0)
+    return left if abs(series.x[left] - x) <= abs(series.x[right] - x) else right

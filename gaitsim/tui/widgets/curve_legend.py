@@ -1,0 +1,73 @@
+"""The legend of curves: names, or values at the cursor, and tools for the mouse."""
+
+import math
+from collections.abc import Iterator
+
+from rich.style import Style
+from rich.text import Text
+
+from gaitsim.render.terminal.curve_view import nearest
+from gaitsim.render.terminal.text import number, visible
+from gaitsim.tui.widgets.curve_plot import CurvePlot
+
+TOOL = "tool"  # the key of a tool's action in the meta data of its style
+TOOLS = (("+", "zoom(1)"), ("−", "zoom(-1)"), ("all", "reset"), ("log", "log_y"),
+         ("smooth", "smooth"))  # fmt: skip
+TOOLED = 60  # columns from which the tools stand beside the legend
+
+
+def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
+    """Return the legend of a picture in as many rows of a width as it needs."""
+    if not plot.series:
+        return Text()
+    heads = [*([y_label] if y_label else []), *_manners(plot)]
+    parts = [Text(" · ".join(heads), "dim")] if heads else []
+    at = plot.cursor
+    if at is not None:
+        parts.append(Text(f"{plot.x_label} {short(at)}", "bold"))
+    for index, one in enumerate(plot.smoothed):
+        entry = plot.sample(index).append(f" {visible(one.name)}")
+        if at is not None:
+            place = nearest(one, at)
+            entry.append(f" {'–' if place is None else short(float(one.y[place]))}", "bold")
+        parts.append(entry)
+    tools = Text()
+    for name, action in TOOLS if width >= TOOLED else ():
+        tools.append("  ").append(name, Style(underline=True, meta={TOOL: action}))
+    return _rows(parts, tools, width)
+
+
+def short(value: float) -> str:
+    """Return a number as 12, 1.2346 or 1.235e−7; a dash where it is not finite."""
+    if not math.isfinite(value):
+        return "–"
+    if value == round(value) and abs(value) < 1e9:
+        return number(value, 0)
+    return number(value, 4) if 1e-3 <= abs(value) < 1e6 else f"{value:.4g}".replace("-", "−")
+
+
+def _manners(plot: CurvePlot) -> Iterator[str]:
+    """Yield in words how the curves are shown."""
+    view, frame = plot.view, plot.frame
+    if view.smooth > 1:
+        yield f"median of {view.smooth}"
+    if view.zoomed:
+        yield "zoomed"
+    if frame is not None and view.log_y:
+        yield "log" if frame.y.log else "no log: not all above 0"
+    if frame is not None and view.log_x:
+        yield f"log {plot.x_label}" if frame.x.log else f"no log {plot.x_label}: not all above 0"
+
+
+def _rows(parts: list[Text], tools: Text, width: int) -> Text:
+    """Return the parts in rows, and the tools at the end of the first."""
+    rows = [Text()]
+    for part in parts:
+        room = width - (tools.cell_len if len(rows) == 1 else 0)
+        if rows[-1] and rows[-1].cell_len + 2 + part.cell_len > room:
+            rows.append(Text())
+        rows[-1].append("  " if rows[-1] else "").append_text(part)
+    if tools:
+        rows[0].truncate(max(width - tools.cell_len, 1), overflow="ellipsis", pad=True)
+        rows[0].append_text(tools)
+    return Text("\n", no_wrap=True, overflow="ellipsis", end="").join(rows)

@@ -1,0 +1,160 @@
+"""The picture of curves: what is drawn, its colours, and the mouse on it."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from rich.style import Style
+from rich.text import Text
+from textual import events
+from textual.message import Message
+
+from gaitsim.render.terminal import curves
+from gaitsim.render.terminal.curve_view import Frame, Series, View, frame_of, smoothed
+from gaitsim.tui.widgets.cells import Cells, Picture
+
+# Okabe & Ito (2008), as in plots; darker on light ground, where theirs are hardly seen.
+DARK = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00", "#FFFFFF")
+LIGHT = ("#0072B2", "#B84F00", "#00785A", "#A34E82", "#7A6200", "#B3261E", "#1C242B")
+
+
+class CurvePlot(Cells):
+    """Curves in braille dots with axes, a cursor, and an axis below that the mouse moves.
+
+    Attributes:
+        series: the curves, in front the first.
+        marks: places on the axis below where something begins.
+        x_label: what that axis shows.
+        message: shown where there are no curves.
+        view: what of the curves is shown.
+        cursor: a place on the axis below, with a line; None for none.
+    """
+
+    @dataclass
+    class Pointed(Message):
+        """The mouse is over a place of the axis below, or has left (None); or it was clicked."""
+
+        x: float | None
+        clicked: bool = False
+
+    @dataclass
+    class Turned(Message):
+        """The wheel was turned, 1 forwards or −1 backwards; `tall` with Ctrl or Shift."""
+
+        x: float
+        way: int
+        tall: bool
+
+    @dataclass
+    class Dragged(Message):
+        """The curves were dragged by a share of the axis below."""
+
+        share: float
+
+    ALLOW_SELECT = False
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "curves--axis",
+        "curves--cursor",
+        *(f"curves--{number}" for number in range(1, len(DARK) + 1)),
+    }
+    DEFAULT_CSS = """
+    CurvePlot {
+        width: 1fr; height: 1fr;
+        & > .curves--axis { color: $foreground 60%; }
+        & > .curves--cursor { color: $foreground; }
+    """ + "".join(
+        f"& > .curves--{number} {{ color: {dark}; }}\n"
+        f"&:light > .curves--{number} {{ color: {light}; }}\n"
+        for number, (dark, light) in enumerate(zip(DARK, LIGHT, strict=True), 1)
+    ) + "}"  # fmt: skip
+
+    def __init__(self, x_label: str, message: str, view: View) -> None:
+        super().__init__()
+        self.series: tuple[Series, ...] = ()
+        self.marks: tuple[float, ...] = ()
+        self.x_label, self.message, self.view = x_label, message, view
+        self.cursor: float | None = None
+        self._smoothed: tuple[tuple[tuple[Series, ...], int], list[Series]] = (((), 0), [])
+        self._held: int | None = None  # the column where the mouse was pressed
+        self._dragged = False
+
+    @property
+    def smoothed(self) -> list[Series]:
+        """The curves as they are drawn: smoothed, as far as they go."""
+        key = self.series, self.view.smooth
+        if key != self._smoothed[0]:
+            self._smoothed = key, [smoothed(one, self.view.smooth) for one in self.series]
+        return self._smoothed[1]
+
+    @property
+    def frame(self) -> Frame | None:
+        """The axes; None where there are no curves."""
+        return frame_of(self.smoothed, self.view)
+
+    @property
+    def whole_frame(self) -> Frame | None:
+        """The axes that show all, even a few scores that lie far below the others."""
+        return frame_of(self.smoothed, replace(self.view.reset(), whole=True))
+
+    def words(self) -> str:
+        return "" if frame_of(self.series) else self.message
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        view = replace(self.view, smooth=1)  # they are already
+        return curves.plot(
+            self.smoothed, columns, rows, self.x_label, self.marks, view, self.cursor
+        )
+
+    def ink_styles(self) -> list[Style]:
+        """Return the styles of no ink, axes, cursor, and the curves, the last one first."""
+        return [
+            self.ink_style(),
+            self.ink_style("curves--axis"),
+            self.ink_style("curves--cursor"),
+            *(self.style_of(index) for index in reversed(range(len(self.series)))),
+        ]
+
+    def style_of(self, index: int) -> Style:
+        """Return the style of a curve."""
+        return self.ink_style(f"curves--{index % len(DARK) + 1}")
+
+    def sample(self, index: int) -> Text:
+        """Return a piece of a curve, as a legend shows it."""
+        return Text(curves.sample(index), Style(color=self.style_of(index).color))
+
+    def place(self, column: int) -> float | None:
+        """Return the place on the axis below that a column shows."""
+        area = curves.area_of(self.smoothed, *self.content_size, self.view)
+        return None if area is None else area.frame.x.value(area.share(column))
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        if self._held is None:
+            self.post_message(self.Pointed(self.place(event.x)))
+        elif event.x != self._held and self.size.width:
+            self.post_message(self.Dragged((self._held - event.x) / self.size.width))
+            self._held, self._dragged = event.x, True
+
+    def on_leave(self) -> None:
+        self.post_message(self.Pointed(None))
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        self._held, self._dragged = event.x, False
+        self.capture_mouse()
+
+    def on_mouse_up(self, event: events.MouseUp) -> None:
+        self.release_mouse()
+        if self._held is not None and not self._dragged:
+            self.post_message(self.Pointed(self.place(event.x), clicked=True))
+        self._held = None
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        self._turned(event, 1)
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        self._turned(event, -1)
+
+    def _turned(self, event: events.MouseEvent, way: int) -> None:
+        x = self.place(event.x)
+        if x is not None:
+            event.stop()
+            event.prevent_default()
+            self.post_message(self.Turned(x, way, event.ctrl or event.shift))
