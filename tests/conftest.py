@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -94,6 +95,21 @@ class Still(Mutation):
     def mutate(self, genomes, space, rng):
         return genomes.copy()
 '''
+
+
+@pytest.fixture(autouse=True)
+def runtime_folder(tmp_path_factory, monkeypatch):
+    """The folder of background processes, of this test alone; none of them outlives it."""
+    folder = tmp_path_factory.mktemp("runtime") / "own"
+    monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(folder))
+    yield folder
+    if not folder.exists():
+        return
+    from gaitsim.runs.background import background_processes
+
+    for process in background_processes():
+        with suppress(ProcessLookupError):
+            os.kill(process.pid, signal.SIGKILL)
 
 
 @pytest.fixture

@@ -1,8 +1,15 @@
-"""A run that evolves in a process of its own, controlled and watched from another one.
+"""A run that evolves in a process of its own, controlled and watched from other ones.
 
-    the controlling process                              the evolving process
-    RunProcess ── commands, a JSON object a line ──▶ stdin  python -m gaitsim.live RUN
-               ◀── snapshots, a JSON object a line ─ stdout
+    a program             commands, a JSON object a line ──▶ stdin  python -m gaitsim.live RUN
+                          ◀── snapshots, a JSON object a line stdout
+
+    RunProcess, in        commands ──▶ a Unix socket    python -m gaitsim.live --listen RUN
+    any number of places  ◀── snapshots
+
+With `--listen` the process leaves the one that began it: it outlives it, and takes commands from
+any client of its socket, which lies in a private folder of the user (`gaitsim.runs.background`).
+A client that joins first gets a snapshot with everything but the rows; they are in the run's
+folder. One that leaves, or does not read for two seconds, does not matter to the run.
 
 Commands:
 
@@ -13,13 +20,14 @@ Commands:
                                                        "typed" instead has texts as for --set
     {"do": "stop"}                                     after this generation, saved
 
-The end of standard input is a `stop`: a UI that dies, however, leaves a run that is saved and
-resumes exactly. So is SIGTERM. SIGINT is ignored, as Ctrl-C in a terminal is meant for the UI.
+SIGTERM is a `stop`, too, and so is the end of standard input. SIGINT is ignored, as Ctrl-C in a
+terminal is meant for the program in front. A line that is not a command is ignored.
 
 A snapshot is written when something happens, at most twenty times a second. Its keys; those
 after `generations_per_second` only where they have changed:
 
-    state         preparing, running, paused; at the end finished, stopped or failed
+    state         preparing, running, paused; with `--listen` also queued, as no more runs evolve
+                  at once than there are cores; at the end finished, stopped or failed
     reason        why the run is finished; ''
     generation    the last one that is on the disk; 0 before the first
     generations   as many as are planned

@@ -1,29 +1,30 @@
-"""A process that evolves a run, seen from the process that controls it."""
+"""A process that evolves a run in the background, seen from one that controls it."""
 
 import asyncio
 import contextlib
-import sys
-from collections import deque
 from collections.abc import AsyncIterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Overrides, Typed
+from gaitsim.experiment import Overrides
+from gaitsim.live import background
+from gaitsim.live.presence import address
 from gaitsim.live.protocol import Command, Snapshot, State, merged, read_snapshot, write_command
-from gaitsim.runs.files.folder import command
-from gaitsim.toml import text
+from gaitsim.live.watching import RunWatcher
+from gaitsim.runs.background import SOCKET, background_process, last_failure, runtime_file
 
 LONGEST_LINE = 2**26  # bytes: a thousand generations' rows with hundreds of terms
-LINES_KEPT = 30  # lines of standard error that are kept
+PERIOD = 0.1  # seconds between two attempts to connect
 
 
 class RunProcess:
-    """A run that evolves in a process of its own; an asynchronous iterator of snapshots.
+    """A run that evolves in the background; an asynchronous iterator of snapshots.
 
-    When this process ends, however it does, the other one stops after its current generation.
-    Ctrl-C in a terminal does not reach it.
+    The process outlives this one, which may connect to it again: a process that evolves the run
+    already is connected to rather than begun, and takes `generations`, `overrides` and `paused`
+    as commands. Ctrl-C in a terminal does not reach it.
 
     Args:
         run: its folder.
@@ -33,6 +34,7 @@ class RunProcess:
         paused: whether it waits before its first generation.
         any_version: resume although a package has another version now.
         known: the run as it is, until the process reports.
+        begin: whether to begin a process where none evolves the run.
 
     Attributes:
         last: the newest snapshot.
@@ -48,59 +50,63 @@ class RunProcess:
         paused: bool = False,
         any_version: bool = False,
         known: Snapshot | None = None,
+        begin: bool = True,
     ) -> None:
         self.run = run
-        self._arguments = [
-            *([f"--generations={generations}"] if generations is not None else []),
-            *([f"--workers={workers}"] if workers is not None else []),
-            *(f"--set={key}={_typed(value)}" for key, value in (overrides or {}).items()),
-            *(["--paused"] if paused else []),
-            *(["--any-version"] if any_version else []),
-        ]
-        self._process: asyncio.subprocess.Process | None = None
-        self._tasks: list[asyncio.Task[None]] = []
+        self._start_detached = partial(
+            background.start_detached,
+            run,
+            generations=generations,
+            workers=workers,
+            overrides=overrides,
+            paused=paused,
+            any_version=any_version,
+        )
+        changes = {"evolution.generations": generations} if generations is not None else {}
+        changes |= overrides or {}
+        self._late = [Command("set", changes)] if changes else []
+        self._late += [Command("pause")] if paused else []
+        self._begin = begin
+        self._writer: asyncio.StreamWriter | None = None
+        self._reading: asyncio.Task[None] | None = None
+        self._left = False
         self.last = _at_rest(known, "preparing") if known else Snapshot("preparing")
         self._pending: Snapshot | None = self.last
         self._news = asyncio.Event()
         self._news.set()
-        self._last_lines: deque[str] = deque(maxlen=LINES_KEPT)
 
     @property
     def pid(self) -> int | None:
-        """The process's number; None before it starts."""
-        return self._process.pid if self._process else None
+        """The process's number; None while there is none."""
+        found = background_process(self.run)
+        return found.pid if found else None
 
     async def start(self) -> None:
-        """Start the process. A second call does nothing."""
-        if self._process is not None or self.last.ended:
+        """Connect to the process; begin it if there is none. A second call does nothing."""
+        if self._reading is not None or self.last.ended or self._left:
             return
+        begun = False
         try:
-            self._process = await asyncio.create_subprocess_exec(
-                sys.executable,
-                "-m",
-                "gaitsim.live",
-                *self._arguments,
-                "--",
-                str(self.run),
-                stdin=asyncio.subprocess.PIPE,
-                stdout=asyncio.subprocess.PIPE,
-                stderr=asyncio.subprocess.PIPE,
-                limit=LONGEST_LINE,
-                start_new_session=True,  # so that Ctrl-C and a lost terminal are ours alone
-            )
-        except OSError as error:
-            self._take(self._failed(f"the evolution cannot be started: {error.strerror}"))
-            return
-        self._tasks = [
-            asyncio.create_task(self._read(self._process)),
-            asyncio.create_task(self._drain_stderr(self._process)),
-        ]
+            if self._begin and background.evolving(self.run) is None:
+                await asyncio.to_thread(self._start_detached)
+                begun = True
+        except GaitsimError as error:
+            # Another process may have begun it meanwhile.
+            if background.evolving(self.run) is None:
+                self._take(replace(_at_rest(self.last, "failed"), error=error))
+                return
+        reader = await self._connect()
+        for late in () if begun else self._late:
+            self._send(late)
+        self._reading = asyncio.create_task(self._read(reader))
 
     async def __aiter__(self) -> AsyncIterator[Snapshot]:
         """Yield snapshots until one that ends; those that nobody took in time are merged."""
         await self.start()
         while True:
             await self._news.wait()
+            if self._left:
+                return
             self._news.clear()
             snapshot, self._pending = self._pending, None
             if snapshot is not None:
@@ -130,67 +136,65 @@ class RunProcess:
 
     def kill(self) -> None:
         """Kill the process; the run loses at most the current generation."""
-        if self._process is not None and self._process.returncode is None:
-            with contextlib.suppress(ProcessLookupError):
-                self._process.kill()
+        background.kill(self.run)
+
+    def leave(self) -> None:
+        """End the connection; the run evolves on, and the snapshots end."""
+        self._left = True
+        self._news.set()
+        if self._reading is not None:
+            self._reading.cancel()
+        self._disconnect()
 
     async def ended(self) -> Snapshot:
-        """Wait for the end of the process; return the last snapshot."""
-        if self._process is not None:
-            await asyncio.gather(*self._tasks)
-            await self._process.wait()
+        """Wait for the end of the process, or of the connection; return the last snapshot."""
+        if self._reading is not None:
+            await asyncio.wait([self._reading])
         return self.last
 
     def _send(self, command: Command) -> None:
-        process = self._process
-        if process is None or process.stdin is None or process.stdin.is_closing():
-            return
-        with contextlib.suppress(ConnectionError, RuntimeError):  # it has just ended
-            process.stdin.write(write_command(command))
+        if self._writer is not None and not self._writer.is_closing():
+            self._writer.write(write_command(command))
 
-    async def _read(self, process: asyncio.subprocess.Process) -> None:
-        assert process.stdout is not None
-        try:
-            async for line in process.stdout:
-                self._take(read_snapshot(line, self.last))
-        except ValueError as error:  # not a snapshot, or longer than any
-            self.kill()
-            self._last_lines.append(str(error))
-        code = await process.wait()
+    async def _connect(self) -> asyncio.StreamReader | None:
+        """Connect to the process; None where it has ended."""
+        while background.evolving(self.run) is not None:
+            with contextlib.suppress(OSError), address(runtime_file(self.run, SOCKET)) as name:
+                reader, self._writer = await asyncio.open_unix_connection(name, limit=LONGEST_LINE)
+                return reader
+            await asyncio.sleep(PERIOD)
+        return None
+
+    def _disconnect(self) -> None:
+        if self._writer is not None:
+            self._writer.close()
+
+    async def _read(self, reader: asyncio.StreamReader | None) -> None:
+        """Read snapshots until one that ends; connect again where the connection breaks."""
+        while reader is not None and not self.last.ended:
+            # A line that is not a snapshot, or is longer than any, is an end as well.
+            with contextlib.suppress(OSError, ValueError):
+                async for line in reader:
+                    self._take(read_snapshot(line, self.last))
+            self._disconnect()
+            if not self.last.ended:
+                await asyncio.sleep(PERIOD)
+                reader = await self._connect()
         if not self.last.ended:
-            await asyncio.wait(self._tasks[1:], timeout=1)  # for its last lines
-            how = f"by signal {-code}" if code < 0 else f"with code {code}"
-            self._take(self._failed(f"the evolution's process ended unexpectedly, {how}"))
+            self._take(await asyncio.to_thread(self._found))
 
-    async def _drain_stderr(self, process: asyncio.subprocess.Process) -> None:
-        """Drain stderr so the child never blocks on it; keep its last lines."""
-        assert process.stderr is not None
-        rest = b""
-        while data := await process.stderr.read(65536):
-            *whole, rest = (rest + data).split(b"\n")
-            self._last_lines.extend(line.decode(errors="replace") for line in whole)
-            rest = rest[-10_000:]
-        if rest:
-            self._last_lines.append(rest.decode(errors="replace"))
-
-    def _failed(self, what: str) -> Snapshot:
-        said = next((line for line in reversed(self._last_lines) if line.strip()), "")
-        error = GaitsimError(
-            f"{what}: {said.strip()}" if said else what,
-            where=str(self.run),
-            remedy=f"the run is whole; continue with: {command('resume', self.run)}",
-        )
-        return replace(_at_rest(self.last, "failed"), error=error)
+    def _found(self) -> Snapshot:
+        """Return the run as its ended process has left it, which nobody heard."""
+        error = last_failure(self.run)
+        if error is not None:
+            return replace(_at_rest(self.last, "failed"), error=error)
+        found = RunWatcher(self.run).look()
+        return found if found.ended else replace(found, state="stopped")
 
     def _take(self, snapshot: Snapshot) -> None:
         self.last = snapshot
         self._pending = merged(self._pending, snapshot) if self._pending else snapshot
         self._news.set()
-
-
-def _typed(value: Any) -> str:
-    """Return a value as a person types it."""
-    return value if isinstance(value, Typed) else text(value)
 
 
 def _at_rest(known: Snapshot, state: State) -> Snapshot:

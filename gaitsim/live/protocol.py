@@ -13,7 +13,9 @@ from gaitsim.errors import GaitsimError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
 from gaitsim.runs.follow import Rows
 
-State = Literal["preparing", "running", "paused", "finished", "stopped", "failed", "elsewhere"]
+State = Literal[
+    "preparing", "queued", "running", "paused", "finished", "stopped", "failed", "elsewhere"
+]
 """Of a run; `elsewhere` while a process that is not controlled from here writes it."""
 
 ENDED: tuple[State, ...] = ("finished", "stopped", "failed")
@@ -163,7 +165,7 @@ def read_command(line: bytes) -> Command | None:
         data = json.loads(line)
         verb, typed = data["do"], data.get("typed", {}).items()
         overrides = data.get("values", {}) | {key: Typed(text) for key, text in typed}
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
     return Command(verb, overrides) if verb in get_args(Verb) else None
 

@@ -19,6 +19,7 @@ PERIOD = 0.05  # seconds between two lines
 ROWS_KEPT = 1000  # for a slow reader; all are on the disk
 EVENTS_KEPT = 50
 RECENT = 2.0  # seconds over which speeds are taken
+PASSING = ("rows", "events", "error")  # keys that a reader who comes later does without
 
 
 class Reporter:
@@ -27,6 +28,7 @@ class Reporter:
     Args:
         write: writes a line; may wait for the reader.
         lost: called when the reader has gone.
+        on_state: called with every state and its error, before they are written.
         period: seconds between two lines.
         clock: seconds from any beginning.
     """
@@ -35,10 +37,12 @@ class Reporter:
         self,
         write: Callable[[bytes], object],
         lost: Callable[[], None] = lambda: None,
+        on_state: Callable[[State, GaitsimError | None], object] = lambda state, error: None,
         period: float = PERIOD,
         clock: Clock = time.monotonic,
     ) -> None:
         self._write, self._lost, self._period = write, lost, period
+        self._on_state = on_state
         self._speed = Speed(RECENT, clock)
         self._lock = threading.Lock()
         self._values: dict[str, Any] = {
@@ -51,6 +55,7 @@ class Reporter:
             "evaluations": 0,
         }
         self._news: dict[str, Any] = {}
+        self._known: dict[str, Any] = {**self._values, **self._speed.per_second()}
         self._rows: deque[dict[str, float]] = deque(maxlen=ROWS_KEPT)
         self._events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self._latest: Generation | None = None
@@ -123,6 +128,7 @@ class Reporter:
 
     def state(self, state: State, reason: str = "", error: GaitsimError | None = None) -> None:
         """Report the state, and an error; with a state that ends, wait until all is written."""
+        self._on_state(state, error)
         with self._lock:
             self._values["state"], self._values["reason"] = state, reason
             if error is not None:
@@ -134,6 +140,12 @@ class Reporter:
         self._wake.set()
         if state in ENDED:
             self._thread.join()
+
+    def everything(self) -> bytes:
+        """Return a line with all that is known but the rows, for a reader that comes later."""
+        with self._lock:
+            known = self._known
+        return write_snapshot(known)
 
     def _run(self) -> None:
         while True:
@@ -165,7 +177,11 @@ class Reporter:
                 news["islands"] = island_bests(latest, self._islands).tolist()
         if events:
             news["events"] = list(events)
-        return taken | news
+        taken |= news
+        kept = {name: value for name, value in taken.items() if name not in PASSING}
+        with self._lock:
+            self._known = self._known | kept
+        return taken
 
 
 def _scored_from(writer: RunWriter) -> int:

@@ -38,9 +38,12 @@ def evolve_live(
     changes, opened = overrides or {}, False
     refused: GaitsimError | None = None
     while True:
-        reporter.state("preparing", error=refused)
-        refused = None
         try:
+            if not opened and not commands.turn(reporter.state):
+                reporter.state("stopped")
+                return "stopped"
+            reporter.state("preparing", error=refused)
+            refused = None
             writer = RunWriter.open(
                 path,
                 overrides=changes,

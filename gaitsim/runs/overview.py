@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from gaitsim.errors import GaitsimError
+from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.files.safe_pickle import NewerVersionError, SchemaVersionError
@@ -23,7 +24,17 @@ POINTS = 256
 PATIENCE = 10
 """Time between two readings of a run, as a multiple of the time that reading takes."""
 
-State = Literal["running", "stopped", "finished", "older format", "newer format", "damaged"]
+State = Literal[
+    "running",
+    "queued",
+    "paused",
+    "stopped",
+    "failed",
+    "finished",
+    "older format",
+    "newer format",
+    "damaged",
+]
 
 
 @dataclass(frozen=True)
@@ -32,8 +43,10 @@ class Overview:
 
     Attributes:
         path: its folder.
-        state: running (a process evolves it now), stopped (it can be resumed), finished (a stop
-            condition holds), older or newer format (of another gaitsim), or damaged.
+        state: running (a process evolves it now), queued or paused (a process in the background
+            waits), stopped (it can be resumed), failed (likewise, but its process in the
+            background failed), finished (a stop condition holds), older or newer format (of
+            another gaitsim), or damaged.
         plugins: the name of each plugin by kind.
         description: of its experiment.
         seed: of its experiment.
@@ -46,6 +59,7 @@ class Overview:
         changed: the time of its last change, in seconds since 1970.
         curve: the best score over the generations, thinned; NaN where all failed.
         problem: why it cannot be read.
+        failure: why its process in the background failed.
     """
 
     path: Path
@@ -61,6 +75,7 @@ class Overview:
     changed: float = 0.0
     curve: tuple[float, ...] = ()
     problem: GaitsimError | None = None
+    failure: GaitsimError | None = None
 
     @property
     def name(self) -> str:
@@ -147,11 +162,20 @@ class _Watched:
         found = self._overview
         if found is None or found.problem is not None:
             return found
-        running = is_locked(self._path)
-        state: State = "running" if running else "finished" if self._finished else "stopped"
-        if found.state != state:
-            found = self._overview = replace(found, state=state)
+        state, failure = self._state()
+        if found.state != state or str(found.failure) != str(failure):
+            found = self._overview = replace(found, state=state, failure=failure)
         return found
+
+    def _state(self) -> tuple[State, GaitsimError | None]:
+        process = background_process(self._path)
+        if process is not None and process.state in ("queued", "paused"):
+            return process.state, None
+        if process is not None or is_locked(self._path):
+            return "running", None
+        failure = last_failure(self._path)
+        state: State = "failed" if failure else "finished" if self._finished else "stopped"
+        return state, failure
 
     def _read(self, run: RunSnapshot) -> Overview:
         modified = self._follower.modified

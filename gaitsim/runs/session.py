@@ -10,6 +10,7 @@ from pathlib import Path
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evolution import Generation, island_map
+from gaitsim.runs.background import forget_failure
 from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.runs.writer import RunWriter
 
@@ -40,6 +41,7 @@ class Session(ExitStack):
         self._evaluator: Evaluator | None = None
         self.enter_context(writer)
         self.enter_context(_resumable(writer.path))
+        forget_failure(writer.path)
 
     def prepare(self) -> Evaluator:
         """Start the workers and compile the body's kernels; a second call does nothing.

@@ -10,7 +10,9 @@ from filelock import FileLock, Timeout
 
 from gaitsim.errors import RunError
 from gaitsim.opening import open_descriptor, read_regular
+from gaitsim.runs.background import check_not_elsewhere
 
+PATIENCE = 0.5  # seconds: `is_locked` holds the lock of an idle run for a moment, too
 _REMOVE = "remove it, if no process writes the run"
 _REMEDIES = dict.fromkeys((errno.ELOOP, errno.EINVAL, errno.EISDIR, errno.EMLINK), _REMOVE)
 
@@ -19,17 +21,18 @@ class RunLock:
     """The lock of a run folder; the system frees it when its process ends, however it ends.
 
     Raises:
-        RunError: another process holds it; the message names that process.
+        RunError: another process holds it, or waits to evolve the run in the background; the
+            message names that process.
     """
 
     def __init__(self, folder: Path) -> None:
+        check_not_elsewhere(folder, PATIENCE)
         self._lock = FileLock(folder / ".lock")
         owner = folder / ".lock-owner"
         try:
             # filelock opens other kinds of files, too.
             os.close(open_descriptor(folder / ".lock", os.O_RDWR | os.O_CREAT))
-            # Not at once: `is_locked` holds the lock of an idle run for a moment, too.
-            self._lock.acquire(timeout=0.5, poll_interval=0.02)
+            self._lock.acquire(timeout=PATIENCE, poll_interval=0.02)
         except Timeout:
             raise RunError(
                 f"the run {folder} is being written by {_read(owner)}",

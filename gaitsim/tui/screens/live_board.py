@@ -28,10 +28,10 @@ FPS = 12  # ticks a second
 BODY, NEWS = 2, 4  # ticks to one at which, while the run evolves, the body and the panels move
 CHAMPION_EVERY = 1.0  # seconds between two champions that are moved to be shown
 COLOURS = {
-    "preparing": "secondary", "running": "success", "paused": "warning", "finished": "primary",
-    "stopped": "secondary", "stopping": "warning", "failed": "error", "elsewhere": "secondary",
-    "best": "success", "kept": "primary", "stage": "warning", "warning": "error",
-    "spark": "primary", "spark-score": "success",
+    "preparing": "secondary", "queued": "secondary", "running": "success", "paused": "warning",
+    "finished": "primary", "stopped": "secondary", "stopping": "warning", "failed": "error",
+    "elsewhere": "secondary", "best": "success", "kept": "primary", "stage": "warning",
+    "warning": "error", "spark": "primary", "spark-score": "success",
 }  # fmt: skip
 
 

@@ -17,6 +17,7 @@ Styles = dict[str, Style]  # by the name of a state, event or part, from the the
 
 MARKS = {
     "preparing": "◌",
+    "queued": "◌",
     "running": "●",
     "paused": "‖",
     "finished": "✓",
@@ -28,6 +29,7 @@ MARKS = {
 WORDS = {"elsewhere": "running in another program", "stopped": "at rest"}
 HINTS = {
     "preparing": "Preparing: the first run of a body compiles its kernels …",
+    "queued": "Queued: it evolves when one of the runs before it ends or pauses.",
     "paused": "Paused. Space continues, n makes one generation, c changes an option, f forks.",
     "stopping": "Stopping after this generation; s again stops at once.",
     "stopped": "At rest. Space continues, c changes an option first, g sets how far.",

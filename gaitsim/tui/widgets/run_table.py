@@ -17,7 +17,10 @@ from gaitsim.tui.formatting import age, clip, clip_name
 
 STATES = {
     "running": ("● running", "success"),
+    "queued": ("◌ queued", "secondary"),
+    "paused": ("‖ paused", "warning"),
     "stopped": ("■ stopped", "warning"),
+    "failed": ("✗ failed", "error"),
     "finished": ("✓ finished", "primary"),
     "older format": ("✗ too old", "warning"),
     "newer format": ("✗ too new", "warning"),

@@ -1,0 +1,133 @@
+"""Begin, find and stop processes that evolve runs in the background."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from gaitsim.errors import GaitsimError, RunError, error_from_dict
+from gaitsim.experiment import Overrides, Typed
+from gaitsim.live.protocol import State
+from gaitsim.runs.background import background_process, last_failure
+from gaitsim.toml import text
+
+__all__ = ["evolving", "kill", "last_failure", "start_detached", "stop"]
+
+STARTING = 60.0  # seconds
+PERIOD = 0.05  # seconds between two looks whether a process has ended
+
+
+def evolving(run: Path) -> State | None:
+    """Return the state of the process that evolves a run in the background; None without one."""
+    found = background_process(run)
+    return found.state if found else None
+
+
+def start_detached(
+    run: Path,
+    *,
+    generations: int | None = None,
+    workers: int | None = None,
+    overrides: Overrides | None = None,
+    paused: bool = False,
+    any_version: bool = False,
+) -> int:
+    """Evolve a run in a process of its own, which outlives this one; return its number.
+
+    It begins at once, or is queued where as many runs evolve in the background as there are
+    cores. What prevents it from evolving is found later, and told to its clients, or by
+    `last_failure`.
+
+    Args:
+        run: its folder.
+        generations: the last generation to evolve; None as planned.
+        workers: number of parallel workers; None for the usual number.
+        overrides: options to change to begin with, by key.
+        paused: whether it waits before its first generation.
+        any_version: resume although a package has another version now.
+
+    Raises:
+        GaitsimError: the process cannot be started.
+        RunError: one evolves the run already, or the run's folder is gone.
+    """
+    if sys.platform == "win32":
+        raise GaitsimError(
+            "runs cannot evolve in the background on Windows", remedy="leave out --detach"
+        )
+    arguments = [
+        *([f"--generations={generations}"] if generations is not None else []),
+        *([f"--workers={workers}"] if workers is not None else []),
+        *(f"--set={key}={_typed(value)}" for key, value in (overrides or {}).items()),
+        *(["--paused"] if paused else []),
+        *(["--any-version"] if any_version else []),
+    ]
+    said = b""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "gaitsim.live", "--listen", *arguments, "--", str(run)],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            start_new_session=True,  # so that Ctrl-C and a lost terminal are ours alone
+            check=False,
+            timeout=STARTING,
+        )
+        said = done.stderr
+        answer = json.loads(done.stdout)
+    except (OSError, subprocess.TimeoutExpired, ValueError) as error:
+        reason = next(iter(said.decode(errors="replace").strip().splitlines()[-1:]), str(error))
+        raise GaitsimError(
+            f"the process that is to evolve the run cannot be started: {reason}", where=str(run)
+        ) from None
+    if "error" in answer:
+        raise error_from_dict(answer["error"])
+    return int(answer["pid"])
+
+
+def stop(run: Path, timeout: float | None = None) -> bool:
+    """Stop a run that evolves in the background after its current generation, and save it.
+
+    Args:
+        run: its folder.
+        timeout: seconds to wait for the end of its process; None without a limit.
+
+    Returns:
+        whether its process has ended.
+
+    Raises:
+        RunError: no process evolves the run in the background.
+    """
+    found = background_process(run)
+    if found is None:
+        raise RunError(
+            f"the run {run} does not evolve in the background",
+            remedy="'gaitsim runs' lists the runs and their states",
+        )
+    _signal(found.pid, signal.SIGTERM)
+    end = None if timeout is None else time.monotonic() + timeout
+    while (left := background_process(run)) is not None and left.pid == found.pid:
+        if end is not None and time.monotonic() >= end:
+            return False
+        time.sleep(PERIOD)
+    return True
+
+
+def kill(run: Path) -> None:
+    """Kill the process that evolves a run in the background; it loses the current generation."""
+    found = background_process(run)
+    if found is not None and sys.platform != "win32":
+        _signal(found.pid, signal.SIGKILL)
+
+
+def _signal(pid: int, number: signal.Signals) -> None:
+    with suppress(ProcessLookupError):
+        os.kill(pid, number)
+
+
+def _typed(value: Any) -> str:
+    """Return a value as a person types it."""
+    return value if isinstance(value, Typed) else text(value)

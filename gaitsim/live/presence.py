@@ -1,0 +1,169 @@
+"""A process that evolves a run in the background: its lock, its socket, its state, its log."""
+
+import json
+import os
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.runs.background import (
+    FAILURE,
+    LOCK,
+    LOG,
+    SOCKET,
+    STATUS,
+    background_process,
+    identity,
+    in_background,
+    make_runtime_folder,
+    runtime_file,
+)
+
+WAITING = 32  # clients that connect at the same time
+LONGEST_ADDRESS = 100  # bytes; 104 on macOS, 108 on Linux
+LONGEST_LOG = 2**20  # bytes
+
+
+class Presence:
+    """What other processes see of this one; it is seen from the beginning until `leave`.
+
+    Args:
+        run: the run that this process evolves.
+
+    Attributes:
+        listener: a socket that listens.
+
+    Raises:
+        GaitsimError: the private folder cannot be used.
+        RunError: another process evolves the run in the background, or the run is gone.
+    """
+
+    def __init__(self, run: Path) -> None:
+        folder = make_runtime_folder()
+        self._run = run
+        self._path, self._identity = os.path.realpath(run), identity(run)
+        self._files = {
+            kind: runtime_file(run, kind, folder) for kind in (STATUS, FAILURE, LOCK, SOCKET, LOG)
+        }
+        self._state = ""
+        self._lock = FileLock(self._files[LOCK])
+        try:
+            # Not at once: those who ask whether a process lives hold it for a moment, too.
+            self._lock.acquire(timeout=0.5, poll_interval=0.02)
+        except Timeout:
+            found = background_process(run)
+            raise (
+                in_background(run, found)
+                if found
+                else RunError(
+                    f"the run {run} is about to evolve in the background", remedy="try it again"
+                )
+            ) from None
+        except OSError as error:
+            raise _unusable(folder, error) from None
+        self.check()
+        try:
+            self._files[SOCKET].unlink(missing_ok=True)  # a killed process left it
+            self.listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            with address(self._files[SOCKET]) as name:
+                self.listener.bind(name)
+            self.listener.listen(WAITING)
+            self.note("preparing")
+        except OSError as error:
+            raise _unusable(folder, error) from None
+
+    def check(self) -> None:
+        """Check that the run's folder is still there.
+
+        Raises:
+            RunError: it was deleted or moved, perhaps replaced by another one.
+        """
+        if self._identity is None or identity(self._run) != self._identity:
+            raise RunError(
+                f"the folder of the run {self._run} was deleted or moved while it was evolved",
+                remedy="begin a new run, or resume this one from where its folder is now",
+            )
+
+    def redirect(self) -> None:
+        """Let everything that this process prints go to the log, and read nothing."""
+        nothing = os.open(os.devnull, os.O_RDWR)
+        try:
+            log = os.open(
+                self._files[LOG], os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o600
+            )
+        except OSError:
+            log = os.dup(nothing)
+        for descriptor, target in ((nothing, 0), (log, 1), (log, 2)):
+            os.dup2(descriptor, target)
+        os.close(nothing)
+        os.close(log)
+
+    def tend(self) -> None:
+        """Keep the log short, and the files young: old ones in a temporary folder are removed."""
+        with suppress(OSError):
+            if os.fstat(2).st_size > LONGEST_LOG:
+                os.ftruncate(2, 0)
+        for path in self._files.values():
+            with suppress(OSError):
+                os.utime(path)
+        with suppress(OSError):
+            os.utime(self._files[LOCK].parent)
+
+    def note(self, state: str, error: GaitsimError | None = None) -> None:
+        """Show a state; with one that ends, this process is no longer seen."""
+        if state == self._state:
+            return
+        self._state = state
+        if state in ("finished", "stopped", "failed"):
+            self._leave(error)
+        else:
+            self._write(STATUS, state=state, pid=os.getpid())
+
+    def _leave(self, error: GaitsimError | None) -> None:
+        kept = error is None or self._write(FAILURE, error=error.to_dict())
+        # An error that cannot be kept is at least seen as the end of a process without a word.
+        for kind in (SOCKET, *((STATUS, LOG) if kept else ())):
+            with suppress(OSError):
+                self._files[kind].unlink(missing_ok=True)
+        with suppress(OSError):
+            self._lock.release()
+
+    def _write(self, kind: str, **values: object) -> bool:
+        path = self._files[kind]
+        draft = path.with_name(f"{path.name}.{os.getpid()}")
+        data = json.dumps({"run": self._path, "identity": self._identity, **values})
+        try:
+            draft.write_text(data, encoding="utf-8")
+            draft.replace(path)
+        except (OSError, ValueError):
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
+            return False
+        return True
+
+
+@contextmanager
+def address(path: Path) -> Iterator[str]:
+    """Give a socket's path a name that is short enough for the system."""
+    name = os.fspath(path)
+    if len(os.fsencode(name)) <= LONGEST_ADDRESS or not sys.platform.startswith("linux"):
+        yield name
+        return
+    folder = os.open(path.parent, os.O_PATH | os.O_DIRECTORY)
+    try:
+        yield f"/proc/self/fd/{folder}/{path.name}"
+    finally:
+        os.close(folder)
+
+
+def _unusable(folder: Path, error: OSError) -> GaitsimError:
+    return GaitsimError(
+        f"no run can evolve in the background: {error.strerror or error}",
+        where=str(folder),
+        remedy="name another folder in the variable GAITSIM_RUNTIME_DIR",
+    )

@@ -1,0 +1,231 @@
+"""Processes that evolve runs in the background, as a private folder of the user shows them.
+
+Each process has files there, named by a hash of the real path of its run:
+
+    KEY.lock     locked as long as the process lives, however it ends
+    KEY.json     the process's number and what it does; left behind by a process that is killed
+    KEY.failure  why the last one failed, until the run is evolved again
+    KEY.sock     where it takes commands and reports
+    KEY.log      what plugins and libraries print there
+
+The folder is `/tmp/gaitsim-UID`, or `GAITSIM_RUNTIME_DIR`. It is not `XDG_RUNTIME_DIR`, which is
+removed when its user logs out: a run in the background outlives that.
+"""
+
+import hashlib
+import json
+import os
+import stat
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from filelock import FileLock, Timeout
+
+from gaitsim.errors import GaitsimError, RunError, error_from_dict
+from gaitsim.opening import read_regular
+from gaitsim.runs.files.folder import command
+
+VARIABLE = "GAITSIM_RUNTIME_DIR"
+STATUS, FAILURE, LOCK, SOCKET, LOG = ".json", ".failure", ".lock", ".sock", ".log"
+LARGEST = 2**20  # bytes of a status or an error
+END_OF_LOG = 10_000  # bytes in which its last line is looked for
+
+BackgroundState = Literal["preparing", "queued", "running", "paused"]
+
+
+@dataclass(frozen=True)
+class BackgroundProcess:
+    """A process that evolves a run in the background.
+
+    Attributes:
+        run: the absolute path of its run.
+        pid: its number.
+        state: what it does.
+    """
+
+    run: Path
+    pid: int
+    state: BackgroundState
+
+
+def runtime_folder() -> Path:
+    """Return where the folder of the user's background processes is, whether it exists or not."""
+    given = os.environ.get(VARIABLE)
+    # os.getuid is missing on Windows, where nothing runs in the background.
+    return Path(given) if given else Path("/tmp") / f"gaitsim-{getattr(os, 'getuid', int)()}"
+
+
+def make_runtime_folder() -> Path:
+    """Return that folder; create it if it is missing.
+
+    Raises:
+        GaitsimError: it cannot be created, belongs to someone else, or is open to others.
+    """
+    folder = runtime_folder()
+    reason = ""
+    try:
+        with suppress(FileExistsError):
+            folder.mkdir(0o700, parents=True)
+        reason = _distrust(folder)
+    except OSError as error:
+        reason = f"it cannot be created: {error.strerror}"
+    if reason:
+        raise GaitsimError(
+            f"no run can evolve in the background: {reason}",
+            where=str(folder),
+            allowed="a folder that belongs to you alone, with the permissions 0700",
+            remedy=f"correct it, or name another folder in the variable {VARIABLE}",
+        )
+    return folder
+
+
+def _distrust(folder: Path) -> str:
+    """Return why a folder cannot be trusted, or ''.
+
+    Raises:
+        OSError: there is none.
+    """
+    found = folder.lstat()
+    if not stat.S_ISDIR(found.st_mode):
+        return "it is not a folder"
+    if found.st_uid != os.getuid():
+        return "it belongs to another user"
+    return "others may open it" if stat.S_IMODE(found.st_mode) & 0o077 else ""
+
+
+def runtime_file(run: Path, kind: str, folder: Path | None = None) -> Path:
+    """Return the path of a file of a run's background process."""
+    key = hashlib.sha256(os.fsencode(os.path.realpath(run))).hexdigest()[:20]
+    return (folder or runtime_folder()) / (key + kind)
+
+
+def identity(run: Path) -> list[int] | None:
+    """Return what distinguishes a run folder from a later one of the same path; None where gone."""
+    try:
+        found = run.stat()
+    except (OSError, ValueError):
+        return None
+    return [found.st_dev, found.st_ino]
+
+
+def background_process(run: Path) -> BackgroundProcess | None:
+    """Return the process that evolves a run in the background, or waits to; None without one."""
+    data = _read(runtime_file(run, STATUS))
+    return None if data is None else _alive(data, runtime_file(run, LOCK))
+
+
+def background_processes() -> list[BackgroundProcess]:
+    """Return all processes that evolve runs in the background, by the paths of their runs."""
+    folder = runtime_folder()
+    with suppress(OSError):
+        found = [
+            _alive(data, path.with_suffix(LOCK))
+            for path in folder.glob(f"*{STATUS}")
+            if (data := _read(path)) is not None
+        ]
+        return sorted(filter(None, found), key=lambda process: process.run)
+    return []
+
+
+def last_failure(run: Path) -> GaitsimError | None:
+    """Return why the run's last background process failed; None where it did not.
+
+    A run that has been evolved since, here or anywhere, has not failed.
+    """
+    data = _read(runtime_file(run, FAILURE))
+    killed = None if data else _read(runtime_file(run, STATUS))
+    if killed is not None and _alive(killed, runtime_file(run, LOCK)) is None:
+        data = {**killed, "error": died(run).to_dict()}
+    if data is None or identity(run) not in (data.get("identity"), None):
+        return None
+    with suppress(KeyError, TypeError, AttributeError):
+        return error_from_dict(data["error"])
+    return None
+
+
+def died(run: Path) -> GaitsimError:
+    """Return the error of a background process that ended without a word."""
+    said = ""
+    with suppress(OSError):
+        log = runtime_file(run, LOG)
+        with log.open("rb") as file:
+            file.seek(max(log.stat().st_size - END_OF_LOG, 0))
+            lines = file.read(END_OF_LOG).decode(errors="replace").splitlines()
+        said = next((line.strip() for line in reversed(lines) if line.strip()), "")
+    what = "the process that evolved it in the background was killed or crashed"
+    return RunError(
+        f"{what}: {said}" if said else what,
+        where=str(run),
+        remedy=f"the run is whole; continue with: {command('resume', run)}",
+    )
+
+
+def forget_failure(run: Path) -> None:
+    """Forget why the run's last background process failed, as the run is evolved again."""
+    with suppress(OSError):
+        runtime_file(run, FAILURE).unlink(missing_ok=True)
+        if runtime_file(run, STATUS).exists():
+            with FileLock(runtime_file(run, LOCK), timeout=0):  # else it is of a living process
+                for kind in (STATUS, LOG):
+                    runtime_file(run, kind).unlink(missing_ok=True)
+
+
+def check_not_elsewhere(run: Path, patience: float = 0.5) -> None:
+    """Check that no other process evolves a run in the background, or waits to.
+
+    Args:
+        run: its folder.
+        patience: seconds in which a process that has just closed the run may end.
+
+    Raises:
+        RunError: one does.
+    """
+    end = time.monotonic() + patience
+    while (found := background_process(run)) is not None and found.pid != os.getpid():
+        if time.monotonic() >= end:
+            raise in_background(run, found)
+        time.sleep(0.02)
+
+
+def in_background(run: Path, found: BackgroundProcess) -> RunError:
+    """Return the error of a run that evolves in the background."""
+    state = {"queued": "is queued", "paused": "is paused"}.get(found.state, "evolves already")
+    return RunError(
+        f"the run {run} {state} in the background, in process {found.pid}",
+        remedy=f"watch it: {command('attach', run)}; or stop it: {command('stop', run)}",
+    )
+
+
+def _read(path: Path) -> Mapping[str, Any] | None:
+    """Return the object in a file of the folder; None without one, and in a foreign folder."""
+    try:
+        data = read_regular(path, LARGEST)
+        found = None if _distrust(path.parent) else json.loads(data)
+    except (OSError, ValueError, RecursionError):
+        return None
+    return found if isinstance(found, Mapping) else None
+
+
+def _alive(data: Mapping[str, Any], lock: Path) -> BackgroundProcess | None:
+    match data:
+        case {"run": str(run), "pid": int(pid), "state": state} if state in get_args(
+            BackgroundState
+        ):
+            return BackgroundProcess(Path(run), pid, state) if _held(lock) else None
+    return None
+
+
+def _held(lock: Path) -> bool:
+    probe = FileLock(lock)
+    try:
+        probe.acquire(timeout=0)
+    except Timeout:
+        return True
+    except OSError:
+        return False
+    probe.release()
+    return False
