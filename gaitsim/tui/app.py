@@ -158,13 +158,29 @@ class GaitsimApp(App[None]):
         self.push_screen(Plugins())
 
     @work
-    async def open_export(self, run: Path) -> None:
-        """Ask what to make of a run: a gait file, a plot, a video, an analysis."""
+    async def open_export(
+        self, run: Path, generation: int | None = None, others: Sequence[Path] = ()
+    ) -> None:
+        """Ask what to make of a run: a gait file, a plot, a video, an analysis.
+
+        Args:
+            run: its folder.
+            generation: the one on the screen, to begin with; None for the champion's.
+            others: runs to compare it with.
+        """
         from gaitsim.tui.screens.export_dialog import ExportDialog
 
-        arguments = await self.push_screen_wait(ExportDialog(run))
-        if arguments:
-            self.begin_task(arguments)
+        answer = await self.push_screen_wait(ExportDialog(run, generation, others))
+        if answer == "files":
+            self.open_files(run)
+        elif answer:
+            self.begin_task(answer)
+
+    def open_files(self, run: Path) -> None:
+        """Show the files that were made of a run."""
+        from gaitsim.tui.screens.files import Files
+
+        self.push_screen(Files(run))
 
     def begin_task(self, arguments: Sequence[str]) -> None:
         """Run a gaitsim command in the background."""

@@ -44,3 +44,12 @@ def clip_name(name: str, width: int) -> str:
     end = name[::-1]
     tail = set_cell_size(end, max(0, width - 1) // 2).rstrip()[::-1]
     return set_cell_size(name, max(0, width - 1 - cell_len(tail))) + "…" + tail
+
+
+def file_size(count: int) -> str:
+    """Format a number of bytes: '812 B', '12.3 kB', '4.0 MB'."""
+    if count < 1000:
+        return f"{count} B"
+    if count < 999_950:
+        return f"{count / 1e3:.1f} kB"
+    return f"{count / 1e6:.1f} MB"

@@ -11,6 +11,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.registry import KINDS
 from gaitsim.runs.overview import Overview, RunsWatcher
 from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.products import PRODUCTS
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.help import Help
 from gaitsim.tui.screens.new import New
@@ -155,12 +156,19 @@ def test_plugins(look, size, only_puppets):
     assert look(size, go)
 
 
-def test_export(look):
-    async def go(pilot):
-        await pilot.app.push_screen(ExportDialog(RUNS[0].path))
-        await pilot.press("down")
+@pytest.mark.parametrize("size", SIZES)
+def test_export(look, size, monkeypatch):
+    missing = {PRODUCTS[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")}
+    monkeypatch.setattr("gaitsim.tui.screens.export_dialog.lacking", lambda run: missing)
 
-    assert look((80, 24), go)
+    async def go(pilot):
+        dialog = ExportDialog(RUNS[0].path, 12)
+        await pilot.app.push_screen(dialog)
+        await app_until(pilot, lambda: dialog.query("Field"))
+        await pilot.press(*["down"] * 5)
+        await app_until(pilot, lambda: len(dialog.query("Field")) > 4)
+
+    assert look(size, go)
 
 
 def test_help(look):

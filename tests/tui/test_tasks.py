@@ -3,15 +3,23 @@
 import asyncio
 import json
 import os
+import shlex
 import sys
 from pathlib import Path
 
 import pytest
+import typer
+from textual.widgets import Static
 
+from gaitsim.cli.app import app as cli
+from gaitsim.contracts import Channel
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.tui.screens.export_dialog import PRODUCTS
+from gaitsim.registry import options
+from gaitsim.tui.opener import open_file
+from gaitsim.tui.products import PRODUCTS, lacking
 from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task, Tasks
+from gaitsim.tui.widgets.form import Field
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="SIGINT stops a task")
 
@@ -158,42 +166,185 @@ class TestTask:
         assert "cannot start it" in task.message
 
 
-class TestMaking:
-    def test_each_product_is_a_command_that_there_is(self, walk, gaitsim):
-        path = walk()
-        for verb, *more in PRODUCTS.values():
-            shown = gaitsim(verb, "--help").stdout
-            for name in more:
-                if name.startswith("--"):
-                    assert name in shown
-        assert path.exists()
+class TestOpening:
+    @pytest.mark.parametrize(
+        ("name", "code", "opened"),
+        [
+            *(("a b.png", 0, True), ("a.png", 4, False)),
+            *(("a.desktop", 0, False), ("gone.png", None, False)),
+        ],
+    )
+    def test_data_and_pictures_are_opened_by_the_systems_program(
+        self, name, code, opened, here, monkeypatch
+    ):
+        program = here / "xdg-open"
+        program.write_text(f'#!/bin/sh\nprintf %s "$1" > {here}/got\nexit {code}\n')
+        program.chmod(0o755)
+        monkeypatch.setenv("PATH", str(here), prepend=os.pathsep)
+        monkeypatch.setenv("DISPLAY", ":9")
+        monkeypatch.setattr(sys, "platform", "linux")
+        if code is not None:
+            Path(name).touch()
+        assert asyncio.run(open_file(Path(name))) is opened
+        assert not opened or Path("got").read_text() == str(here / name)
 
-    def test_a_gait_file_is_made_and_its_path_told(self, walk, drive):
+    def test_without_a_display_nothing_is_started(self, here, monkeypatch):
+        monkeypatch.delenv("DISPLAY", raising=False)
+        monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+        monkeypatch.setattr(sys, "platform", "linux")
+        Path("a.png").touch()
+        assert not asyncio.run(open_file(Path("a.png")))
+
+
+class TestMaking:
+    def test_products_offer_the_options_and_choices_of_their_commands(self):
+        app = typer.main.get_command(cli)
+        made = {"--out", "--json", "--kind", "--plot"}  # which the product itself gives
+        for verb in {product.command[0] for product in PRODUCTS}:
+            known = {
+                flag: one for one in app.load(verb).params for flag in one.opts if "--" in flag
+            }
+            offered = {
+                f"--{name.replace('_', '-')}": field
+                for product in PRODUCTS
+                for name, field in product.fields().items()
+                if product.command[0] == verb
+            }
+            in_words = {"--runs", "--format"} - known.keys()  # an argument, the ending of a path
+            assert offered.keys() - in_words == known.keys() - made
+            for flag in offered.keys() & known.keys():
+                taken = str(known[flag].type_descriptor.annotation)
+                for text in {*options.choices(offered[flag])} - {"none", "true", "false"}:
+                    assert flag == "--figure" or repr(text) in taken
+
+    def test_options_become_words_and_wrong_ones_are_refused(self):
+        run, products = Path("runs/a b"), {product.title: product for product in PRODUCTS}
+        for title, texts, words in (
+            ("Gait file", {}, "export 'runs/a b'"),
+            ("Servo keyframes", {"clip": "true", "min": "-30", "generation": " 3 "},
+             "export 'runs/a b' --format servo --generation 3 --min -30.0 --clip"),
+            ("Video", {"intro": "false", "generations": "1,50", "size": "none"},
+             "video 'runs/a b' --generations 1,50 --no-intro"),
+            ("Channel over time", {"component": "x, L1 coxa", "window": "2:5"},
+             "plot 'runs/a b' --kind channel --window 2:5 --component=x '--component=L1 coxa'"),
+            ("Analysis", {"figure": "pdf", "generation": "4"},
+             "analyse 'runs/a b' --generation 4 "
+             "--figure 'runs/a b/exports/analysis-generation-4.pdf'"),
+            ("Differences of runs", {"runs": "c 'runs/d e'", "by": "seconds"},
+             "differences 'runs/a b' c 'runs/d e' --by seconds "
+             "--plot 'runs/a b/exports/differences.png'"),
+        ):  # fmt: skip
+            found, problems = products[title].read(texts)
+            assert not problems
+            assert shlex.join(products[title].arguments(run, found)) == words
+        for title, name, text in (
+            *(("Video", "generation", text) for text in ("0", "x", "1.5")),
+            ("Video", "view", "below"), ("Imitating network", "epochs", "-1"),
+            ("Differences of runs", "runs", ""),
+        ):  # fmt: skip
+            found, problems = products[title].read({name: text})
+            assert found is None
+            assert problems.keys() == {name}
+
+    @pytest.mark.parametrize("angles", [True, False])
+    def test_what_the_body_lacks_is_found_by_the_commands_own_checks(
+        self, angles, walk, puppets, gaitsim, monkeypatch
+    ):
+        run = walk()
+        if not angles:
+            monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
+            monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
+        found = lacking(run)
+        for product in found:
+            arguments = product.arguments(run, product.read({})[0])
+            assert found[product].what in gaitsim(*arguments, code=2).stderr
+        verbs = {product.command[0] for product in found}
+        assert verbs == ({"plot"} if angles else {"plot", "export", "imitate"})
+
+    def test_the_form_makes_the_command_and_the_files_are_listed(self, walk, drive, monkeypatch):
         path = walk("two words")
+        monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ())
 
         async def test(driver):
             assert "app.tasks" not in driver.offered()
-            await driver.press("e")
-            screen = await driver.at("ExportDialog")
-            await driver.press("down")
-            line = str(screen.query_one("#export-command").render())
-            assert line == "$ gaitsim export 'runs/two words' --format csv"
-            await driver.press("enter")
+            driver.app.open_export(path, 2)
+            dialog = await driver.at("ExportDialog")
+            await driver.until(lambda: dialog.query(Field))
+            dialog.query_one("#export-form Select").value = "csv"
+            await driver.until(lambda: "csv" in driver.text("#export-command"))
+            line = driver.text("#export-command")
+            assert line == "$ gaitsim export 'runs/two words' --format csv --generation 2"
+            await driver.press("tab", "tab", "x")
+            await driver.until(lambda: not driver.text("#export-command"))
+            assert dialog.query_one("#make").disabled
+            await driver.press("ctrl+u", "2", "enter")
             await driver.at("Home")
             await driver.until(lambda: list((path / "exports").glob("*.csv")))
             await driver.until(lambda: driver.app.tasks.all[0].state == "done")
             assert "Done" in driver.told()
             await driver.press("t")
             await driver.at("TaskList")
-            assert "runs/two words/exports/gait" in driver.text("#task-text")
+            [file] = (path / "exports").glob("*.csv")
+            assert str(file.absolute()) in driver.text("#task-text")
             await driver.press("p")
-            assert Path(driver.app.clipboard).is_file()
+            assert driver.app.clipboard == str(file.absolute())
             await driver.press("y")
             assert driver.app.clipboard == line[2:]
             assert "tasks.stop" not in driver.offered()
+            await driver.press("enter")
+            await driver.until(lambda: "No program to open it" in driver.told())
+            assert driver.app.clipboard == str(file.absolute())
             await driver.press("c")
             assert driver.screen.query_one("#tasks").row_count == 0
-            assert "tasks.clear" not in driver.offered()
+            assert not driver.offered() & {"tasks.clear", "tasks.again", "files.open"}
+            await driver.press("escape")
+            driver.app.open_export(path)
+            dialog = await driver.at("ExportDialog")
+            await driver.pilot.click("#show-files")
+            screen = await driver.at("Files")
+            await driver.until(lambda: driver.text("#file-path") == str(file.absolute()))
+            (path / "exports" / "linked.csv").symlink_to("/etc/passwd")
+            await driver.press("e")
+            await driver.at("ExportDialog")
+            await driver.press("escape")
+            await driver.at("Files")
+            assert screen.query_one("#files").row_count == 1
+
+        drive(test)
+
+    def test_what_a_body_lacks_is_shown_and_not_made(self, walk, drive):
+        path = walk()
+
+        async def test(driver):
+            driver.app.open_export(path)
+            dialog = await driver.at("ExportDialog")
+            menu = dialog.query_one("#products")
+            at = next(n for n, one in enumerate(PRODUCTS) if one.title == "Footfalls")
+            menu.highlighted = menu.get_option_index(str(at))
+            await driver.press("enter")  # before it is known that it has no feet
+            await driver.until(
+                lambda: any("has no feet" in str(one.render()) for one in dialog.query(Static))
+            )
+            assert driver.screen is dialog
+            assert not driver.app.tasks.all
+
+        drive(test)
+
+    def test_a_task_runs_again(self, here, drive, monkeypatch):
+        Path("gaitsim.py").write_text("raise SystemExit('no [b]luck')")
+        monkeypatch.setenv("PYTHONPATH", str(here))
+
+        async def test(driver):
+            driver.app.begin_task(["analyse", "x"])
+            driver.app.action_tasks()
+            await driver.at("TaskList")
+            await driver.until(lambda: driver.app.tasks.all[0].state == "failed")
+            await driver.until(lambda: "no [b]luck" in driver.text("#task-text"))
+            await driver.until(lambda: "tasks.again" in driver.offered())
+            await driver.press("r")
+            await driver.until(lambda: len(driver.app.tasks.all) == 2)
+            await driver.until(lambda: driver.app.tasks.all[1].state == "failed")
+            assert driver.app.tasks.all[1].arguments == ("analyse", "x")
 
         drive(test)
 

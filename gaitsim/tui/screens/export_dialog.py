@@ -1,59 +1,186 @@
-"""Choose what to make of a run in the background."""
+"""Choose what to make of a run in the background, and with which options."""
 
+import asyncio
 import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from rich.text import Text
+from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Vertical
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.content import Content
 from textual.screen import ModalScreen
-from textual.widgets import OptionList, Static
-from textual.widgets.option_list import Option
+from textual.widget import Widget
+from textual.widgets import Button, Input, OptionList, Select, Static
+from textual.widgets.option_list import Option as Row
 
-PRODUCTS: dict[str, tuple[str, ...]] = {
-    "Gait for MATLAB and Octave (.mat)": ("export", "--format", "mat"),
-    "Gait as a table (.csv)": ("export", "--format", "csv"),
-    "Gait for NumPy (.npz)": ("export", "--format", "npz"),
-    "Gait for servos, in degrees and milliseconds": ("export", "--format", "servo"),
-    "Plot of the fitness curve": ("plot", "--kind", "fitness"),
-    "Plot of the terms": ("plot", "--kind", "terms"),
-    "Plots of every kind": ("plot", "--kind", "all"),
-    "Video (MP4)": ("video", "--format", "mp4"),
-    "Video (GIF)": ("video", "--format", "gif"),
-    "Analysis: which gait, and why it scored": ("analyse",),
-    "Analysis with late and inexact servos": ("analyse", "--perturb"),
-    "Network that imitates the champion": ("imitate",),
-}
+from gaitsim.errors import GaitsimError
+from gaitsim.registry import options
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.tui.builder import Option
+from gaitsim.tui.products import GROUPS, PRODUCTS, Product, default, lacking
+from gaitsim.tui.widgets.form import Field
+
+Answer = tuple[str, ...] | Literal["files"] | None
 
 
-class ExportDialog(ModalScreen[tuple[str, ...] | None]):
-    """Ask what to make of the run in the folder `run`; return the arguments of the command."""
+class ExportDialog(ModalScreen[Answer]):
+    """Ask what to make of a run; return the arguments of the command, or 'files' to see them.
+
+    Args:
+        run: its folder.
+        generation: the one to make things of; None for the champion's.
+        others: runs to compare it with.
+    """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss", "Cancel", id="export.cancel", tooltip="Make nothing"),
+        Binding("ctrl+r", "make", "Make", id="export.make", tooltip="Make it, from any field"),
+        Binding("f", "files", "Files", id="export.files", tooltip="The files made of this run"),
     ]
 
-    def __init__(self, run: Path) -> None:
+    def __init__(
+        self, run: Path, generation: int | None = None, others: Sequence[Path] = ()
+    ) -> None:
         super().__init__()
         self._run = run
+        self._texts: dict[str, str] = {}  # what is typed, by option, for every product
+        if generation is not None:
+            self._texts["generation"] = str(generation)
+        if others:
+            self._texts["runs"] = shlex.join(map(str, others))
+        self._building = asyncio.Lock()
+        self._lacking: Mapping[Product, GaitsimError] = {}
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog", id="export") as box:
-            box.border_title = "Export"
-            box.border_subtitle = "enter makes it, esc cancels"
-            yield Static(Text(f"of {self._run}"), classes="dialog-about")
-            yield OptionList(*(Option(Text(title)) for title in PRODUCTS))
+            box.border_title = Content(f"Make of {visible(str(self._run))}")
+            box.border_subtitle = "enter makes it · tab to its options · esc cancels"
+            with Horizontal(id="export-body"):
+                yield OptionList(id="products")
+                yield VerticalScroll(id="export-form", can_focus=False)
             yield Static(id="export-command", classes="command")
+            with Horizontal(classes="dialog-buttons"):
+                yield Button("Make", variant="primary", compact=True, id="make")
+                yield Button("Files", compact=True, id="show-files")
+                yield Button("Cancel", compact=True, id="cancel")
 
-    def on_option_list_option_highlighted(self, event: OptionList.OptionHighlighted) -> None:
-        line = shlex.join(["gaitsim", *self._arguments(event.option_index)])
-        self.query_one("#export-command", Static).update(Text(f"$ {line}"))
+    def on_mount(self) -> None:
+        self._list()
+        self._checking = self._check()
 
-    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        self.dismiss(self._arguments(event.option_index))
+    @work
+    async def _check(self) -> None:
+        """Find out what cannot be made of this run, which moves its champion."""
+        try:
+            self._lacking = await asyncio.to_thread(lacking, self._run)
+        except GaitsimError as error:
+            self._lacking = dict.fromkeys(PRODUCTS, error)
+        if self.is_attached:
+            self._list()
 
-    def _arguments(self, index: int) -> tuple[str, ...]:
-        verb, *more = list(PRODUCTS.values())[index]
-        return (verb, str(self._run), *more)
+    def _list(self) -> None:
+        menu = self.query_one("#products", OptionList)
+        at = menu.highlighted
+        rows = []
+        for group, products in GROUPS.items():
+            heading = f"bold {self.app.theme_variables['secondary']}"
+            rows.append(Row(Text(group, heading), disabled=True))
+            for product in products:
+                bad = product in self._lacking
+                text = Text(f" ✗ {product.title}" if bad else f" {product.title}")
+                text.stylize("dim" if bad else "")
+                rows.append(Row(text, id=str(PRODUCTS.index(product))))
+        menu.clear_options()
+        menu.add_options(rows)
+        menu.highlighted = 1 if at is None else at
+        if self.focused is None:
+            menu.focus()
+
+    @property
+    def _product(self) -> Product:
+        row = self.query_one("#products", OptionList).highlighted_option
+        return PRODUCTS[int(row.id) if row and row.id else 0]
+
+    @on(OptionList.OptionHighlighted, "#products")
+    @work(group="form")
+    async def _show(self) -> None:
+        """Show the options of the highlighted product, or why it cannot be made."""
+        product = self._product
+        async with self._building:  # one after the other: a form that is half made cannot go
+            if product is self._product and self.is_attached:
+                await self._build(product)
+                self._show_command()
+
+    async def _build(self, product: Product) -> None:
+        form, error = self.query_one("#export-form"), self._lacking.get(product)
+        parts: list[Widget] = []
+        if error is not None:
+            parts.append(Static(Text(visible_lines(f"✗ {error}")), classes="problem"))
+        else:
+            for name, field in product.fields().items():
+                usual = default(field)
+                text, choices = self._texts.get(name, usual), options.choices(field)
+                known = text if not choices or text in choices else usual
+                parts.append(Field(Option(name, field, usual, known)))
+        await form.remove_children()
+        with self.prevent(Select.Changed, Input.Changed):
+            await form.mount_all(parts)
+        form.scroll_home(animate=False)
+
+    def _show_command(self) -> None:
+        arguments = self._arguments()
+        line = f"$ {shlex.join(['gaitsim', *arguments])}" if arguments else ""
+        self.query_one("#export-command", Static).update(Text(visible(line)))
+        self.query_one("#make", Button).disabled = not arguments
+
+    def _arguments(self) -> tuple[str, ...]:
+        """Return the command's arguments; () after marking the options that are wrong."""
+        product = self._product
+        if product in self._lacking:
+            return ()
+        fields = {field.option.key: field for field in self.query(Field)}
+        found, problems = product.read(
+            {name: self._texts.get(name, field.option.text) for name, field in fields.items()}
+        )
+        for name, field in fields.items():
+            field.show_problem(problems.get(name))
+        return () if found is None else product.arguments(self._run, found)
+
+    @on(Field.Changed)
+    def _changed(self, event: Field.Changed) -> None:
+        if event.text is None:
+            self._texts.pop(event.key, None)
+        else:
+            self._texts[event.key] = event.text
+        self._show_command()
+
+    @on(OptionList.OptionSelected, "#products")
+    @on(Input.Submitted)
+    @on(Button.Pressed, "#make")
+    def action_make(self) -> None:
+        self._make()
+
+    @work(exclusive=True, group="make")
+    async def _make(self) -> None:
+        """Return the arguments, once it is known whether it can be made of this body."""
+        await self._checking.wait()
+        arguments = self._arguments()
+        if arguments:
+            self.dismiss(arguments)
+            return
+        self.app.bell()
+        for field in self.query("Field.-wrong"):
+            field.query("Input, Select").first().focus()
+            break
+
+    @on(Button.Pressed, "#show-files")
+    def action_files(self) -> None:
+        self.dismiss("files")
+
+    @on(Button.Pressed, "#cancel")
+    def _cancel(self) -> None:
+        self.dismiss(None)

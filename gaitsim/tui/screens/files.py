@@ -1,38 +1,146 @@
-"""Ask for experiment files, to save one or to begin with one."""
+"""The files that were made of a run."""
 
-import asyncio
+import shlex
+import stat
+from collections.abc import Sequence
 from pathlib import Path
+from typing import ClassVar, NamedTuple
 
-from gaitsim.errors import GaitsimError
-from gaitsim.runs.files.atomic import write_bytes
+from rich.text import Text
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.widgets import DataTable, Header, Static
+
+from gaitsim.render.terminal.text import visible
+from gaitsim.runs.files.folder import EXPORTS
+from gaitsim.tui.formatting import age, file_size
+from gaitsim.tui.opener import copy_paths, hand_over
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.questions import Ask, Confirm
+from gaitsim.tui.tasks import TaskChanged
+from gaitsim.tui.widgets.file_table import FileTable
+from gaitsim.tui.widgets.footer import Footer
 
 
-async def ask_save(screen: GaitScreen, name: str, toml: str) -> None:
-    """Ask where to save an experiment, and save it. Await it in a worker."""
-    ask = Ask("Save the experiment file as", f"{name}.toml", about="Every option is in it.")
-    answer = await screen.app.push_screen_wait(ask)
-    if answer is None:
-        return
-    path = Path(answer if answer.endswith(".toml") else f"{answer}.toml").expanduser()
-    question = Confirm(f"Replace {path}?", "Replace", "There is such a file.", danger=True)
-    if path.exists() and not await screen.app.push_screen_wait(question):
-        return
+class MadeFile(NamedTuple):
+    """A file: its path, bytes, and when it was written, in seconds since 1970."""
+
+    path: Path
+    bytes: int
+    changed: float
+
+
+def made_files(folder: Path) -> list[MadeFile]:
+    """Return the files in a folder, the latest first; links are left out: they lead anywhere."""
+    found = []
     try:
-        await asyncio.to_thread(write_bytes, path, toml.encode())
-    except GaitsimError as error:
-        screen.gaitsim.tell(error)
-    else:
-        screen.notify(f"{path}\n$ gaitsim run {path}", title="Saved", markup=False)
+        for path in () if folder.is_symlink() else folder.iterdir():
+            state = path.lstat()
+            if stat.S_ISREG(state.st_mode) and not path.name.startswith("."):
+                found.append(MadeFile(path, state.st_size, state.st_mtime))
+    except OSError:  # there is no folder, or it is being deleted
+        return []
+    return sorted(found, key=lambda file: (-file.changed, file.path.name))
 
 
-async def ask_load(screen: GaitScreen) -> str | None:
-    """Ask for an experiment file; return its path as `gaitsim run` takes it, or None."""
-    ask = Ask("Begin with the file", "./", about="An experiment's TOML file.")
-    answer = await screen.app.push_screen_wait(ask)
-    if answer is None:
-        return None
-    path = Path(answer).expanduser()
-    # With a folder, so that it is not taken for a preset's name.
-    return str(path) if path.name != str(path) else f"./{path}"
+class Files(GaitScreen):
+    """A table of the files in a run's folder `exports`."""
+
+    HELP_TEXT = """
+The gait files, plots, videos and analyses that were made of this run, the latest first.
+
+Enter, or a click on the highlighted one, **opens** it with your system's program for it. Without
+one, as over SSH, its path is copied; in a browser, it is downloaded.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("p", "copy_path", "Copy path", id="files.copy", tooltip="Copy its path"),
+        Binding("e", "make", "Make", id="files.make", tooltip="Make something of this run"),
+    ]
+    DEFAULT_CSS = """
+    Files {
+        & DataTable { height: 1fr; }
+        & #no-files { height: 1fr; padding: 1 2; color: $text-muted; }
+        & #file-path { height: auto; padding: 0 1; background: $surface; }
+    }
+    """
+
+    def __init__(self, run: Path) -> None:
+        super().__init__()
+        self.run = run
+        self._files: Sequence[MadeFile] = ()
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        yield FileTable(id="files", cursor_type="row")
+        yield Static(id="no-files")
+        yield Static(id="file-path", classes="command")
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """List the files."""
+        self.sub_title = f"files of {visible(str(self.run))}"
+        table = self.query_one(DataTable)
+        for name, width in (("made", 5), ("size", 9), ("file", None)):
+            table.add_column(name, width=width)
+        none = f"Nothing is made of {visible(str(self.run))} yet. Press e to make something."
+        self.query_one("#no-files", Static).update(Text(none))
+        self._list()
+
+    def on_screen_resume(self) -> None:
+        self._list()
+
+    def on_task_changed(self, event: TaskChanged) -> None:
+        """List what a task has made."""
+        if not event.task.running:
+            self._list()
+
+    def _list(self) -> None:
+        table, now = self.query_one(DataTable), self.gaitsim.clock()
+        chosen = self._chosen()
+        self._files = made_files(self.run / EXPORTS)
+        table.clear()
+        for file in self._files:
+            cells = (age(now - file.changed), file_size(file.bytes), visible(file.path.name))
+            table.add_row(*map(Text, cells), key=file.path.name)
+        known = [file.path for file in self._files]
+        if chosen in known:
+            table.move_cursor(row=known.index(chosen))
+        table.display = bool(known)
+        self.query_one("#no-files").display = not known
+        if known and self.focused is None:
+            table.focus()
+        self._show_path()
+
+    @on(DataTable.RowHighlighted)
+    def _show_path(self) -> None:
+        chosen = self._chosen()
+        path = visible(str(chosen.absolute())) if chosen else ""
+        self.query_one("#file-path", Static).update(Text(path))
+        self.refresh_bindings()
+
+    def _chosen(self) -> Path | None:
+        row = self.query_one(DataTable).cursor_row
+        return self._files[row].path if 0 <= row < len(self._files) else None
+
+    def command_line(self) -> str:
+        return shlex.join(["ls", "-lt", str(self.run / EXPORTS)])
+
+    @on(DataTable.RowSelected)
+    @work(group="open", exclusive=True)
+    async def open(self) -> None:
+        chosen = self._chosen()
+        if chosen is not None:
+            await hand_over(self.app, chosen)
+
+    def action_copy_path(self) -> None:
+        chosen = self._chosen()
+        if chosen is not None:
+            copy_paths(self.app, [chosen])
+
+    def action_make(self) -> None:
+        self.gaitsim.open_export(self.run)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action in ("open", "copy_path"):
+            return self.is_mounted and self._chosen() is not None
+        return super().check_action(action, parameters)

@@ -25,7 +25,7 @@ from gaitsim.tui.builder import (
 )
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.files import ask_load, ask_save
+from gaitsim.tui.screens.experiment_files import ask_load, ask_save
 from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.form import Field

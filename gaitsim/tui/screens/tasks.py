@@ -3,14 +3,19 @@
 from typing import ClassVar
 
 from rich.text import Text
+from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Header, Static
 
 from gaitsim.render.terminal.text import visible
+from gaitsim.runs.files.folder import EXPORTS
+from gaitsim.tui.formatting import duration
+from gaitsim.tui.opener import copy_paths, hand_over
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import Task, TaskChanged
+from gaitsim.tui.widgets.file_table import FileTable
 from gaitsim.tui.widgets.footer import Footer
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
@@ -26,18 +31,21 @@ class TaskList(GaitScreen):
 What you make of runs (gait files, plots, videos, analyses) is made in the background, by the
 command that stands in the last column. Below the list is the whole command of the highlighted one
 and what it printed: the files that it wrote, or why it could not.
+
+Enter, or a click on the highlighted one, **opens** its file with your system's program for it.
+Without one, as over SSH, its path is copied; in a browser, it is downloaded. Of several files, it
+shows the list.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; nothing half made stays"),
-        Binding("c", "clear", "Clear", id="tasks.clear", tooltip="Forget those that have ended"),
         Binding("p", "copy_result", "Copy path", id="tasks.copy", tooltip="Copy its files' paths"),
-        Binding("w", "download", "Download", id="tasks.download", tooltip="Fetch its files"),
+        Binding("x", "stop", "Stop", id="tasks.stop", tooltip="Stop it; nothing half made stays"),
+        Binding("r", "again", "Again", id="tasks.again", tooltip="Run its command again"),
+        Binding("c", "clear", "Clear", id="tasks.clear", tooltip="Forget those that have ended"),
     ]
 
     def compose(self) -> ComposeResult:
         yield Header()
-        table: DataTable[Text] = DataTable(id="tasks", cursor_type="row")
-        yield table
+        yield FileTable(id="tasks", cursor_type="row")
         with VerticalScroll(id="task-output"):
             yield Static(id="task-text")
         yield Footer()
@@ -77,6 +85,8 @@ and what it printed: the files that it wrote, or why it could not.
         for task in self.gaitsim.tasks.all:
             if task.running:
                 self._draw(task)
+                if task is self._chosen():
+                    self._show(task)
 
     def _draw(self, task: Task) -> None:
         table = self.query_one(DataTable)
@@ -99,10 +109,13 @@ and what it printed: the files that it wrote, or why it could not.
         lines = [Text(f"$ {visible(task.command)}", style=colours["secondary"])]
         lines += map(Text, task.output)
         lines += [Text(line, style=colours["warning"]) for line in task.notices]
-        if task.error is not None:
+        if task.error is not None or (task.state == "failed" and not task.notices):
             lines.append(Text(task.message, style=colours["error"]))
+        if task.files:
+            lines.append(Text("enter opens:" if len(task.files) == 1 else "enter lists:", "dim"))
+            lines += [Text(visible(str(file.absolute()))) for file in task.files]
         if task.running:
-            lines.append(Text(task.progress or "Nothing yet.", style="dim"))
+            lines.append(Text(f"{task.progress or 'Working'} · {duration(task.seconds)}", "dim"))
         text = Text("\n").join(lines)
         self.query_one("#task-text", Static).update(text)
 
@@ -117,32 +130,37 @@ and what it printed: the files that it wrote, or why it could not.
         self.query_one("#task-text", Static).update("")
         self.refresh_bindings()
 
+    def action_again(self) -> None:
+        task = self._chosen()
+        if task is not None:
+            self.gaitsim.begin_task(task.arguments)
+            self.query_one(DataTable).move_cursor(row=len(self.gaitsim.tasks.all) - 1)
+
+    @on(DataTable.RowSelected)
+    @work(group="open", exclusive=True)
+    async def open(self) -> None:
+        """Open its file; of several, show the list."""
+        task = self._chosen()
+        if task is None or not task.files:
+            return
+        folder = task.files[0].parent
+        if len(task.files) > 1 and folder.name == EXPORTS:
+            self.gaitsim.open_files(folder.parent)
+        else:
+            await hand_over(self.app, task.files[0])
+
     def action_copy_result(self) -> None:
         """Copy the paths of the files that it wrote, one a line."""
         task = self._chosen()
         if task is not None:
-            paths = "\n".join(map(str, task.files))
-            self.app.copy_to_clipboard(paths)
-            self.notify(paths, title="Copied", markup=False)
-
-    def action_download(self) -> None:
-        task = self._chosen()
-        try:
-            for file in task.files if task is not None else ():
-                self.app.deliver_binary(file, open_method="download")
-        except OSError as error:
-            self.notify(str(error.strerror), severity="error", markup=False)
+            copy_paths(self.app, task.files)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        if action in ("stop", "copy_result", "download") and self.is_mounted:
-            task = self._chosen()
-            if task is None:
-                return False
-            if action == "stop":
-                return task.running
-            if action == "download" and not self.app.is_web:
-                return False
-            return task.state == "done" and bool(task.files)
+        task = self._chosen() if self.is_mounted else None
+        if action in ("open", "copy_result"):
+            return task is not None and bool(task.files)
+        if action in ("stop", "again"):
+            return task is not None and task.running == (action == "stop")
         if action == "clear":
             return any(not task.running for task in self.gaitsim.tasks.all)
         return super().check_action(action, parameters)

@@ -1,0 +1,77 @@
+"""Hand files that were made over to the user: opened, downloaded, or by their paths."""
+
+import asyncio
+import os
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from textual.app import App
+
+# Data and pictures, as gaitsim writes them. Nothing else, such as a program, is ever opened.
+OPENED = frozenset(
+    f".{name}"
+    for name in ("csv", "gif", "json", "mat", "mp4", "npz", "pdf", "png", "svg", "toml", "txt")
+)
+PATIENCE = 3.0  # seconds after which an opener that still runs is taken to show the file
+
+
+def opener() -> Sequence[str]:
+    """Return the command that opens files; () where there is none, as over SSH."""
+    if sys.platform == "darwin":
+        return ("open",)
+    shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    found = shutil.which("xdg-open") if shown else None
+    return (found,) if found else ()
+
+
+async def open_file(file: Path) -> bool:
+    """Open a file; return whether there is a program that takes it."""
+    command = opener()
+    if not command or file.suffix.lower() not in OPENED or not file.is_file():
+        return False
+    nothing = asyncio.subprocess.DEVNULL
+    try:
+        process = await asyncio.create_subprocess_exec(
+            *command,
+            str(file.absolute()),
+            stdin=nothing,
+            stdout=nothing,
+            stderr=nothing,
+            start_new_session=True,
+        )
+        return await asyncio.wait_for(process.wait(), PATIENCE) == 0
+    except TimeoutError:
+        return True
+    except OSError:
+        return False
+
+
+async def hand_over(app: App[Any], file: Path) -> None:
+    """Open a file; in a browser, download it; without a program for it, copy its path."""
+    if not file.is_file():
+        app.notify(f"{file} is gone", severity="error", markup=False)
+    elif app.is_web:
+        download(app, [file])
+    elif await open_file(file):
+        app.notify(str(file), title="Opened", markup=False)
+    else:
+        copy_paths(app, [file], "No program to open it; its path is copied")
+
+
+def copy_paths(app: App[Any], files: Sequence[Path], title: str = "Copied") -> None:
+    """Copy the paths of files, one a line."""
+    text = "\n".join(str(file.absolute()) for file in files)
+    app.copy_to_clipboard(text)
+    app.notify(text, title=title, markup=False)
+
+
+def download(app: App[Any], files: Sequence[Path]) -> None:
+    """Send files to the browser."""
+    try:
+        for file in files:
+            app.deliver_binary(file, open_method="download")
+    except OSError as error:
+        app.notify(str(error.strerror), severity="error", markup=False)

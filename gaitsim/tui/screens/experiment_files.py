@@ -1,0 +1,38 @@
+"""Ask for experiment files, to save one or to begin with one."""
+
+import asyncio
+from pathlib import Path
+
+from gaitsim.errors import GaitsimError
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.questions import Ask, Confirm
+
+
+async def ask_save(screen: GaitScreen, name: str, toml: str) -> None:
+    """Ask where to save an experiment, and save it. Await it in a worker."""
+    ask = Ask("Save the experiment file as", f"{name}.toml", about="Every option is in it.")
+    answer = await screen.app.push_screen_wait(ask)
+    if answer is None:
+        return
+    path = Path(answer if answer.endswith(".toml") else f"{answer}.toml").expanduser()
+    question = Confirm(f"Replace {path}?", "Replace", "There is such a file.", danger=True)
+    if path.exists() and not await screen.app.push_screen_wait(question):
+        return
+    try:
+        await asyncio.to_thread(write_bytes, path, toml.encode())
+    except GaitsimError as error:
+        screen.gaitsim.tell(error)
+    else:
+        screen.notify(f"{path}\n$ gaitsim run {path}", title="Saved", markup=False)
+
+
+async def ask_load(screen: GaitScreen) -> str | None:
+    """Ask for an experiment file; return its path as `gaitsim run` takes it, or None."""
+    ask = Ask("Begin with the file", "./", about="An experiment's TOML file.")
+    answer = await screen.app.push_screen_wait(ask)
+    if answer is None:
+        return None
+    path = Path(answer).expanduser()
+    # With a folder, so that it is not taken for a preset's name.
+    return str(path) if path.name != str(path) else f"./{path}"
