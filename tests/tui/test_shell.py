@@ -11,6 +11,7 @@ from pkgutil import walk_packages
 import pytest
 from textual.binding import Binding
 from textual.widgets import Input, Static
+from textual.widgets._footer import FooterKey
 
 import gaitsim.tui
 from gaitsim.tui.commands import Commands, unmarked
@@ -19,6 +20,7 @@ from gaitsim.tui.jump import targets
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.themes import THEMES
+from gaitsim.tui.widgets.footer import MORE, Footer, Item, fitting
 
 
 @pytest.fixture
@@ -65,6 +67,85 @@ class TestEveryScreen:
                 if isinstance(binding, Binding):
                     keys = binding.key.split(",")
                     assert not all(key[:1] == "f" and key[1:].isdigit() for key in keys), binding
+
+
+def key(name, text, action=None):
+    return Item(Binding(name, action or text.lower(), text, id=f"x.{name}"), name, text, True, "")
+
+
+class TestFooter:
+    @pytest.mark.parametrize("helped", [True, False])
+    def test_keys_are_whole_and_those_left_out_are_announced(self, helped):
+        help_key = Item(
+            Binding("question_mark", "help", "Help", id="app.help"), "?", "Help", True, ""
+        )
+        pair = [key("a", "Frame", "frame(-1)")._replace(text=""), key("b", "Frame", "frame(1)")]
+        items = [key("c", "Open"), *pair, *(key(letter, "Something") for letter in "defg")]
+        items += [help_key] * helped
+        palette = key("ctrl+p", "palette")
+        for width in range(24, 130):
+            shown = fitting(items, palette, width)
+            assert sum(item.width for item in shown) <= width
+            assert shown[-1].binding is palette.binding
+            left_out = len(shown) <= len(items)
+            announced = [item.binding.action for item in shown if item.text == MORE]
+            assert announced == ([] if not left_out else ["help" if helped else "palette"])
+            assert {item.key for item in shown} & {"a", "b"} in (set(), {"a", "b"})
+
+    @pytest.mark.parametrize(
+        "keys",
+        [
+            ("r", "Replay"),
+            *(
+                pytest.param(keys, marks=pytest.mark.slow)
+                for keys in [
+                    ("enter", "Live"),
+                    ("n", "New"),
+                    ("p", "Plugins"),
+                    ("space", "space", "c", "Compare"),
+                    ("t", "TaskList"),
+                ]
+            ),
+        ],
+        ids=lambda keys: keys[-1],
+    )
+    def test_every_key_of_a_screen_is_whole_or_named_by_the_help(self, keys, walk, drive):
+        walk("a")
+        walk("b")
+
+        async def test(driver):
+            await self.check(driver)
+            if keys[-1] == "TaskList":
+                driver.app.begin_task(["runs"])
+                await driver.until(lambda: not driver.app.tasks.all[0].running)
+            *keys_there, kind = keys
+            await driver.press(*keys_there)
+            await driver.at(kind)
+            await self.check(driver)
+
+        drive(test)
+
+    async def check(self, driver):
+        footer = driver.screen.query_one(Footer)
+        wanted = {}
+
+        def settled():
+            wanted.clear()
+            for _, binding, *_ in driver.screen.active_bindings.values():
+                if binding.show and binding.id:
+                    wanted[binding.action] = binding
+            keys = list(footer.query(FooterKey))
+            missing = {*wanted} - {one.action for one in keys}
+            more = any(one.description == MORE for one in keys)
+            return keys and more == bool(missing)
+
+        await driver.until(settled)
+        keys = list(footer.query(FooterKey))
+        for one in keys:
+            assert one.region.width == one.region.intersection(driver.screen.region).width
+            assert one.render().cell_len <= one.region.width
+        assert not keys[0].region.overlaps(keys[-1].region)
+        assert sum(one.region.width for one in keys) <= driver.screen.size.width
 
 
 class TestHelp:

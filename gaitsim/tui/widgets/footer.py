@@ -1,28 +1,141 @@
 """The row of keys at the foot of a screen."""
 
+from collections.abc import Sequence
+from itertools import groupby
+from typing import ClassVar, NamedTuple
+
+from rich.cells import cell_len
 from textual import widgets
 from textual.app import ComposeResult
 from textual.binding import Binding
+from textual.widgets._footer import FooterKey
+
+MORE = "More"
+_ALWAYS = {"screen.back", "app.help"}  # the ways out
+_LINE = 1  # cell before the key of the palette
+
+
+class Item(NamedTuple):
+    """A key of the footer: as it is shown, its description, and how it is drawn.
+
+    The first of two keys with the same description, such as `[` and `]`, has none.
+    """
+
+    binding: Binding
+    key: str
+    text: str
+    enabled: bool
+    tooltip: str
+
+    @property
+    def width(self) -> int:
+        """The cells that it takes, with those between it and its neighbours."""
+        return cell_len(self.key) + (cell_len(self.text) + 3 if self.text else 1)
+
+
+def fitting(items: Sequence[Item], palette: Item | None, width: int) -> list[Item]:
+    """Return the items that fit a width, the palette's last.
+
+    Where some do not fit, the last of them are left out, and the key of the help, or else of
+    the palette, which both list them, says so.
+
+    Args:
+        items: in the order of their importance.
+        palette: the key of the command palette.
+        width: in cells.
+    """
+    ends = [] if palette is None else [palette]
+    width -= _LINE * len(ends)
+    if _width([*items, *ends]) <= width:
+        return [*items, *ends]
+    ends = [end._replace(text="") for end in ends]
+    if _width([*items, *ends]) <= width:
+        return [*items, *ends]
+    has_help = any(item.binding.id == "app.help" for item in items)
+    kept = [_more(item) if item.binding.id == "app.help" else item for item in items]
+    if not has_help:
+        ends = [_more(end) for end in ends]
+    while _width([*kept, *ends]) > width and (least := _least(kept)):
+        # Keys that share a description go together.
+        kept = [
+            item for item in kept if item.binding.description != least or item.binding.id in _ALWAYS
+        ]
+    return [*kept, *ends]
+
+
+def _least(items: Sequence[Item]) -> str:
+    """Return the description of the last key that may be left out."""
+    others = (item for item in reversed(items) if item.binding.id not in _ALWAYS)
+    return next((item.binding.description for item in others), "")
+
+
+def _more(item: Item) -> Item:
+    return item._replace(text=MORE)
+
+
+def _width(items: Sequence[Item]) -> int:
+    return sum(item.width for item in items)
 
 
 class Footer(widgets.Footer):
-    """A footer that makes its keys again only if others are offered, or others are enabled.
+    """A footer that shows keys whole, or leaves them out and says where they are.
 
-    Textual's footer does so whenever the bindings are checked, as after each change of the focus;
-    that was a quarter of the processor time of the replay screen's tests.
+    It makes its keys again only if others are offered, or others are enabled. Textual's footer
+    does so whenever the bindings are checked, as after each change of the focus; that was a
+    quarter of the processor time of the replay screen's tests.
     """
 
-    _shown: list[tuple[Binding, bool, str]] | None = None
+    DEFAULT_CSS: ClassVar[str] = """
+    Footer FooterKey.-joined { padding-left: 1; }
+    """
 
-    def _offered(self) -> list[tuple[Binding, bool, str]]:
-        return [active[1:] for active in self.screen.active_bindings.values()]
+    _shown: list[Item] | None = None
+
+    def _items(self) -> list[Item]:
+        """Return the keys to show, as far as they fit."""
+        active = self.screen.active_bindings
+        chosen = {}
+        for _, binding, enabled, tooltip in active.values():
+            if binding.show and binding.action not in chosen:
+                key = self.app.get_key_display(binding)
+                about = tooltip or binding.tooltip
+                chosen[binding.action] = Item(binding, key, binding.description, enabled, about)
+        items: list[Item] = []
+        for _, same in groupby(chosen.values(), lambda item: item.text):
+            *joined, last = same
+            items += [item._replace(text="") for item in joined] + [last]
+        palette = None
+        if self.show_command_palette and self.app.COMMAND_PALETTE_BINDING in active:
+            _, binding, enabled, _ = active[self.app.COMMAND_PALETTE_BINDING]
+            key = self.app.get_key_display(binding)
+            about = binding.tooltip or binding.description
+            palette = Item(binding, key, binding.description, enabled, about)
+        return fitting(items, palette, self.app.size.width)
 
     def compose(self) -> ComposeResult:
         """Make a widget for each key that is offered now."""
-        self._shown = self._offered()
-        yield from super().compose()
+        self._shown = None
+        if not self._bindings_ready:
+            return
+        self._shown = self._items()
+        for item in self._shown:
+            palette = item.binding.key == self.app.COMMAND_PALETTE_BINDING
+            key = FooterKey(
+                item.binding.key,
+                item.key,
+                item.text,
+                item.binding.action,
+                disabled=not item.enabled,
+                tooltip=item.tooltip or item.binding.description,
+                classes="-command-palette" if palette else "" if item.text else "-joined",
+            )
+            yield key if palette else key.data_bind(compact=Footer.compact)
 
     async def recompose(self) -> None:
         """Make the keys again if these are others, unless its screen has been left."""
-        if self.is_attached and (self._offered() != self._shown or not self.children):
+        if self.is_attached and (self._items() != self._shown or not self.children):
             await super().recompose()
+
+    def on_resize(self) -> None:
+        """Show as many keys as fit now."""
+        self.call_after_refresh(self.recompose)
