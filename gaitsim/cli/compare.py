@@ -28,6 +28,7 @@ from gaitsim.study.comparison import (
     methods,
     tables,
     to_dict,
+    warning,
     write_comparison,
 )
 from gaitsim.study.running import repeat_experiment
@@ -67,9 +68,8 @@ def compare(
     short = {"evolution.generations": generations, "evolution.population": population}
     given = {key: value for key, value in short.items() if value is not None}
     loaded = load_experiments(experiments, {**given, **parse_assignments(set_ or ())})
-    first, *others = loaded.values()
-    if any(one.fitness != first.fitness for one in others):
-        notice("Warning: the experiments differ in their fitness; their scores may not compare.")
+    if said := warning(loaded.values()):
+        notice(f"Warning: {said}")
     texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
     name = "-against-".join(one.name for one in loaded.values())[:150]
     with cluster(dask, workers) as executor:
@@ -83,7 +83,7 @@ def compare(
     shown = f"./{folder}" if str(folder).startswith("-") else folder
     options = ["--repeats", repeats, *(["--target", target] if target is not None else [])]
     again = command("compare", *(f"{shown}/{text}" for text in texts), *options)
-    plot_convergence(findings.samples, folder / FIGURE)
+    plot_convergence(findings.samples, folder / FIGURE, findings.warning)
     write_comparison(folder, findings, again)
     wrote(*(folder / name for name in (REPORT, TABLE, FIGURE)))
     if json:

@@ -9,15 +9,22 @@ from rich.text import Text
 
 from gaitsim.choices import Axis, Quantity, Theme
 from gaitsim.cli.cells import LINES, lines
-from gaitsim.cli.console import echo, output, print_json, print_table
+from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json
 from gaitsim.render.plots.overlay import plot_overlay
 from gaitsim.render.plots.style import THEMES, check_target
-from gaitsim.render.terminal.curve_view import Series, View
+from gaitsim.render.terminal.curve_view import View, compared
 from gaitsim.render.terminal.curves import plot, sample
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import find_run
-from gaitsim.study.compare_runs import ComparedRun, RunsReader, comparison_table, differing_options
+from gaitsim.study.compare_runs import (
+    ComparedRun,
+    RunsReader,
+    comparison_table,
+    differing_options,
+    in_words,
+    warning,
+)
 
 ROWS = 14  # of the curves in the terminal
 WIDEST = 100  # columns of them
@@ -47,47 +54,50 @@ def differences(
     """
     if plot is not None:
         check_target(plot)
-    compared = RunsReader([find_run(run) for run in runs]).read()
-    for one in compared:
+    compared_runs = RunsReader([find_run(run) for run in runs]).read()
+    for one in compared_runs:
         if one.problem is not None:
             raise one.problem
+    if said := warning(compared_runs):
+        notice(f"Warning: {said}")
     if plot is not None:
-        plot_overlay(compared, quantity, by, plot, THEMES[theme])
+        plot_overlay(compared_runs, quantity, by, plot, THEMES[theme])
     if json:
         print_json(
             {
-                "runs": [one.to_dict() for one in compared],
-                "options": {row.key: list(row.values) for row in differing_options(compared)},
+                "runs": [one.to_dict() for one in compared_runs],
+                "warning": warning(compared_runs) or None,
+                "options": {row.key: list(row.values) for row in differing_options(compared_runs)},
                 "plot": None if plot is None else str(plot),
             }
         )
         return
-    _show(compared, quantity, by)
+    _show(compared_runs, quantity, by)
     if plot is not None:
         echo(f"\n{plot}")
 
 
-def _show(compared: Sequence[ComparedRun], quantity: str, by: str) -> None:
+def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
     console = output()
-    drawn = [one for one in compared if one.history]
+    drawn = [one for one in runs if one.history]
     heads: list[Text] = []
-    for one in compared:
+    for one in runs:
         head = Text()
         if one in drawn:
             at = drawn.index(one)
             head.append(f"{sample(at)} ", LINES[at % len(LINES)])
         heads.append(head.append(visible(one.label)))
-    series = [Series(one.label, one.axis(by), one.history[quantity]) for one in drawn]
     marks = [mark for one in drawn for mark in one.marks(by)]
     if drawn:
-        console.print(f"{quantity} by {by}", style="bold")
+        console.print(f"{in_words(quantity)} by {by}", style="bold")
         colours = [LINES[at % len(LINES)] for at in range(len(drawn))]
         styles = ["", "bright_black", "", *reversed(colours)]
+        series = compared(runs, quantity, by)
         picture = plot(series, min(console.width, WIDEST), ROWS, by, marks, View(whole=True))
         for line in lines(*picture, styles):
             console.print(line, end="\n", no_wrap=True, crop=False)
         console.print()
-    rows = comparison_table(compared)
+    rows = comparison_table(runs)
     print_table(
         ["", *heads],
         ([row.key, *row.values] for row in rows),

@@ -12,7 +12,7 @@ from gaitsim.choices import Axis, Quantity
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.follow import HistoryBuffer, RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.study.differences import Difference, Stages, differences
+from gaitsim.study.differences import Difference, Stages, differences, scoring_warning
 
 QUANTITIES = get_args(Quantity)
 AXES = get_args(Axis)
@@ -69,10 +69,14 @@ class ComparedRun:
         values = self.history[by]
         return np.cumsum(values) if by == "seconds" else values
 
+    @property
+    def begins(self) -> tuple[int, ...]:
+        """Where in the columns the second and later stages begin."""
+        return tuple(first - 1 for first, _ in self.stages[1:] if first <= self.generation)
+
     def marks(self, by: str) -> tuple[float, ...]:
         """Return where the second and later stages begin on one of `AXES`."""
-        axis = self.axis(by)
-        return tuple(float(axis[first - 1]) for first, _ in self.stages[1:] if first <= len(axis))
+        return tuple(self.axis(by)[list(self.begins)].tolist())
 
 
 class RunsReader:
@@ -134,6 +138,16 @@ def comparison_table(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
 def differing_options(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
     """Return the options in which runs differ."""
     return differences([one.stages for one in runs])
+
+
+def warning(runs: Sequence[ComparedRun]) -> str:
+    """Return a warning where the scores of runs, or of a run's stages, do not compare; or ''."""
+    return scoring_warning(differing_options(runs))
+
+
+def in_words(quantity: str) -> str:
+    """Return what one of `QUANTITIES` is, as axes say it."""
+    return quantity if quantity == "diversity" else f"{quantity} score"
 
 
 def _best(run: ComparedRun) -> str:

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -11,8 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
+from gaitsim.experiment import (
+    Experiment,
+    Overrides,
+    load_experiment,
+    read_outline,
+    with_overrides,
+)
 from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.study.differences import differences, scoring_warning
 from gaitsim.study.results import markdown
 from gaitsim.study.statistics import (
     CONFIDENCE,
@@ -65,6 +72,11 @@ class Findings:
     comparisons: Sequence[Comparison]
     reached: Mapping[str, TargetSummary]
 
+    @property
+    def warning(self) -> str:
+        """Why the scores do not compare; '' where they do."""
+        return warning(one.experiment for one in self.samples.values())
+
 
 def load_experiments(references: Sequence[str], overrides: Overrides) -> dict[str, Experiment]:
     """Load experiments by label, each with a seed of its own, so that samples are independent.
@@ -95,6 +107,12 @@ def load_experiments(references: Sequence[str], overrides: Overrides) -> dict[st
             label = f"{experiment.name} ({number})"
         found[label] = experiment
     return found
+
+
+def warning(experiments: Iterable[Experiment]) -> str:
+    """Return a warning where the scores of experiments do not compare; '' where they do."""
+    outlines = [read_outline(one.to_toml(), one.name) for one in experiments]
+    return scoring_warning(differences([[(1, one)] for one in outlines]))
 
 
 def analyse(samples: Mapping[str, Sample], target: float | None) -> Findings:
@@ -156,6 +174,7 @@ def to_dict(findings: Findings) -> dict[str, object]:
             for label, one in findings.samples.items()
         },
         "comparisons": [{**vars(pair), "differs": pair.differs} for pair in findings.comparisons],
+        "warning": findings.warning or None,
         "methods": methods(findings),
     }
 
@@ -221,6 +240,8 @@ def write_comparison(folder: Path, findings: Findings, command: str) -> None:
 def report(findings: Findings, command: str) -> str:
     """Return the comparison as Markdown."""
     lines = ["# " + " against ".join(findings.samples), ""]
+    if said := findings.warning:
+        lines += [f"**Warning:** {said}", ""]
     for title, columns, rows in tables(findings):
         lines += [f"## {title}", "", *markdown(columns, rows), ""]
     lines += [

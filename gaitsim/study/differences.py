@@ -5,11 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from gaitsim.experiment import ExperimentOutline
+from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.runs.stages import SCORING
 
 Stages = Sequence[tuple[int, ExperimentOutline]]
 """The stages of a run: the first generation of each, and its experiment."""
 
 ABSENT = "–"
+NAMED = 3  # options that a warning names
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,23 @@ def differences(runs: Sequence[Stages]) -> tuple[Difference, ...]:
         if len(each) > 1:
             found.append(Difference(key, tuple(_course(key, stages) for stages in values_of)))
     return tuple(found)
+
+
+def scoring_warning(found: Sequence[Difference]) -> str:
+    """Return a warning where options differ on which scores depend; '' where none does."""
+    keys: list[str] = []
+    for section in SCORING:
+        own = [one.key for one in found if one.key.startswith(f"{section}.")]
+        plugin = f"{section}.{PLUGIN}"
+        keys += [plugin] if plugin in own else own  # another plugin has other options
+    if not keys:
+        return ""
+    body, fitness = SCORING
+    certain = any(key == f"{body}.{PLUGIN}" or key.startswith(f"{fitness}.") for key in keys)
+    named = " and ".join(keys) if len(keys) <= 2 else ", ".join(keys[:NAMED])
+    more = f" and {len(keys) - NAMED} more" if len(keys) > NAMED else ""
+    verb = "do not" if certain else "may not"
+    return f"The scores {verb} compare: {named}{more} differ{'s' * (len(keys) == 1)}."
 
 
 def _course(key: str, stages: Sequence[tuple[int, Mapping[str, Any]]]) -> str:

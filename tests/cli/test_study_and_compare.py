@@ -97,12 +97,16 @@ def test_compare_prints_json(gaitsim):
     assert values["comparisons"][0]["differs"] is False
 
 
-def test_compare_warns_of_scores_that_do_not_compare(gaitsim):
+def test_compare_warns_of_scores_that_do_not_compare(gaitsim, tmp_path):
     backward = ("--set", "fitness.direction=backward")
     done = gaitsim("compare", "millipede", "millipede-random", *SHORT, *backward)
     assert "Warning" not in done.stderr
     done = gaitsim("compare", "millipede", "spider-recurrence", *SHORT, "--workers", 1)
-    assert "differ in their fitness" in done.stderr
+    said = "do not compare: organism.plugin and fitness.plugin differ"
+    assert said in done.stderr
+    assert (
+        said in (tmp_path / "comparisons/millipede-against-spider-recurrence/report.md").read_text()
+    )
 
 
 def test_a_study_continues_from_any_folder_after_its_files_are_deleted(

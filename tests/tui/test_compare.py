@@ -18,7 +18,7 @@ from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.study.compare_runs import RunsReader, comparison_table
-from gaitsim.study.differences import ABSENT, differences
+from gaitsim.study.differences import ABSENT, differences, scoring_warning
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.compare import Compare
 from gaitsim.tui.widgets.curves import Curves
@@ -56,6 +56,23 @@ class TestDifferences:
 
     def test_a_run_that_cannot_be_read_differs_in_nothing(self):
         assert not differences([[(1, outline())], []])
+
+    @pytest.mark.parametrize(
+        ("sections", "said"),
+        [
+            ({"mutation": {"plugin": "b"}}, ""),
+            ({"fitness": {"plugin": "b", "k": 1}}, "do not compare: fitness.plugin differs."),
+            ({"fitness": {"plugin": "a", "k": 2}}, "do not compare: fitness.k differs."),
+            ({"organism": {"plugin": "b"}}, "do not compare: organism.plugin differs."),
+            ({"organism": {"plugin": "a", "legs": 6}}, "may not compare: organism.legs differs."),
+        ],
+    )
+    def test_a_warning_names_the_options_by_which_scores_do_not_compare(self, sections, said):
+        same = {"organism": {"plugin": "a", "legs": 8}, "fitness": {"plugin": "a", "k": 1}}
+        one, other = outline(**same), outline(**same | sections)
+        for runs in ([[(1, one)], [(1, other)]], [[(1, one), (9, other)]]):
+            assert scoring_warning(differences(runs)).endswith(said)
+        assert not scoring_warning(differences([[(1, one)], [(1, one)]]))
 
     def test_they_are_in_the_order_of_the_files(self):
         one, other = (
@@ -166,6 +183,7 @@ class TestScreen:
             assert np.array_equal(shown(screen)[0].y, RunSnapshot(two[0]).history["best"])
             assert cells(screen)["seed"] == ["1", "2"]
             assert screen.sub_title == "best score by generation"
+            assert not screen.query_one("#warning").display
 
         compare(two, test)
 
@@ -188,6 +206,9 @@ class TestScreen:
 
         async def test(screen, pilot):
             assert cells(screen)["fitness.price"] == ["0.1, from 6: 0.3", "0.1"]
+            assert shown(screen)[0].stages == (5,)
+            said = str(screen.query_one("#warning").render())
+            assert "do not compare: fitness.price differs" in said
             assert screen.query_one(Curves).marks == (6.0,)
 
         compare(two, test)
@@ -274,7 +295,7 @@ def test_looks(size, two, snap_compare):
 class TestCommand:
     def test_it_prints_curves_and_differences(self, gaitsim, two):
         said = gaitsim("differences", "one", "two").stdout
-        assert "best by generation" in said
+        assert "best score by generation" in said
         assert "┤" in said
         assert [line.split() for line in said.splitlines() if line.startswith("seed")] == [
             ["seed", "1", "2"]
@@ -286,6 +307,15 @@ class TestCommand:
         number, score = best.generation, best.score
         assert told["runs"][0] | {"score": score, "generation": number} == told["runs"][0]
         assert told["options"] == {"seed": ["1", "2"]}
+        assert told["warning"] is None
+
+    def test_a_warning_is_printed_drawn_and_in_json(self, gaitsim, made):
+        runs = [made("one"), made("dear", "fitness.price=0.3")]
+        said = "do not compare: fitness.price differs"
+        done = gaitsim("differences", *runs, "--plot", "a.svg")
+        assert said in done.stderr
+        assert said in Path("a.svg").read_text()
+        assert said in json.loads(gaitsim("differences", *runs, "--json").stdout)["warning"]
 
     @pytest.mark.parametrize("name", ["curves.png", "curves.svg"])
     def test_it_draws_a_figure(self, gaitsim, two, name):

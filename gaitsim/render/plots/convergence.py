@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from gaitsim.render.plots.style import LIGHT, WIDTH, save, styled
 from gaitsim.study.comparison import Sample
 
 
-def plot_convergence(samples: Mapping[str, Sample], path: Path) -> None:
-    """Draw medians and quartile bands over the repeats.
+def plot_convergence(samples: Mapping[str, Sample], path: Path, warning: str = "") -> None:
+    """Draw medians and quartile bands over the repeats, under a warning if there is one.
 
     Raises:
         RunError: the file cannot be written.
@@ -32,6 +33,7 @@ def plot_convergence(samples: Mapping[str, Sample], path: Path) -> None:
         repeats = len(next(iter(samples.values())).best)
         axes.set_xlabel("evaluations")
         axes.set_ylabel("best score so far")
+        axes.set_title("\n".join(wrap(warning, 84)), color=LIGHT.colours[1], size=7)
         axes.margins(x=0.01)
         text = f"median and quartiles of {repeats} repeats"
         head(figure, text, *axes.get_legend_handles_labels())

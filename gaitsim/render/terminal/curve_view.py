@@ -1,13 +1,16 @@
 """The part of curves that is shown, and how: zoom, smoothing, logarithmic axes."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.terminal.braille import Dots
+
+if TYPE_CHECKING:
+    from gaitsim.study.compare_runs import ComparedRun
 
 # A few scores far below the others, as of a first generation, would press all others flat.
 OUTLIERS = 0.05
@@ -32,6 +35,21 @@ class Series:
     x: NDArray[Any]
     y: NDArray[Any]
     stages: tuple[int, ...] = ()
+
+
+def compared(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Series]:
+    """Return the curve of each run that has a generation, for terminals and figures alike.
+
+    Args:
+        runs: the runs.
+        quantity: one of `gaitsim.study.compare_runs.QUANTITIES`.
+        by: one of `gaitsim.study.compare_runs.AXES`.
+    """
+    return [
+        Series(one.label, one.axis(by), one.history[quantity], one.begins)
+        for one in runs
+        if one.history
+    ]
 
 
 @dataclass(frozen=True)

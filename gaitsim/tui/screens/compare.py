@@ -1,6 +1,7 @@
 """Compare: the curves of several runs over each other, and the options in which they differ."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -12,12 +13,21 @@ from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 from textual.widgets import DataTable, Header, Static
 
+from gaitsim.render.terminal.curve_view import compared
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
-from gaitsim.study.compare_runs import AXES, QUANTITIES, ComparedRun, RunsReader, comparison_table
+from gaitsim.study.compare_runs import (
+    AXES,
+    QUANTITIES,
+    ComparedRun,
+    RunsReader,
+    comparison_table,
+    in_words,
+    warning,
+)
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.widgets.curves import Curves, Series
+from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.footer import Footer
 
 EVERY = 1.0  # seconds between two looks whether a run has grown
@@ -36,7 +46,8 @@ class Compare(GaitScreen):
 Runs over each other, as far as each has come; those that are evolved now grow.
 
 - **Quantity**: the best score of each generation, the mean, the median, or how diverse the
-  population was. A run whose fitness is another one has other scores.
+  population was. Scores of other fitness functions, or with other options of it, do not compare:
+  a warning names the options.
 - **By** generation, by how many individuals were evaluated, or by seconds: with a larger
   population, a generation costs more.
 - Below, what became of each run, and the options in which they differ. Where one was changed on
@@ -55,6 +66,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
     DEFAULT_CSS = """
     Compare {
         & #problems { height: auto; max-height: 30%; padding: 0 1; color: $error; }
+        & #warning { height: auto; max-height: 3; padding: 0 1; color: $warning; }
         & Curves { height: 3fr; margin: 0 1; }
         & DataTable {
             height: 2fr; min-height: 6;
@@ -78,12 +90,13 @@ Runs over each other, as far as each has come; those that are evolved now grow.
     def compose(self) -> ComposeResult:
         yield Header()
         yield Static(id="problems")
+        yield Static(id="warning")
         yield Curves(message="reading …", whole=True, id="curves")
         yield DataTable(id="table", cursor_type="column", fixed_columns=1)
         yield Footer()
 
     def on_mount(self) -> None:
-        self.query_one("#problems").display = False
+        self.query_one("#problems").display = self.query_one("#warning").display = False
         self.query_one("#table").focus()
         self._say()
         self._look()
@@ -109,23 +122,28 @@ Runs over each other, as far as each has come; those that are evolved now grow.
             for one in courses
             if one.problem
         )
-        panel = self.query_one("#problems", Static)
-        panel.update(problems)
-        panel.display = bool(problems)
+        self._tell("#problems", problems)
+        said = warning(courses)
+        self._tell("#warning", Text(f"⚠ {visible(said)}") if said else Text())
         self.refresh_bindings()
+
+    def _tell(self, panel: str, text: Text) -> None:
+        shown = self.query_one(panel, Static)
+        shown.update(text)
+        shown.display = bool(text)
 
     def _draw(self) -> None:
         drawn = [one for one in self._courses if one.history]
         series = [
-            Series(clip_name(one.label, NAME), one.axis(self.by), one.history[self.quantity])
-            for one in drawn
+            replace(one, name=clip_name(one.name, NAME))
+            for one in compared(drawn, self.quantity, self.by)
         ]
         marks = sorted({mark for one in drawn for mark in one.marks(self.by)})
         self.query_one(Curves).set_series(
             series,
             marks,
             x_label=self.by,
-            y_label=self._what,
+            y_label=in_words(self.quantity),
             message="no generation is finished yet",
         )
 
@@ -156,12 +174,8 @@ Runs over each other, as far as each has come; those that are evolved now grow.
                 line += 1
             yield heading.append(clip_name(one.label, NAME))
 
-    @property
-    def _what(self) -> str:
-        return self.quantity if self.quantity == "diversity" else f"{self.quantity} score"
-
     def _say(self) -> None:
-        self.sub_title = f"{self._what} by {self.by}"
+        self.sub_title = f"{in_words(self.quantity)} by {self.by}"
 
     def watch_by(self) -> None:
         self._say()
