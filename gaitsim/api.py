@@ -20,6 +20,8 @@ from gaitsim.individual import Individual
 from gaitsim.render.notebook import RunViews, picture
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, find_run
+from gaitsim.runs.notes import read_note, write_note
+from gaitsim.runs.renaming import rename_run
 from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
 
@@ -182,6 +184,27 @@ class Run(RunViews, ReprMixin):
     def generation(self) -> int:
         """The last finished generation; 0 before the first."""
         return self.snapshot.generation
+
+    @property
+    def note(self) -> str:
+        """A text of yours that is kept in the run's folder; '' for none. Can be assigned.
+
+        Raises:
+            RunError: it cannot be read, or written.
+        """
+        return read_note(self.path)
+
+    @note.setter
+    def note(self, text: str) -> None:
+        write_note(self.path, text)
+
+    def rename(self, name: str) -> None:
+        """Give the run's folder another name, in the same place.
+
+        Raises:
+            RunError: the name is invalid or taken, or a process evolves the run.
+        """
+        self.path = rename_run(self.path, name)
 
     @property
     def champion(self) -> Individual:

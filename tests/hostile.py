@@ -18,6 +18,7 @@ FILES = (
     "bests.bin",
     "checksums.bin",
     "provenance.json",
+    "note.txt",
     ".lock",
     ".lock-owner",
     ".gaitsim-0.partial",
@@ -96,6 +97,7 @@ def make_template(run):
     run(*given, "--out", "runs/other")
     run(*given, "--set", "islands.number=2", "--from", "other", "--out", "runs/victim")
     run("plot", "victim", "--kind", "fitness")
+    run("note", "victim", "It drags a leg.")
     Path("runs/victim/.gaitsim-0.partial").touch()
     experiment = Path("runs/victim/experiment.toml")  # which asks for more: it can be resumed
     experiment.write_text(experiment.read_text().replace("generations = 5", "generations = 7"))

@@ -14,6 +14,8 @@ app = group(
         "fork": "Copy a run, to continue the copy with other options.",
         "runs": "List the runs in a folder, oldest first; or delete runs.",
         "show": "Show a run in full: its plugins, its progress, its stages and its champion.",
+        "note": "Show the note of a run, or write it.",
+        "rename": "Rename a run.",
         "export": "Write the champion's joint angles to a file, in radians or for servos.",
         "plot": "Plot a run, or the motion of its champion, at the width of a journal column.",
         "video": "Make a video of the champion: MP4 or GIF.",

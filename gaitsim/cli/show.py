@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json, RunName
 from gaitsim.cli.summary import champion_of, print_champion, to_dict
+from gaitsim.errors import RunError
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import command, find_run
@@ -55,6 +56,7 @@ def _print_json(run: RunSnapshot) -> None:
     print_json(
         {
             "run": str(run.path),
+            "note": _note(run),
             "experiment": experiment.name,
             "seed": experiment.seed,
             "plugins": {kind: entry.name for kind, entry in experiment.entries.items()},
@@ -85,6 +87,8 @@ def _print(run: RunSnapshot) -> None:
     console = output()
     console.print(str(run.path), style="bold")
     console.print(f"{experiment.name}: {experiment.description}")
+    if note := _note(run):
+        console.print(note, style="italic")
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
     console.print(f"seed {experiment.seed}  {parts}")
     islands = experiment.islands
@@ -114,6 +118,15 @@ def _print(run: RunSnapshot) -> None:
     _print_stages(run, history)
     console.print()
     print_champion(run, champion_of(run))
+
+
+def _note(run: RunSnapshot) -> str:
+    """Return the note of a run; warn where it cannot be read."""
+    try:
+        return run.note
+    except RunError as error:
+        notice(f"Warning: {error.what}")
+        return ""
 
 
 def _print_stages(run: RunSnapshot, history: Mapping[str, NDArray[np.float64]]) -> None:

@@ -42,6 +42,7 @@ from gaitsim.runs.files.history import (
     used_terms,
 )
 from gaitsim.runs.files.tables import damaged, line_ends
+from gaitsim.runs.notes import read_note
 from gaitsim.runs.stages import RunStage, changes, stages_of
 
 
@@ -244,6 +245,15 @@ class RunFiles:
         """
         path = self.path / START
         return read_champion(path) if os.path.lexists(path) else None
+
+    @cached_property
+    def note(self) -> str:
+        """The user's note; '' where there is none.
+
+        Raises:
+            RunError: it cannot be read.
+        """
+        return read_note(self.path)
 
     def _check_no_generation(self) -> None:
         """Check that a run without a checkpoint never had one.

@@ -10,12 +10,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, RunError
 from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.files.safe_pickle import NewerVersionError, SchemaVersionError
 from gaitsim.runs.follow import Rows, RunFollower
+from gaitsim.runs.notes import read_note
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -60,6 +61,7 @@ class Overview:
         curve: the best score over the generations, thinned; NaN where all failed.
         problem: why it cannot be read.
         failure: why its process in the background failed.
+        note: its user's note, or why that cannot be read.
     """
 
     path: Path
@@ -76,6 +78,7 @@ class Overview:
     curve: tuple[float, ...] = ()
     problem: GaitsimError | None = None
     failure: GaitsimError | None = None
+    note: str = ""
 
     @property
     def name(self) -> str:
@@ -160,12 +163,23 @@ class _Watched:
             self._overview = self._read(run)
             self._not_before = now + PATIENCE * (time.monotonic() - now)
         found = self._overview
-        if found is None or found.problem is not None:
+        if found is None:
+            return None
+        note = self._note()
+        if found.note != note:
+            found = self._overview = replace(found, note=note)
+        if found.problem is not None:
             return found
         state, failure = self._state()
         if found.state != state or str(found.failure) != str(failure):
             found = self._overview = replace(found, state=state, failure=failure)
         return found
+
+    def _note(self) -> str:
+        try:
+            return read_note(self._path)
+        except RunError as error:
+            return f"({error.what})"
 
     def _state(self) -> tuple[State, GaitsimError | None]:
         process = background_process(self._path)

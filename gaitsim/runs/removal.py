@@ -7,7 +7,7 @@ from gaitsim.errors import RunError
 from gaitsim.opening import is_folder
 from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.drafts import draft_name, locked, remove, sweep
-from gaitsim.runs.files.folder import EXPERIMENT, holds_run
+from gaitsim.runs.files.folder import own_run
 from gaitsim.runs.files.lock import RunLock
 
 
@@ -18,18 +18,7 @@ def delete_run(path: Path) -> None:
         RunError: it is not a run, or a link to one; another process writes it; or it cannot be
             deleted.
     """
-    if path.is_symlink():
-        raise RunError(
-            f"{path} is a symbolic link to a run",
-            allowed="the run itself",
-            remedy=f"delete the run at {path.resolve()}, or remove the link alone: rm {path}",
-        )
-    if not holds_run(path):
-        raise RunError(
-            f"{path} is not a run: it holds no {EXPERIMENT}",
-            remedy="'gaitsim runs' lists the runs here",
-        )
-    path = path.resolve()  # '.' has no name
+    path = own_run(path, "delete")
     sweep(path.parent)
     lock = RunLock(path)
     with writing(path), locked(path):

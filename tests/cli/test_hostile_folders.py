@@ -51,6 +51,9 @@ COMMANDS = {
         *("--from", "runs/victim/champions/generation-000001.pickle"),
     ),
     "run FILE": ("run", "runs/victim/experiment.toml", "--generations", "1", "--workers", "1"),
+    "note": ("note", "victim"),
+    "note TEXT": ("note", "victim", "It drags two legs."),
+    "rename": ("rename", "victim", "renamed"),
     "runs --delete": ("runs", "--delete", "victim", "--yes"),
 }
 SLOW = "plot --kind all", "video", "imitate"
@@ -65,6 +68,10 @@ FELL = (  # before files were opened by one function
     ("provenance.json", "link to its copy", "resume --set"),
     ("experiment.toml", "link to its copy", "resume --set"),
     ("start.pickle", "pipe", "fork"),
+    ("note.txt", "link to its copy", "note TEXT"),
+    ("note.txt", "pipe", "show"),
+    ("note.txt", "endless", "runs"),
+    (".lock", "link to its copy", "rename"),
     (".lock-owner", "link to a file", "runs --delete"),
     (".gaitsim-0.partial", "folder", "resume"),
     ("champions", "link to its copy", "resume"),

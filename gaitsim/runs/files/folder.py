@@ -24,6 +24,7 @@ HISTORY, BESTS = "history.csv", "bests.bin"
 ISLANDS = "islands.csv"
 CHECKSUMS, PROVENANCE = "checksums.bin", "provenance.json"
 CHAMPIONS, EXPORTS = "champions", "exports"
+NOTE = "note.txt"
 
 
 def command(verb: str, *words: object) -> str:
@@ -68,6 +69,26 @@ def holds_run(path: Path) -> bool:
     """
     # os.path, unlike pathlib, answers for names that no file can have, too.
     return os.path.lexists(path / EXPERIMENT)
+
+
+def own_run(path: Path, verb: str) -> Path:
+    """Return the absolute path of a run's folder, to be deleted or renamed.
+
+    Raises:
+        RunError: it is not a run, or a link to one.
+    """
+    if path.is_symlink():
+        raise RunError(
+            f"{path} is a symbolic link to a run",
+            allowed="the run itself",
+            remedy=f"{verb} the run at {path.resolve()}, or the link alone by hand",
+        )
+    if not holds_run(path):
+        raise RunError(
+            f"{path} is not a run: it holds no {EXPERIMENT}",
+            remedy="'gaitsim runs' lists the runs here",
+        )
+    return path.resolve()  # '.' has no name
 
 
 def ends_early(run: Path, name: str, found: int, generation: int) -> RunError:

@@ -1,0 +1,42 @@
+"""`gaitsim note`."""
+
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli.console import echo, notice, print_json
+from gaitsim.cli.options import Json, RunName
+from gaitsim.runs.files.folder import find_run
+from gaitsim.runs.notes import read_note, write_note
+
+
+def note(
+    run: RunName,
+    text: Annotated[
+        str | None,
+        typer.Argument(help="The new note; '' removes it. Default: print it.", show_default=False),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Show the note of a run, or write it.
+
+    A note is any text, kept in the run's folder.
+
+    [bold]Examples[/bold]
+
+    gaitsim note spider "Straight, but it drags its left hind leg."
+
+    gaitsim note spider
+    """
+    path = find_run(run)
+    if text is not None:
+        write_note(path, text)
+    found = read_note(path)
+    if json:
+        print_json({"run": str(path), "note": found})
+    elif text is not None:
+        echo(f"the note of {path} is {'kept' if found else 'removed'}")
+    elif found:
+        echo(found)
+    else:
+        notice(f"{path} has no note.")

@@ -1,0 +1,32 @@
+"""`gaitsim rename`."""
+
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli.console import echo, print_json
+from gaitsim.cli.options import Json, RunName
+from gaitsim.runs.files.folder import find_run
+from gaitsim.runs.renaming import rename_run
+
+
+def rename(
+    run: RunName,
+    name: Annotated[str, typer.Argument(help="New name of its folder.", show_default=False)],
+    json: Json = False,
+) -> None:
+    """Rename a run.
+
+    Its folder gets another name in the same place. A run that a process evolves keeps its name
+    until that process ends.
+
+    [bold]Examples[/bold]
+
+    gaitsim rename spider-2 bold
+    """
+    before = find_run(run)
+    after = rename_run(before, name)
+    if json:
+        print_json({"run": str(after), "was": str(before)})
+    else:
+        echo(f"{before} is now {after}")

@@ -1,0 +1,46 @@
+"""Rename a run: its folder gets another name in the same place."""
+
+import os
+from pathlib import Path
+
+from gaitsim.errors import RunError
+from gaitsim.runs.files.atomic import sync_folder, writing
+from gaitsim.runs.files.folder import own_run
+from gaitsim.runs.files.lock import RunLock
+
+
+def rename_run(path: Path, name: str) -> Path:
+    """Rename a run; return the new path of its folder.
+
+    Raises:
+        RunError: it is not a run, or a link to one; another process writes it; the name is
+            invalid or taken; or the folder cannot be renamed.
+    """
+    here = own_run(path, "rename")
+    check_name(name)
+    target = here.with_name(name)
+    lock = RunLock(here)
+    try:
+        if os.path.lexists(target):
+            raise RunError(
+                f"{target.name} exists already in {target.parent}", allowed="a free name"
+            )
+        with writing(target):
+            here.rename(target)
+            sync_folder(target.parent)
+    finally:
+        lock.release()
+    return path.with_name(name) if path.name else target
+
+
+def check_name(name: str) -> None:
+    """Check that a run's folder may have a name.
+
+    Raises:
+        RunError: it may not.
+    """
+    if not name or name.startswith((".", "-")) or not name.isprintable() or {*name} & {*"/\\"}:
+        raise RunError(
+            f"{name!r} is not a name for a run",
+            allowed="a name without / and \\, that does not begin with a dot or a hyphen",
+        )

@@ -1,0 +1,109 @@
+"""`gaitsim note`, `gaitsim rename`, and the same in Python."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import gaitsim as gs
+from gaitsim.errors import RunError
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.notes import LARGEST, read_note, write_note
+from gaitsim.runs.overview import overview
+from gaitsim.runs.renaming import rename_run
+
+
+@pytest.fixture
+def run(puppet, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return create_run(puppet(), tmp_path / "runs" / "walk")
+
+
+class TestNote:
+    def test_it_is_written_shown_replaced_and_removed(self, gaitsim, run):
+        assert "has no note" in gaitsim("note", "walk").stderr
+        gaitsim("note", "walk", "drags\r\na leg \x1b[2J\n\n")
+        assert gaitsim("note", "walk").stdout == "drags\na leg \\x1b[2J\n"
+        assert "a leg \\x1b[2J" in gaitsim("show", "walk").stdout
+        assert overview(run).note == read_note(run) == "drags\na leg \x1b[2J"
+        gaitsim("note", "walk", "straight")
+        assert json.loads(gaitsim("show", "walk", "--json").stdout)["note"] == "straight"
+        gaitsim("note", "walk", " ")
+        assert not (run / "note.txt").exists()
+        assert [path.name for path in run.iterdir() if "partial" in path.name] == []
+
+    def test_it_can_be_written_while_the_run_evolves(self, run):
+        lock = RunLock(run)
+        write_note(run, "so far so good")
+        lock.release()
+        assert read_note(run) == "so far so good"
+
+    def test_a_long_note_or_one_without_a_run_is_refused(self, run):
+        write_note(run, "kept")
+        for text in ("x" * LARGEST, "\ud800"):
+            with pytest.raises(RunError, match="note"):
+                write_note(run, text)
+        assert read_note(run) == "kept"
+        with pytest.raises(RunError, match="no run"):
+            write_note(run.with_name("other"), "lost")
+
+    def test_a_link_is_neither_read_nor_written_through(self, gaitsim, run, tmp_path):
+        secret = tmp_path / "secret"
+        secret.write_text("mine")
+        (run / "note.txt").symlink_to(secret)
+        with pytest.raises(RunError, match="symbolic link"):
+            read_note(run)
+        assert "symbolic link" in overview(run).note
+        done = gaitsim("show", "walk")
+        assert "mine" not in done.stdout
+        assert "symbolic link" in done.stderr
+        write_note(run, "new")
+        assert (secret.read_text(), read_note(run)) == ("mine", "new")
+
+
+class TestRename:
+    def test_the_folder_moves_with_all_it_holds(self, gaitsim, run):
+        write_note(run, "kept")
+        before = {path.name for path in run.iterdir()}
+        assert gaitsim("rename", "walk", "strut").stdout == "runs/walk is now runs/strut\n"
+        assert not run.exists()
+        there = run.with_name("strut")
+        assert {path.name for path in there.iterdir()} - before <= {".lock", ".lock-owner"}
+        assert read_note(there) == "kept"
+        RunLock(there).release()  # free
+
+    @pytest.mark.parametrize("name", ["", ".", "..", ".a", "a/b", "-a", "a\nb", "x" * 300])
+    def test_a_name_that_is_none_is_refused(self, run, name):
+        with pytest.raises(RunError):
+            rename_run(run, name)
+        assert [path.name for path in run.parent.iterdir()] == ["walk"]
+
+    def test_a_name_that_is_taken_is_refused(self, gaitsim, run):
+        run.with_name("strut").mkdir()  # an empty folder, which a rename would replace
+        done = gaitsim("rename", "walk", "strut", code=2)
+        assert "exists already" in done.stderr
+        assert run.exists()
+
+    def test_a_run_that_is_written_and_a_link_keep_their_names(self, run):
+        lock = RunLock(run)
+        with pytest.raises(RunError, match="being written"):
+            rename_run(run, "strut")
+        lock.release()
+        link = run.with_name("link")
+        link.symlink_to(run)
+        with pytest.raises(RunError, match="symbolic link"):
+            rename_run(link, "strut")
+
+    def test_the_folder_in_which_one_stands(self, run, monkeypatch):
+        monkeypatch.chdir(run)
+        assert rename_run(Path(), "strut") == run.with_name("strut")
+        assert Path().samefile(run.with_name("strut"))
+
+
+def test_a_run_in_python_has_a_note_and_goes_by_its_new_name(run):
+    found = gs.load("walk")
+    assert found.note == ""
+    found.note = "straight"
+    found.rename("strut")
+    assert (str(found.path), found.note) == ("runs/strut", "straight")
