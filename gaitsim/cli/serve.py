@@ -1,5 +1,7 @@
 """`gaitsim serve`."""
 
+import os
+import secrets
 import shlex
 import sys
 from pathlib import Path
@@ -20,10 +22,21 @@ def serve(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen on.")] = 8000,
     theme: ThemeName = None,
+    token: Annotated[
+        str | None,
+        typer.Option(
+            envvar="GAITSIM_TOKEN",
+            show_envvar=True,
+            help="Token that a browser must know. Default: a new one, random, for each start.",
+        ),
+    ] = None,
+    windows: Annotated[
+        int, typer.Option(min=1, max=1000, help="Largest number of windows open at a time.")
+    ] = 8,
 ) -> None:
     """Open the terminal UI in a browser, by default on this machine only.
 
-    Each browser window runs its own app. There is no login.
+    Each window runs its own app. The printed address holds a token; nobody gets in without it.
 
     [bold]Examples[/bold]
 
@@ -31,7 +44,7 @@ def serve(
 
     gaitsim serve experiments/spring --port 8080
 
-    ssh -L 8000:127.0.0.1:8000 lab gaitsim serve
+    ssh -t -L 8000:127.0.0.1:8000 lab gaitsim serve
     """
     try:
         from gaitsim.tui.web import WebServer, is_loopback, listening
@@ -41,13 +54,30 @@ def serve(
             remedy="pip install 'gaitsim[serve]'",
         ) from None
     chosen = check_theme(theme, where="--theme") if theme else None
+    chosen_token = _token(token)
     with listening(host, port) as socket:
         if not is_loopback(host):
             notice(
-                f"Warning: {host} can be reached from other machines, and there is no login: "
-                "anyone who opens the page can start, change and delete runs as you. "
-                "Without --host, only this machine can; by ssh -L, from another one, too."
+                f"Warning: {host} can be reached from other machines, and nothing is encrypted: "
+                "people who read the network's traffic get the token, and start, change and "
+                "delete runs as you. Without --host, only this machine can connect, and others "
+                "by ssh -L."
             )
         words = [sys.executable, "-m", "gaitsim", "tui", str(root)]
         words += ["--theme", chosen] if chosen else []
-        WebServer(shlex.join(words), host, port, title="gaitsim").serve_on(socket)
+        WebServer(shlex.join(words), host, chosen_token, windows).serve_on(socket)
+
+
+def _token(given: str | None) -> str:
+    """Return the token given, if one is; else a random one."""
+    given = os.environ.get("GAITSIM_TOKEN") if given is None else given
+    if given is None:
+        return secrets.token_urlsafe(24)
+    if not given.strip():
+        raise GaitsimError(
+            "the token is empty",
+            where="--token or GAITSIM_TOKEN",
+            allowed="a text that is hard to guess",
+            remedy="leave it out: each start then has its own",
+        )
+    return given

@@ -1,35 +1,83 @@
 """The terminal UI in a browser: a server on top of textual-serve's.
 
-It serves a page that loads nothing from elsewhere, and takes a connection only from its own
-page: any other site that a browser shows could else open one and steer the app.
+It serves a page that loads nothing from elsewhere, to those who know its token, and takes a
+connection only from that page: any other site that a browser shows could else steer the app.
 """
 
+import asyncio
 import ipaddress
+import secrets
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 from string import Template
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
+from weakref import WeakSet
 
-from aiohttp import web
+from aiohttp import WSCloseCode, WSMsgType, web
 from aiohttp.typedefs import Handler
 from textual_serve.server import Server, to_int
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.web_app import ServedApp, bounded
 
 PAGE = Path(__file__).parent / "page.html"
 LOCAL = "localhost"
+WINDOWS = 8
+LONGEST_MESSAGE = 1 << 20  # bytes; what is pasted comes as one message
+PATIENCE = 5.0  # seconds to wait for an app to end, as when a page is loaded again
+
+# A refusal shows text and a form; the page itself needs more.
+PLAIN_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
+HEADERS = {
+    "Content-Security-Policy": PLAIN_POLICY,
+    "X-Frame-Options": "DENY",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+}
+POLICY = (
+    "default-src 'none'; script-src 'self' 'nonce-{nonce}'; style-src 'self' 'unsafe-inline'; "
+    "font-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+NO_TOKEN = Template("""<!DOCTYPE html>
+<html lang="en">
+  <meta charset="utf-8" /><title>gaitsim</title>
+  <body style="font: 16px monospace; margin: 3em; background: #0f151b; color: #d7dee6">
+    <p>$wrong Open the address that gaitsim serve printed at its start, or type its token here:</p>
+    <form><input name="token" type="password" autofocus /> <button>Open</button></form>
+  </body>
+</html>
+""")
 
 
 class WebServer(Server):
-    """Runs a command, which starts a Textual app, for each page that is opened."""
+    """Runs a command, which starts a Textual app, for each page that is opened.
+
+    Args:
+        command: the command.
+        host: the address that it listens on.
+        token: what a page is asked for with, once.
+        windows: how many apps may run at a time.
+    """
+
+    def __init__(self, command: str, host: str, token: str, windows: int = WINDOWS) -> None:
+        super().__init__(command, host, title="gaitsim")
+        self._token = token
+        self._cookie = secrets.token_urlsafe()  # not the token: other ports get cookies, too
+        self._windows = windows
+        self._free = asyncio.Semaphore(windows)
+        self._open: WeakSet[web.WebSocketResponse] = WeakSet()
+        self._ending: set[asyncio.Task[None]] = set()
 
     def serve_on(self, listener: socket.socket) -> None:
         """Serve until Ctrl-C."""
         self.port = listener.getsockname()[1]
-        web.run_app(self.application(), sock=listener, print=None, shutdown_timeout=5)
+        web.run_app(
+            self.application(), sock=listener, print=None, access_log=None, shutdown_timeout=20
+        )
 
     def application(self) -> web.Application:
         """Return the server's pages."""
@@ -42,43 +90,143 @@ class WebServer(Server):
                 web.static("/static", self.statics_path),
             ]
         )
+        app.on_response_prepare.append(_protect)
         app.on_startup.append(self.on_startup)
         app.on_shutdown.append(self.on_shutdown)
+        app.on_cleanup.append(self._on_cleanup)
         return app
 
     @web.middleware
     async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        """Refuse requests that do not come from this server's own page, by its own name."""
-        if not (self._is_ours(request.host) and _same(request.headers.get("Origin"), request)):
+        """Refuse requests without the token, and those that another site's page makes."""
+        if not (self._is_ours(request) and _same_origin(request)):
             raise web.HTTPForbidden(text="gaitsim serves its own page alone.")
+        cookie = f"gaitsim-{_port(request)}"
+        token = request.query.get("token")
+        if request.path == "/" and token and _equal(token, self._token):
+            rest = request.rel_url.without_query_params("token").raw_query_string
+            page = web.HTTPSeeOther(f"/?{rest}" if rest else "/")
+            page.set_cookie(cookie, self._cookie, httponly=True, samesite="Strict")
+            raise page
+        if not _equal(request.cookies.get(cookie, ""), self._cookie):
+            wrong = "This token is not valid." if token else ""
+            raise web.HTTPForbidden(text=NO_TOKEN.substitute(wrong=wrong), content_type="text/html")
         return await handler(request)
 
-    def _is_ours(self, host: str) -> bool:
+    def _is_ours(self, request: web.Request) -> bool:
         """Return whether a host name is ours; any name is, unless only this machine may connect."""
-        return not is_loopback(self.host) or is_loopback(urlsplit(f"//{host}").hostname or "")
+        return not is_loopback(self.host) or is_loopback(_host(f"//{request.host}"))
 
     async def on_startup(self, app: web.Application) -> None:
-        """Print the address."""
-        shown = f"[{self.host}]" if ":" in self.host else self.host
-        print(f"gaitsim is at http://{shown}:{self.port}; Ctrl-C stops it", flush=True)  # noqa: T201
+        """Print the address, with the token."""
+        any_address = self.host in ("0.0.0.0", "::")
+        host = socket.gethostname() if any_address else self.host
+        shown = f"[{host}]" if ":" in host else host
+        address = f"http://{shown}:{self.port}/?token={quote(self._token, safe='')}"
+        print(f"gaitsim is at {address}\nCtrl-C stops it", flush=True)  # noqa: T201
+
+    async def on_shutdown(self, app: web.Application) -> None:
+        """Close the windows, which ends their apps."""
+        await asyncio.gather(*map(_dismiss, self._open))
+
+    async def _on_cleanup(self, app: web.Application) -> None:
+        await asyncio.gather(*self._ending)
 
     async def page(self, request: web.Request) -> web.Response:
         """Return the page, filled for the address that it was asked by."""
         scheme = "wss" if request.scheme == "https" else "ws"
         values = {
             "title": self.title,
+            "nonce": secrets.token_urlsafe(),
             "websocket": f"{scheme}://{request.host}/ws",
-            "font_size": str(to_int(request.query.get("fontsize", "16"), 16)),
+            "font_size": str(min(max(to_int(request.query.get("fontsize", "16"), 16), 6), 72)),
         }
         filled = Template(PAGE.read_text(encoding="utf-8")).substitute(
             {name: escape(value) for name, value in values.items()}
         )
-        return web.Response(text=filled, content_type="text/html")
+        policy = {"Content-Security-Policy": POLICY.format(nonce=values["nonce"])}
+        return web.Response(text=filled, content_type="text/html", headers=policy)
+
+    async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
+        """Run an app for a page, until either ends."""
+        if "Origin" not in request.headers:
+            raise web.HTTPForbidden(text="gaitsim takes connections from its own page alone.")
+        websocket = web.WebSocketResponse(heartbeat=15, max_msg_size=LONGEST_MESSAGE)
+        await websocket.prepare(request)
+        try:
+            async with asyncio.timeout(PATIENCE):
+                await self._free.acquire()
+        except TimeoutError:
+            said = f"{self._windows} windows are open, and more are not allowed (--windows)."
+            await websocket.close(code=WSCloseCode.TRY_AGAIN_LATER, message=said.encode())
+            return websocket
+        self._open.add(websocket)
+        app = ServedApp(self.command, websocket, self.download_manager)
+        width, height = (to_int(request.query.get(name, ""), 80) for name in ("width", "height"))
+        try:
+            await app.start(*bounded(width, height))
+            await _converse(websocket, app)
+        finally:
+            # A request that is cancelled does not keep its app.
+            ending = asyncio.create_task(self._end(app))
+            self._ending.add(ending)
+            ending.add_done_callback(self._ending.discard)
+            await asyncio.shield(ending)
+        return websocket
+
+    async def _end(self, app: ServedApp) -> None:
+        try:
+            await app.stop()
+        finally:
+            self._free.release()
 
 
-def _same(origin: str | None, request: web.Request) -> bool:
+async def _converse(websocket: web.WebSocketResponse, app: ServedApp) -> None:
+    """Pass the messages of a page to its app, until there are no more or one is malformed."""
+    async for message in websocket:
+        try:
+            if message.type is not WSMsgType.TEXT:
+                raise ValueError("not a text")
+            await app.obey(message.data)
+        except ValueError:
+            await websocket.close(
+                code=WSCloseCode.POLICY_VIOLATION, message=b"The page sent a malformed message."
+            )
+            return
+
+
+async def _dismiss(websocket: web.WebSocketResponse) -> None:
+    await websocket.close(code=WSCloseCode.GOING_AWAY, message=b"gaitsim serve has ended.")
+
+
+async def _protect(request: web.Request, response: web.StreamResponse) -> None:
+    """Set the headers that keep an answer out of frames and its address to itself."""
+    for name, value in HEADERS.items():
+        response.headers.setdefault(name, value)
+
+
+def _same_origin(request: web.Request) -> bool:
     """Return whether a request comes from our page, if it names its page."""
-    return origin is None or urlsplit(origin).netloc == request.host
+    origin = request.headers.get("Origin")
+    return origin is None or origin.partition("://")[2] == request.host
+
+
+def _host(url: str) -> str:
+    try:
+        return urlsplit(url).hostname or ""
+    except ValueError:
+        return ""
+
+
+def _port(request: web.Request) -> str:
+    """Return the port that the browser knows; a tunnel's is not the server's."""
+    port = request.host.rpartition(":")[2]
+    return port if port.isdecimal() and port.isascii() else "80"
+
+
+def _equal(given: str, secret: str) -> bool:
+    """Return whether they are equal, in a time that does not tell how much of them is."""
+    return secrets.compare_digest(given.encode("utf-8", "replace"), secret.encode())
 
 
 def is_loopback(host: str) -> bool:

@@ -1,19 +1,36 @@
-"""The UI in a browser: on this machine alone, from its own page alone; a run that progresses."""
+"""The UI in a browser: with its token, from its own page alone; apps end with their windows."""
 
 import asyncio
+import json
 import os
-import shutil
+import shlex
 import socket
+import subprocess
 import sys
-from pathlib import Path
+from contextlib import asynccontextmanager
 
 import pytest
-from aiohttp import ClientSession, WSServerHandshakeError
+from aiohttp import CookieJar, WSMsgType, WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
+from waiting import until
 
-from gaitsim.tui.web import PAGE, WebServer, is_loopback, listening
+from gaitsim.tui import web, web_app
+from gaitsim.tui.web import LONGEST_MESSAGE, PAGE, WebServer, is_loopback, listening
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+TOKEN = "a token & more"
+# An app that writes its size, process id and token, and then whatever it is sent.
+ECHO = """
+import os
+def write(data):
+    os.write(1, b"D" + len(data).to_bytes(4, "big") + data)
+os.write(1, b"__GANGLION__\\n")
+names = ("COLUMNS", "ROWS", "GAITSIM_TOKEN")
+write(repr([os.getpid(), *map(os.environ.get, names)]).encode())
+while data := os.read(0, 1 << 20):
+    write(data)
+"""
+DEAF = f"{ECHO}\n__import__('time').sleep(1000)"  # neither a message nor a closed pipe ends it
+LOUD = ECHO.replace("    write(data)", "    [write(bytes(100_000)) for _ in range(100)]")
 
 
 @pytest.fixture
@@ -23,24 +40,36 @@ def free():
         return taken.getsockname()[1]
 
 
-def ask(path, host="127.0.0.1", **headers):
-    """Status and text of a page of a server that listens on `host`."""
+@asynccontextmanager
+async def serving(script="", *, host="127.0.0.1", token=TOKEN, windows=8, **headers):
+    """A browser that has shown a token to a server whose app is a script."""
+    app = shlex.join([sys.executable, "-c", script])
+    there = TestServer(WebServer(app, host, TOKEN, windows).application())
+    async with TestClient(there, cookie_jar=CookieJar(unsafe=True)) as client:
+        if token:
+            shown = {"token": token}
+            await client.get("/", params=shown, headers=headers, allow_redirects=False)
+        yield client
+
+
+def ask(path, host="127.0.0.1", token=TOKEN, **headers):
+    """The answer of a server that listens on `host`, with its text."""
 
     async def go():
-        server = WebServer("true", host, 0, "gaitsim")
-        async with TestClient(TestServer(server.application())) as client:
-            found = await client.get(path, headers=headers)
-            return found.status, await found.text()
+        async with serving(host=host, token=token, **headers) as client:
+            found = await client.get(path, headers=headers, allow_redirects=False)
+            return found, await found.text()
 
     return asyncio.run(go())
 
 
 class TestGuard:
     def test_the_page_is_whole_and_loads_nothing_from_elsewhere(self):
-        status, text = ask("/", Host="127.0.0.1:8000")
-        assert status == 200
+        found, text = ask("/?fontsize=1000000", Host="127.0.0.1:8000")
+        assert found.status == 200
         assert 'data-session-websocket-url="ws://127.0.0.1:8000/ws"' in text
-        assert "$" not in text
+        assert 'data-font-size="72"' in text
+        assert "$nonce" not in text
         for place in ("href=", "src=", "url("):
             for part in text.split(place)[1:]:
                 assert part.strip("\"'").startswith(("/static/", "data:")), part[:60]
@@ -48,32 +77,226 @@ class TestGuard:
 
     @pytest.mark.parametrize("host", ["127.0.0.1:8000", "localhost:1", "[::1]:8000", "127.0.0.1"])
     def test_names_of_this_machine(self, host):
-        assert ask("/", Host=host)[0] == 200
+        assert ask("/", Host=host)[0].status == 200
 
     @pytest.mark.parametrize(
-        "host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example"]
+        "host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "[::1", "::1"]
     )
     def test_a_name_that_leads_here_by_a_trick_is_refused(self, host):
-        assert ask("/", Host=host)[0] == 403
+        assert ask("/", Host=host)[0].status == 403
 
     def test_where_all_may_come_any_name_may_be(self):
-        assert ask("/", host="0.0.0.0", Host="lab.example:8000")[0] == 200
+        assert ask("/", host="0.0.0.0", Host="lab.example:8000")[0].status == 200
 
     @pytest.mark.parametrize("path", ["/", "/ws", "/static/js/textual.js"])
-    def test_another_sites_page_is_refused(self, path):
-        headers = {"Host": "127.0.0.1:8000", "Origin": "http://evil.example"}
-        assert ask(path, **headers)[0] == 403
-        assert ask(path, host="0.0.0.0", **headers)[0] == 403
+    @pytest.mark.parametrize("origin", ["http://evil.example", "http://127.0.0.1:8001", "null"])
+    def test_another_sites_page_is_refused(self, path, origin):
+        headers = {"Host": "127.0.0.1:8000"}
+        for host in ("127.0.0.1", "0.0.0.0"):
 
-    def test_another_sites_page_gets_no_app(self):
+            async def go(host=host):
+                async with serving(host=host, **headers) as client:
+                    more = headers | {"Origin": origin}
+                    return (await client.get(path, headers=more)).status
+
+            assert asyncio.run(go()) == 403
+
+    @pytest.mark.parametrize("origin", [None, "http://evil.example", "http://127.0.0.1:1"])
+    def test_no_app_without_the_pages_origin(self, origin):
         async def go():
-            server = WebServer("true", "127.0.0.1", 0, "gaitsim")
-            async with TestServer(server.application()) as there, ClientSession() as session:
+            async with serving() as client:
                 with pytest.raises(WSServerHandshakeError) as refused:
-                    await session.ws_connect(there.make_url("/ws"), origin="http://evil.example")
+                    await client.ws_connect("/ws", origin=origin)
                 assert refused.value.status == 403
 
         asyncio.run(go())
+
+    @pytest.mark.parametrize(
+        "path", ["/", "/?fontsize=20", "/static/js/textual.js", "/download/x", "/nothing"]
+    )
+    @pytest.mark.parametrize("token", ["", "wrong", "é", TOKEN])
+    def test_every_answer_stays_out_of_frames_and_keeps_its_address(self, path, token):
+        headers = ask(path, token=token)[0].headers
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+        assert "default-src 'none'" in headers["Content-Security-Policy"]
+        assert headers["X-Frame-Options"] == "DENY"
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert headers["Referrer-Policy"] == "no-referrer"
+
+
+class TestToken:
+    @pytest.mark.parametrize("token", ["", "wrong", "é", TOKEN[:-1], f"{TOKEN} "])
+    @pytest.mark.parametrize("path", ["/", "/ws", "/static/js/textual.js", "/download/x"])
+    def test_nothing_without_it(self, path, token):
+        found, text = ask(path, token=token)
+        assert found.status == 403
+        assert "gaitsim serve printed" in text
+
+    def test_no_app_without_it(self):
+        async def go():
+            async with serving(token="") as client:
+                with pytest.raises(WSServerHandshakeError) as refused:
+                    await client.ws_connect("/ws", origin=str(client.make_url("")).rstrip("/"))
+                assert refused.value.status == 403
+
+        asyncio.run(go())
+
+    def test_it_is_shown_once_and_leaves_the_address(self):
+        found, _ = ask("/?token=a+token+%26+more&fontsize=20", token="")
+        assert (found.status, found.headers["Location"]) == (303, "/?fontsize=20")
+        cookie = next(iter(found.cookies.values()))
+        assert cookie.key == f"gaitsim-{found.url.port}"  # another server here has its own
+        assert (cookie["httponly"], cookie["samesite"]) == (True, "Strict")
+        assert TOKEN not in cookie.value
+
+    def test_behind_a_tunnel_the_cookie_is_of_its_port(self):
+        found, _ = ask("/?token=a+token+%26+more", token="", Host="localhost:9000")
+        assert list(found.cookies) == ["gaitsim-9000"]
+
+    @pytest.mark.parametrize("empty", ["", " "])
+    def test_an_empty_one_is_refused(self, gaitsim, monkeypatch, empty):
+        assert "the token is empty" in gaitsim("serve", "--token", empty, code=2).stderr
+        monkeypatch.setenv("GAITSIM_TOKEN", empty)
+        assert "the token is empty" in gaitsim("serve", code=2).stderr
+
+    def test_by_default_each_start_has_its_own(self, gaitsim, monkeypatch, free):
+        seen = served(monkeypatch)
+        gaitsim("serve", "--port", free)
+        gaitsim("serve", "--port", free)
+        monkeypatch.setenv("GAITSIM_TOKEN", "mine")
+        gaitsim("serve", "--port", free)
+        first, second, third = (server._token for server in seen)
+        assert first != second
+        assert min(len(first), len(second)) >= 32
+        assert third == "mine"
+        assert "mine" not in seen[2].command
+
+
+async def window(client, query=""):
+    """Open an app; return its connection and what it writes first."""
+    origin = str(client.make_url("")).rstrip("/")
+    connection = await client.ws_connect(f"/ws{query}", origin=origin)
+    return connection, eval(await connection.receive_bytes())
+
+
+def ended(process):
+    """Whether a process has ended."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+class TestApps:
+    def test_its_size_is_bounded_and_it_learns_no_token(self, monkeypatch):
+        monkeypatch.setenv("GAITSIM_TOKEN", TOKEN)
+
+        async def go():
+            async with serving(ECHO) as client:
+                large, (_, *first) = await window(client, "?width=1000000000&height=-5")
+                assert first == ["500", "1", None]
+                await large.send_json(["resize", {"width": 10**9, "height": 10**9}])
+                assert b'"width": 500, "height": 200' in await large.receive_bytes()
+                await large.send_json(["ping", "1"])
+                assert await large.receive_json() == ["pong", "1"]
+                await large.send_json(["stdin", "d\ud800"])
+                assert (await large.receive_bytes()).endswith(b"d?")
+
+        asyncio.run(go())
+
+    @pytest.mark.parametrize(
+        "bad",
+        [
+            "",
+            "{",
+            "7",
+            "[]",
+            "{}",
+            '["stdin"]',
+            '["stdin", 1]',
+            '["resize", {"width": "80", "height": 24}]',
+            '["resize", {"width": 1e9, "height": 24}]',
+            '["resize", [80, 24]]',
+            '["quit"]',
+            "[" * 100_000,
+            f"[{'1' * 5000}]",
+            b"bytes",
+            json.dumps(["stdin", "x" * LONGEST_MESSAGE]),
+        ],
+        ids=lambda bad: str(bad[:20]),
+    )
+    def test_a_malformed_message_ends_its_connection_quietly(self, bad, caplog):
+        async def go():
+            async with serving(ECHO) as client:
+                connection, (process, *_) = await window(client)
+                send = connection.send_bytes if isinstance(bad, bytes) else connection.send_str
+                await send(bad)
+                last = await connection.receive()
+                assert last.type is WSMsgType.CLOSE
+                return process
+
+        process = asyncio.run(go())
+        until(lambda: ended(process))
+        assert not caplog.records
+
+    @pytest.mark.parametrize("script", [ECHO, DEAF, LOUD], ids=["echo", "deaf", "loud"])
+    def test_it_ends_with_its_window(self, script, monkeypatch):
+        monkeypatch.setattr(web_app, "GRACE", 0.5)
+
+        async def go():
+            async with serving(script) as client:
+                connection, (process, *_) = await window(client)
+                await connection.send_json(["stdin", "x"])
+                await connection.close()
+                async with asyncio.timeout(30):
+                    while not ended(process):
+                        await asyncio.sleep(0.02)
+
+        asyncio.run(go())
+
+    def test_a_window_too_many_waits_for_another_to_close_or_is_told(self, monkeypatch):
+        monkeypatch.setattr(web, "PATIENCE", 0.2)
+
+        async def go():
+            async with serving(ECHO, windows=1) as client:
+                first, _ = await window(client)
+                origin = str(client.make_url("")).rstrip("/")
+                second = await client.ws_connect("/ws", origin=origin)
+                assert "windows are open" in (await second.receive()).extra
+                monkeypatch.setattr(web, "PATIENCE", 30)
+                await first.close()
+                await window(client)
+
+        asyncio.run(go())
+
+    def test_one_that_fails_says_where_to_look(self, capfd):
+        async def go():
+            async with serving("import sys; sys.exit('broken')") as client:
+                origin = str(client.make_url("")).rstrip("/")
+                connection = await client.ws_connect("/ws", origin=origin)
+                return (await connection.receive()).extra
+
+        assert "terminal" in asyncio.run(go())
+        assert "broken" in capfd.readouterr().out
+
+    def test_it_ends_with_its_server(self, start):
+        environment = os.environ | {"TEXTUAL_DRIVER": "gaitsim.tui.web_driver:PipeDriver"}
+        app = start("tui", env=environment, stdin=subprocess.PIPE, text=False)
+        drawn = app.stdout.readline()
+        assert drawn == b"__GANGLION__\n"
+        while b"No runs" not in drawn:
+            drawn += app.stdout.read1()
+        app.stdin.close()
+        app.stdout.close()
+        assert app.wait(30) == 0
+
+
+def served(monkeypatch):
+    """The servers that would be run, which are not."""
+    seen = []
+    monkeypatch.setattr(WebServer, "serve_on", lambda server, _: seen.append(server))
+    return seen
 
 
 def test_without_the_extra_the_error_says_how_to_install_it(gaitsim, monkeypatch):
@@ -123,23 +346,21 @@ class TestListening:
             ["--port", "70000"],
             ["--port", "x"],
             ["--theme", "gaitsim-lite"],
+            ["--windows", "0"],
         ],
     )
     def test_what_cannot_be(self, gaitsim, bad):
         assert "Traceback" not in gaitsim("serve", *bad, code=2).stderr
 
     def test_a_warning_where_others_can_come(self, gaitsim, monkeypatch, free):
-        monkeypatch.setattr(WebServer, "serve_on", lambda *_: None)
-        assert "no login" in gaitsim("serve", "--host", "0.0.0.0", "--port", free).stderr
+        served(monkeypatch)
+        assert "ssh -L" in gaitsim("serve", "--host", "0.0.0.0", "--port", free).stderr
         assert gaitsim("serve", "--port", free).stderr == ""
 
     def test_the_app_gets_its_folder_and_theme(self, monkeypatch, gaitsim, free):
-        commands = []
-        monkeypatch.setattr(
-            WebServer, "serve_on", lambda server, _: commands.append(server.command)
-        )
+        seen = served(monkeypatch)
         gaitsim("serve", "my runs", "--port", free, "--theme", "nord")
-        assert commands[0].endswith("-m gaitsim tui 'my runs' --theme nord")
+        assert seen[0].command.endswith("-m gaitsim tui 'my runs' --theme nord")
 
 
 class TestTui:
@@ -151,70 +372,3 @@ class TestTui:
         monkeypatch.setenv("TEXTUAL_DRIVER", "none")
         said = gaitsim("tui", "--theme", "gaitsim-lite", code=2).stderr
         assert "did you mean 'gaitsim-light'?" in said
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_a_run_is_begun_and_progresses_in_a_browser(start, tmp_path, free, puppet_file):
-    playwright = pytest.importorskip("playwright.sync_api")
-    flags = (
-        "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
-        "--disable-component-update --disable-sync"
-    )
-    text = puppet_file.read_text().replace("generations = 5", "generations = 100000")
-    (tmp_path / "long.toml").write_text(text)
-    server = start("serve", "--port", free, env=_environment(tmp_path))
-    assert f"http://127.0.0.1:{free}" in server.stdout.readline()
-    history = tmp_path / "runs" / "puppet" / "history.csv"
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=flags.split())
-        page = browser.new_page(viewport={"width": 1280, "height": 720})
-        asked, drawn = [], []
-        page.on("request", lambda request: asked.append(request.url))
-        page.on(
-            "websocket",
-            lambda socket: socket.on("framereceived", lambda frame: drawn.append(_bytes(frame))),
-        )
-        page.goto(f"http://127.0.0.1:{free}/")
-        page.wait_for_selector("body.-first-byte")
-
-        def see(text):
-            """Wait until the app has drawn a text."""
-            page.wait_for_timeout(50)
-            for _ in range(600):
-                if text.encode() in b"".join(drawn):
-                    return
-                page.wait_for_timeout(100)
-            raise AssertionError(f"{text} is not drawn")
-
-        see("No runs in runs yet")
-        page.keyboard.press("n")
-        see("It can run")
-        page.keyboard.press("Control+l")
-        see("Begin with the file")
-        page.keyboard.type("long.toml")
-        page.keyboard.press("Enter")
-        see("gaitsim run ./long.toml")
-        drawn.clear()
-        page.keyboard.press("Control+r")
-        see("running")
-        for _ in range(600):
-            if history.exists() and history.read_text().count("\n") > 20:
-                break
-            page.wait_for_timeout(100)
-        before = history.read_text().count("\n")
-        drawn.clear()
-        see("evaluations/s")
-        assert before > 20
-        assert all(url.startswith(f"http://127.0.0.1:{free}/") for url in asked)
-        browser.close()
-    server.terminate()
-    server.wait(30)
-
-
-def _bytes(frame):
-    return frame if isinstance(frame, bytes) else frame.encode()
-
-
-def _environment(folder):
-    puppets = Path(__file__).parents[1] / "puppets"
-    return os.environ | {"PYTHONPATH": str(puppets), "XDG_CONFIG_HOME": str(folder / "config")}

@@ -1,0 +1,126 @@
+"""One app that is served: the process behind a browser's window."""
+
+import asyncio
+import json
+import shlex
+from asyncio.subprocess import PIPE, Process
+from contextlib import suppress
+
+from aiohttp import WSCloseCode, web
+from textual_serve.app_service import AppService
+from textual_serve.download_manager import DownloadManager
+
+MOST_COLUMNS = 500
+MOST_ROWS = 200
+FAILED = b"The app has failed. The terminal in which gaitsim serve runs shows why."
+GRACE = 15.0  # seconds; more than an app takes to end by itself, or to give up
+
+
+def bounded(width: int, height: int) -> tuple[int, int]:
+    """Return the size nearest to one asked for that an app is drawn at."""
+    return min(max(width, 1), MOST_COLUMNS), min(max(height, 1), MOST_ROWS)
+
+
+class ServedApp(AppService):
+    """A Textual app as a process, which ends with its window."""
+
+    def __init__(
+        self, command: str, websocket: web.WebSocketResponse, downloads: DownloadManager
+    ) -> None:
+        async def write_bytes(data: bytes) -> None:
+            # An app whose window has gone is read until it ends: it could not, if it had to wait.
+            with suppress(ConnectionError):
+                await websocket.send_bytes(data)
+
+        async def write_str(data: str) -> None:
+            with suppress(ConnectionError):
+                await websocket.send_str(data)
+
+        async def close() -> None:
+            pass  # `run` closes the window once the process has ended and its exit code is known
+
+        super().__init__(
+            command,
+            write_bytes=write_bytes,
+            write_str=write_str,
+            close=close,
+            download_manager=downloads,
+        )
+        self._websocket = websocket
+
+    def _build_environment(self, width: int = 80, height: int = 24) -> dict[str, str]:
+        environment = super()._build_environment(width, height)
+        environment["TEXTUAL_DRIVER"] = "gaitsim.tui.web_driver:PipeDriver"
+        environment.pop("GAITSIM_TOKEN", None)
+        return environment
+
+    async def _open_app_process(self, width: int = 80, height: int = 24) -> Process:
+        self._process = await asyncio.create_subprocess_exec(
+            *shlex.split(self.command),
+            stdin=PIPE,
+            stdout=PIPE,
+            stderr=PIPE,
+            env=self._build_environment(width, height),
+            start_new_session=True,  # Ctrl-C in the server's terminal is the server's
+        )
+        self._stdin = self._process.stdin
+        return self._process
+
+    async def run(self) -> None:
+        """Pass on what the app writes until it ends; then close its window."""
+        await super().run()
+        failed = self._process is not None and await self._process.wait()
+        if failed:
+            await self._websocket.close(code=WSCloseCode.INTERNAL_ERROR, message=FAILED)
+        else:
+            await self._websocket.close()
+
+    async def obey(self, text: str) -> None:
+        """Pass a message of the page on to the app.
+
+        Raises:
+            ValueError: it is not a message.
+        """
+        match _decoded(text):
+            case ["stdin", str(keys)]:
+                await self.send_bytes(keys.encode("utf-8", "replace"))
+            case ["resize", {"width": int(width), "height": int(height)}]:
+                await self.set_terminal_size(*bounded(width, height))
+            case ["ping", str(sent)]:
+                await self.remote_write_str(json.dumps(["pong", sent]))
+            case ["focus"]:
+                await self.focus()
+            case ["blur"]:
+                await self.blur()
+            case _:
+                raise ValueError("not a message")
+
+    async def stop(self) -> None:
+        """End the app: ask it to, and kill it if it does not."""
+        process, task = self._process, self._task
+        if process is None or task is None:
+            return
+        self._task = None
+        await self._download_manager.cancel_app_downloads(self.app_service_id)
+        try:
+            async with asyncio.timeout(GRACE):
+                await self.send_meta({"type": "quit"})
+                self.stdin.close()
+                await process.wait()
+        except TimeoutError:
+            pass
+        finally:
+            if process.returncode is None:
+                process.kill()
+        await process.wait()
+        # A process that the app left behind may hold its pipes.
+        await asyncio.wait([task], timeout=1)
+        task.cancel()
+
+
+def _decoded(text: str) -> object:
+    try:
+        decoded: object = json.loads(text)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    return decoded

@@ -1,0 +1,37 @@
+"""Textual's driver for the browser, for an app that ends when its server does."""
+
+import os
+from threading import Lock
+from typing import Any
+
+from textual.app import App
+from textual.drivers.web_driver import WebDriver
+from textual.messages import ExitApp
+
+GRACE = 10.0  # seconds for an app to end by itself
+
+
+class PipeDriver(WebDriver):
+    """A web driver that ends its app when standard input closes, as when the server is killed."""
+
+    def __init__(self, app: App[Any], **options: Any) -> None:
+        super().__init__(app, **options)
+        self._write = self._write_whole  # type: ignore[assignment]
+        self._writing = Lock()
+
+    def _write_whole(self, data: bytes) -> None:
+        """Write a packet: whole, and not between the parts of another thread's."""
+        with self._writing:
+            try:
+                while data:
+                    data = data[os.write(self.fileno, data) :]
+            except BrokenPipeError:
+                pass  # the server is gone; standard input closes, too
+
+    def run_input_thread(self) -> None:
+        """Pass input on until it ends, and end the app then."""
+        super().run_input_thread()
+        if not self.exit_event.is_set():
+            self._app.post_message(ExitApp())
+            if not self.exit_event.wait(GRACE):
+                os._exit(1)
