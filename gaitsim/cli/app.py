@@ -11,6 +11,9 @@ app = group(
     {
         "run": "Evolve a gait and keep the run on disk.",
         "resume": "Continue a run exactly as if it had never stopped, or with other options.",
+        "attach": "Watch a run that evolves in the background, or in another program.",
+        "stop": "Stop runs that evolve in the background, after their current generation, and save "
+        "them.",
         "fork": "Copy a run, to continue the copy with other options.",
         "runs": "List the runs in a folder, oldest first; or delete runs.",
         "show": "Show a run in full: its plugins, its progress, its stages and its champion.",

@@ -6,6 +6,7 @@ With `GAITSIM_PROGRESS=json`, standard error is JSON lines for programs: one obj
 
 import json
 import sys
+import time
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -61,10 +62,21 @@ def errors() -> Console:
 
 
 def status(text: str) -> AbstractContextManager[object]:
-    """Show a line in a terminal, as long as the block takes."""
+    """Show a line in a terminal, as long as the block takes, with the time that has passed."""
     console = errors()
-    # A string would be read as markup.
-    return console.status(Text(text)) if console.is_terminal else nullcontext()
+    return console.status(_Elapsed(text)) if console.is_terminal else nullcontext()
+
+
+class _Elapsed:
+    """A text, after a second with the time since it was first shown."""
+
+    def __init__(self, text: str) -> None:
+        self._text, self._begun = text, time.monotonic()
+
+    def __rich__(self) -> Text:
+        seconds = int(time.monotonic() - self._begun)
+        # A string would be read as markup.
+        return Text(f"{self._text} {seconds} s" if seconds else self._text)
 
 
 def confirm(question: str) -> bool:

@@ -8,17 +8,20 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
+
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.cluster import warn
 from gaitsim.cli.console import notice, status
 from gaitsim.cli.interrupts import Interrupts, interruptible
-from gaitsim.cli.progress import Display, display
+from gaitsim.cli.progress import display, row_of, snapshot_of
 from gaitsim.cli.streams import results
 from gaitsim.cli.summary import summarise
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Overrides
 from gaitsim.registry.plugin_context import interrupted_plugin
 from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.history import row
 from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
 
@@ -50,7 +53,7 @@ def evolve_run(
             with Session(writer, workers=workers, cluster=cluster, on_warning=warn) as session:
                 if writer.warning:
                     warn(writer.warning)
-                reason = _evolve(session, display(writer, json), interrupts)
+                reason = _evolve(session, json, interrupts)
         except KeyboardInterrupt:
             _leave_at_once(path)
     if interrupts.requested and not reason:
@@ -74,28 +77,39 @@ def _leave_at_once(path: Path) -> NoReturn:
     os._exit(INTERRUPTED)
 
 
-def _evolve(session: Session, shown: Display, interrupts: Interrupts) -> str:
+def _evolve(session: Session, json: bool, interrupts: Interrupts) -> str:
     """Evolve until a stop condition holds or the user stops it; return why, '' for the user."""
     writer = session.writer
+    experiment, last = writer.experiment, writer.last
+    rows, first = (writer.run.history, writer.run.comparable) if last else ({}, 1)
+    known = snapshot_of(last, experiment, rows=rows, scored_from=first)
+    shown = display(writer.path, known, json)
     if writer.done:
         return writer.done
-    name = writer.experiment.entries["organism"].name
+    name = experiment.entries["organism"].name
     start = time.perf_counter()
     with status(f"Preparing {name}: the first run compiles its kernels …"):
         session.prepare()
     seconds = time.perf_counter() - start
     if seconds > SLOW:
         notice(f"Prepared {name} in {seconds:.1f} s.")
-    if writer.reevaluates and writer.last is not None:
-        with status(f"Re-evaluating the population of generation {writer.last.number} …"):
+    if writer.reevaluates and last is not None:
+        with status(f"Re-evaluating the population of generation {last.number} …"):
             session.reevaluate()
     if writer.changes:
-        shown.begin_stage(writer)
+        begun = last.number + 1 if last else 1
+        rescored = any(change.reevaluates for change in writer.changes)
+        judged = None
+        if rescored and writer.last is not None:
+            rows = {name: np.array([value]) for name, value in row(writer.last).items()}
+            judged = snapshot_of(writer.last, experiment, rows=rows)
+        shown.begin_stage(writer.stage, begun, [*map(str, writer.changes)], judged)
     try:
         with shown:
             interrupts.deferred, interrupts.on_request = True, shown.stopping
             for generation in session.evolve():
-                shown.update(generation)
+                snapshot = snapshot_of(generation, experiment)
+                shown.update(snapshot, [row_of(generation, snapshot)])
                 if generation.stop or interrupts.requested:
                     return generation.stop
     finally:

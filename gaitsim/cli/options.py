@@ -33,4 +33,8 @@ Dask = Annotated[
         "tcp://host:8786, or 'local' for --workers of its own. Does not change the result.",
     ),
 ]
+Detach = Annotated[
+    bool,
+    typer.Option("--detach", help="In the background: until it is finished, or 'gaitsim stop'."),
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object a line, for programs.")]

@@ -3,11 +3,11 @@
 import math
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from datetime import timedelta
-from typing import Self
+from pathlib import Path
+from typing import Any, Self
 
-import numpy as np
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.constrain import Constrain
 from rich.live import Live
@@ -17,10 +17,15 @@ from rich.text import Text
 
 from gaitsim.cli.console import echo, notice, output, print_json
 from gaitsim.evolution import Generation
+from gaitsim.experiment import Experiment
+from gaitsim.live.protocol import Best, Snapshot, ranked
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.runs.files.history import MEAN, island_bests, row
-from gaitsim.runs.writer import RunWriter
+from gaitsim.runs.follow import Rows
+
+Row = Mapping[str, Any]
+"""A generation's row of the history."""
 
 COURSES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
 SCORES = ("best", "mean")  # of them, the courses on the scale of the scores
@@ -28,15 +33,24 @@ BEST_SHOWN = 5
 WIDEST = 100  # characters; a longer line of sight helps no one
 VALUE = 7  # characters that most numbers fit in
 HEIGHT_ABOVE_TERMS = 8  # lines, the table's header and the cursor's line counted
+RESTING = {
+    "preparing": "Preparing: the first run of a body compiles its kernels …",
+    "queued": "Queued: it evolves when one of the runs before it ends.",
+    "paused": "Paused.",
+}
 STOPPING = "Stopping after this generation; again to stop at once."
 
 
 class Display:
-    """A context manager that follows a run; by default there is nothing to begin or end."""
+    """A context manager that follows a run; by default there is nothing to begin or end.
 
-    def __init__(self, writer: RunWriter) -> None:
-        self._total = writer.experiment.evolution.generations
-        self._islands = writer.experiment.islands.number
+    Args:
+        path: the run's folder.
+        known: the run as it is, with all rows of its history.
+    """
+
+    def __init__(self, path: Path, known: Snapshot) -> None:
+        self._path, self._snapshot = path, known
 
     def __enter__(self) -> Self:
         return self
@@ -44,30 +58,67 @@ class Display:
     def __exit__(self, *_: object) -> None:
         pass
 
-    def begin_stage(self, writer: RunWriter) -> None:
-        """Report that a stage begins with the next generation, its population evaluated already."""
+    def begin_stage(
+        self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
+    ) -> None:
+        """Report that a stage begins.
 
-    def update(self, generation: Generation) -> None:
-        """Show a finished generation."""
+        Args:
+            number: from 1.
+            first: its first generation.
+            changes: what it changes.
+            rescored: the last generation and its row under other scores; None where the stage
+                keeps the scores.
+        """
+
+    def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
+        """Show the state of a run, and the generations that were finished."""
 
     def stopping(self) -> None:
         """Report that the run stops after this generation; called by a signal's handler."""
         notice(STOPPING)
 
 
-def _stage_line(writer: RunWriter) -> str:
-    first = writer.last.number + 1 if writer.last else 1
-    what = "; ".join(map(str, writer.changes))
-    return f"stage {writer.stage} from generation {first} on: {what}"
+def _stage_line(number: int, first: int, changes: Sequence[str]) -> str:
+    return f"stage {number} from generation {first} on: {'; '.join(changes)}"
 
 
-def display(writer: RunWriter, json: bool) -> Display:
+def display(path: Path, known: Snapshot, json: bool) -> Display:
     """The display that fits where the output goes."""
     if json:
-        return JsonLines(writer)
+        return JsonLines(path, known)
     if output().is_terminal:
-        return LiveView(writer)
-    return PlainLines(writer)
+        return LiveView(path, known)
+    return PlainLines(path, known)
+
+
+def snapshot_of(generation: Generation | None, experiment: Experiment, **more: Any) -> Snapshot:
+    """Return a generation as displays take it; one without news before the first."""
+    generations, islands = experiment.evolution.generations, experiment.islands.number
+    if generation is None:
+        return Snapshot("running", generations=generations, **more)
+    progress, number = generation.progress, generation.number
+    bests = tuple(island_bests(generation, islands).tolist()) if islands > 1 else ()
+    found = number - progress.stagnation
+    return Snapshot(
+        "finished" if generation.stop else "running",
+        reason=generation.stop,
+        generation=number,
+        generations=generations,
+        stage=progress.stage,
+        evaluations=progress.evaluations,
+        top=ranked(generation.scores, generation.evaluation.terms, BEST_SHOWN),
+        islands=bests,
+        # Where the generation is only judged anew, there is none yet.
+        champion=Best(found, progress.best_score, ()) if progress.stagnation >= 0 else None,
+        **more,
+    )
+
+
+def row_of(generation: Generation, snapshot: Snapshot) -> Row:
+    """Return a generation's row of the history; with islands, the best score of each as well."""
+    islands = list(snapshot.islands)
+    return {**row(generation), **({"islands": islands} if islands else {})}
 
 
 class JsonLines(Display):
@@ -76,43 +127,50 @@ class JsonLines(Display):
     With islands, the best score of each as well.
     """
 
-    def begin_stage(self, writer: RunWriter) -> None:
+    def begin_stage(
+        self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
+    ) -> None:
         """Print the stage's number, its first generation, and what it changes."""
-        first = writer.last.number + 1 if writer.last else 1
-        changes = [str(change) for change in writer.changes]
-        print_json({"stage": writer.stage, "first": first, "changes": changes})
+        print_json({"stage": number, "first": first, "changes": list(changes)})
 
-    def update(self, generation: Generation) -> None:
-        """Print the generation's row."""
-        bests = island_bests(generation, self._islands).tolist()
-        print_json({**row(generation), **({"islands": bests} if len(bests) > 1 else {})})
+    def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
+        """Print the rows."""
+        for one in rows:
+            print_json(one)
 
 
 class PlainLines(Display):
     """A line now and then, for pipes and logs: first, last, and every two seconds."""
 
-    def __init__(self, writer: RunWriter, clock: Callable[[], float] = time.monotonic) -> None:
-        super().__init__(writer)
+    def __init__(
+        self, path: Path, known: Snapshot, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        super().__init__(path, known)
         self._clock = clock
         self._printed = -math.inf
-        echo(f"run {writer.path}")
+        self._row: Row = {}
+        echo(f"run {path}")
 
-    def begin_stage(self, writer: RunWriter) -> None:
+    def begin_stage(
+        self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
+    ) -> None:
         """Print a line."""
-        echo(_stage_line(writer))
+        echo(_stage_line(number, first, changes))
 
-    def update(self, generation: Generation) -> None:
+    def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
         """Print a line if it is time."""
         now = self._clock()
-        if generation.stop or now - self._printed > 2:
-            self._printed = now
-            values = row(generation)
-            bests = island_bests(generation, self._islands).tolist()
-            more = "  islands " + " ".join(f"{b:.4f}" for b in bests) if len(bests) > 1 else ""
+        self._row = rows[-1] if rows else self._row
+        if self._row and (snapshot.ended or now - self._printed > 2):
+            self._printed, values = now, self._row
+            bests = snapshot.islands
+            more = "  islands " + " ".join(f"{b:.4f}" for b in bests) if bests else ""
             echo(
-                f"generation {generation.number}/{self._total}  best {values['best']:.4f}  "
-                f"mean {values['mean']:.4f}  diversity {values['diversity']:.3f}{more}",
+                f"generation {values['generation']}/{snapshot.generations}  "
+                f"best {values['best']:.4f}  mean {values['mean']:.4f}  "
+                f"diversity {values['diversity']:.3f}{more}",
             )
+            self._row = {}
 
 
 class LiveView(Display):
@@ -122,39 +180,40 @@ class LiveView(Display):
     narrow terminal, where only fewer individuals are shown.
 
     Args:
-        writer: the run.
+        path: the run's folder.
+        known: the run as it is, with all rows of its history.
         console: where to show it; standard output by default.
         clock: seconds from any beginning.
     """
 
     def __init__(
         self,
-        writer: RunWriter,
+        path: Path,
+        known: Snapshot,
         console: Console | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(writer)
-        self._name = visible(writer.path.name)
-        self._generation = writer.last
-        self._row = row(writer.last) if writer.last else {}
-        history = writer.run.history if writer.last else {}
+        super().__init__(path, known)
+        self._name = visible(path.name)
+        self._row = _last(known.rows)
         # Scores of another fitness or body would stand on another scale.
-        first = writer.run.comparable - 1 if history else 0
+        first = known.scored_from - 1
         self._courses = {
-            name: [*history.get(name, [])[first if name in SCORES else 0 :]] for name in COURSES
+            name: [*known.rows.get(name, [])[first if name in SCORES else 0 :]] for name in COURSES
         }
         self._clock = clock
         # When each of the latest generations ended: how fast it goes now, not on average.
-        self._ends = deque([(clock(), self._done)], maxlen=1000)
+        self._ends = deque([(clock(), self._done, known.evaluations)], maxlen=1000)
         self._begun = clock()
-        self._note = ""
+        self._stopping = False
+        self._since = clock()  # the state is what it is
         self._ended = False
         self._console = console or output()
         self._live = Live(self, console=self._console, refresh_per_second=8)
 
     def __enter__(self) -> Self:
         self._begun = self._clock()
-        self._ends[0] = (self._begun, self._done)
+        self._ends[0] = (self._begun, self._done, self._snapshot.evaluations)
         self._live.start()
         return self
 
@@ -162,43 +221,52 @@ class LiveView(Display):
         self._ended = True
         self._live.stop()
 
-    def begin_stage(self, writer: RunWriter) -> None:
+    def begin_stage(
+        self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
+    ) -> None:
         """Print a line that stays; scores of another scale begin their courses anew."""
-        self._console.print(_stage_line(writer), style="bold")
-        if writer.last is not None and any(change.reevaluates for change in writer.changes):
-            self._generation, self._row = writer.last, row(writer.last)
+        self._console.print(_stage_line(number, first, changes), style="bold")
+        if rescored is not None:
+            self._snapshot, self._row = rescored, _last(rescored.rows)
             for name in SCORES:
-                self._courses[name] = [self._row[name]]
+                self._courses[name] = [*rescored.rows.get(name, [])]
 
-    def update(self, generation: Generation) -> None:
+    def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
         """Take note; the screen follows eight times a second, whatever the search's speed."""
-        self._row = row(generation)
-        for name, course in self._courses.items():
-            course.append(self._row[name])
-        self._ends.append((self._clock(), generation.number))
-        self._generation = generation  # last: the screen is drawn by another thread
+        for one in rows:
+            for name, course in self._courses.items():
+                course.append(one[name])
+        if rows:
+            self._row = rows[-1]
+            self._ends.append((self._clock(), snapshot.generation, snapshot.evaluations))
+        if snapshot.state != self._snapshot.state:
+            self._since = self._clock()
+        self._snapshot = snapshot  # last: the screen is drawn by another thread
 
     def stopping(self) -> None:
         """Say so in the view: printed beside it, the next refresh would overwrite it."""
-        self._note = STOPPING
+        self._stopping = True
 
     @property
     def _done(self) -> int:
-        return self._generation.number if self._generation else 0
+        return self._snapshot.generation
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         width = min(options.max_width, WIDEST)
         parts: list[RenderableType] = [self._head(width)]
-        if self._generation is not None:
+        snapshot = self._snapshot
+        if snapshot.top:
             parts.append(self._curves(width))
-            if self._islands > 1:
-                parts.append(self._bests(self._generation))
-            parts.append(self._foot(self._generation))
+            if snapshot.islands:
+                parts.append(self._bests(snapshot.islands))
+            parts.append(self._foot(snapshot))
             # At the end, the summary tells of the champion.
-            if not (self._ended and self._generation.stop):
+            if not (self._ended and snapshot.state == "finished"):
                 rows = (options.height or console.height) - HEIGHT_ABOVE_TERMS
-                rows -= self._islands > 1
-                parts += ["", self._terms(self._generation, width, rows)]
+                rows -= bool(snapshot.islands)
+                parts += ["", self._terms(snapshot, width, rows)]
+        elif self._note() and not self._ended:
+            parts.append(self._foot(snapshot))
         yield Constrain(Group(*parts), width)
 
     def _head(self, width: int) -> Table:
@@ -207,21 +275,24 @@ class LiveView(Display):
         head.add_column(ratio=1)
         head.add_column(no_wrap=True)
         head.add_column(no_wrap=True)
-        bar = ProgressBar(total=self._total, completed=self._done)
+        total = self._snapshot.generations
+        bar = ProgressBar(total=total, completed=self._done)
         name = Text(self._name, style="bold")
-        head.add_row(name, bar, f"{self._done:,}/{self._total:,}", self._time())
+        head.add_row(name, bar, f"{self._done:,}/{total:,}", self._time())
         return head
 
     def _time(self) -> str:
         if self._ended:
             return f"in {_clock_face(self._clock() - self._begun)}"
-        speed = self._speed()
-        return f"{_clock_face((self._total - self._done) / speed)} left" if speed else ""
+        speed, _ = self._speed()
+        left = self._snapshot.generations - self._done
+        return f"{_clock_face(left / speed)} left" if speed else ""
 
-    def _speed(self) -> float:
-        """Generations a second, 0 where none is finished yet."""
-        (start, first), (end, last) = self._ends[0], self._ends[-1]
-        return (last - first) / (end - start) if end > start else 0.0
+    def _speed(self) -> tuple[float, float]:
+        """Generations and evaluations a second, 0 where none is finished yet."""
+        (start, first, before), (end, last, after) = self._ends[0], self._ends[-1]
+        passed = end - start
+        return ((last - first) / passed, (after - before) / passed) if passed > 0 else (0.0, 0.0)
 
     def _curves(self, width: int) -> Table:
         curves = Table.grid(padding=(0, 1))
@@ -229,46 +300,50 @@ class LiveView(Display):
         curves.add_column(justify="right", min_width=VALUE, no_wrap=True)
         curves.add_column(no_wrap=True)
         for name, colour in COURSES.items():
-            course = self._courses[name]
+            course = self._courses[name] or [math.nan]  # only judged anew
             room = width - max(map(len, COURSES)) - max(len(number(course[-1])), VALUE) - 2
             curve = Text(sparkline(course, max(room, 1)), style=colour)
             curves.add_row(name, number(course[-1]), curve)
         return curves
 
-    def _bests(self, generation: Generation) -> Text:
+    def _bests(self, bests: Sequence[float]) -> Text:
         """The best score of each island in a line, the best of them in bold."""
-        bests = island_bests(generation, self._islands)
         line = Text("islands  ", no_wrap=True, overflow="ellipsis")
-        for best in bests.tolist():
+        for best in bests:
             line.append(
-                f" {number(best):>{VALUE}}", style="bold green" if best == bests.max() else ""
+                f" {number(best):>{VALUE}}", style="bold green" if best == max(bests) else ""
             )
         return line
 
-    def _foot(self, generation: Generation) -> Text:
+    def _foot(self, snapshot: Snapshot) -> Text:
         foot = Text(style="dim", no_wrap=True, overflow="ellipsis")
-        if self._note and not self._ended:
-            return foot.append(self._note, style="not dim yellow")
-        rate = self._speed() * len(generation.genomes)
-        if rate:
-            foot.append(f"{rate:,.0f} evaluations/s, ")
-        if generation.progress.stagnation >= 0:  # else: only judged anew
-            best = generation.number - generation.progress.stagnation
-            foot.append(f"best of generation {best:,}")
-        if generation.progress.stage > 1:
-            foot.append(f", stage {generation.progress.stage}" if foot else "")
-        return foot
+        note = self._note()
+        if note and not self._ended:
+            return foot.append(note, style="not dim yellow")
+        _, rate = self._speed()
+        parts = [f"{rate:,.0f} evaluations/s"] if rate else []
+        if snapshot.champion is not None:
+            parts.append(f"best of generation {snapshot.champion.generation:,}")
+        if snapshot.stage > 1:
+            parts.append(f"stage {snapshot.stage}")
+        return foot.append(", ".join(parts))
 
-    def _terms(self, generation: Generation, width: int, rows: int) -> Table:
+    def _note(self) -> str:
+        """What the view waits for, after a second with the time that has passed; or ''."""
+        if self._stopping:
+            return STOPPING
+        note = RESTING.get(self._snapshot.state, "")
+        seconds = int(self._clock() - self._since)
+        return f"{note} {_clock_face(seconds)}" if note and seconds else note
+
+    def _terms(self, snapshot: Snapshot, width: int, rows: int) -> Table:
         """The sum of each of the best, as many of them and of their terms as there is room for."""
-        best = np.argsort(-generation.scores, kind="stable")[:BEST_SHOWN]
-        lines = {"score": (generation.scores, self._row["mean"])}
-        for name, values in generation.evaluation.terms.items():
-            lines[name] = (values, self._row[MEAN + name])
-        cells = {
-            name: [number(float(value)) for value in (*values[best], mean)]
-            for name, (values, mean) in lines.items()
-        }
+        best = snapshot.top[:BEST_SHOWN]
+        lines = {"score": [*(one.score for one in best), self._row.get("mean", math.nan)]}
+        for name in best[0].terms:
+            mean = self._row.get(MEAN + name, math.nan)
+            lines[name] = [*(one.terms[name] for one in best), mean]
+        cells = {name: [number(value) for value in values] for name, values in lines.items()}
         cell = max(VALUE, *(len(text) for texts in cells.values() for text in texts))
         fit = (width - max(map(len, cells))) // (cell + 2) - 1
         shown = min(max(fit, 1), len(best))
@@ -285,6 +360,10 @@ class LiveView(Display):
         if hidden > 0:
             made.add_row(f"… and {hidden + 1} more")
         return made
+
+
+def _last(rows: Rows) -> Row:
+    return {name: float(values[-1]) for name, values in rows.items()}
 
 
 def _clock_face(seconds: float) -> str:

@@ -5,8 +5,9 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli.cluster import cluster
+from gaitsim.cli.detaching import check_detachable, evolve_detached
 from gaitsim.cli.evolving import evolve_run
-from gaitsim.cli.options import Dask, Json, RunName, Set, Workers
+from gaitsim.cli.options import Dask, Detach, Json, RunName, Set, Workers
 from gaitsim.experiment import parse_assignments
 from gaitsim.runs.files.folder import find_run
 
@@ -25,6 +26,7 @@ def resume(
             "--any-version", help="Continue although the version of a plugin's package has changed."
         ),
     ] = False,
+    detach: Detach = False,
     json: Json = False,
 ) -> None:
     """Continue a run exactly as if it had never stopped, or with other options.
@@ -40,8 +42,21 @@ def resume(
     gaitsim resume spider --set mutation.rate=0.01 --generations 2000
 
     gaitsim resume spider --set fitness.plugin=spider-classic --generations 2500
+
+    gaitsim resume spider --detach
     """
     path, overrides = find_run(run), parse_assignments(set_ or ())
+    if detach:
+        check_detachable(dask)
+        evolve_detached(
+            path,
+            workers=workers,
+            json=json,
+            overrides=overrides,
+            generations=generations,
+            any_version=any_version,
+        )
+        return
     with cluster(dask, workers) as executor:
         evolve_run(
             path,

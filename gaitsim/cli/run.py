@@ -6,8 +6,18 @@ from typing import Annotated
 import typer
 
 from gaitsim.cli.cluster import cluster
+from gaitsim.cli.detaching import check_detachable, evolve_detached
 from gaitsim.cli.evolving import evolve_run
-from gaitsim.cli.options import Dask, ExperimentName, Generations, Json, Population, Set, Workers
+from gaitsim.cli.options import (
+    Dask,
+    Detach,
+    ExperimentName,
+    Generations,
+    Json,
+    Population,
+    Set,
+    Workers,
+)
 from gaitsim.experiment import load_experiment, parse_assignments
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.start import check_start, kept_individual
@@ -33,6 +43,7 @@ def run(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the run. Default: runs/<name>.")
     ] = None,
+    detach: Detach = False,
     json: Json = False,
 ) -> None:
     """Evolve a gait and keep the run on disk.
@@ -55,6 +66,8 @@ def run(
 
     gaitsim run spider --from runs/spider/champions/generation-000012.pickle
 
+    gaitsim run spider --detach
+
     gaitsim run walker --dask tcp://host:8786
     """
     short = {
@@ -68,5 +81,9 @@ def run(
     if from_ is not None:
         start = kept_individual(from_)
         check_start(loaded, start, f"--from {from_}")
+    if detach:
+        check_detachable(dask)
+        evolve_detached(create_run(loaded, out, start), workers=workers, json=json)
+        return
     with cluster(dask, workers) as executor:
         evolve_run(create_run(loaded, out, start), workers=workers, json=json, cluster=executor)

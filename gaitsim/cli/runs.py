@@ -53,6 +53,9 @@ def runs(
             rows.append([row["run"], row["organism"], row["fitness"], done, best, row["state"]])
         columns = "run", "body", "fitness", "generation", "best", "state"
         print_table(columns, rows, numbers=["generation", "best"])
+        for row in found:
+            if row["failure"]:
+                notice(f"{root / row['run']} failed in the background: {row['failure']}")
 
 
 def _check(root: Path) -> None:
@@ -103,4 +106,5 @@ def _row(run: Overview) -> dict[str, Any]:
         "generations": run.generations,
         "best": run.best,
         "state": run.state,
+        "failure": run.failure.what if run.failure else None,
     }

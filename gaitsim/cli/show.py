@@ -13,6 +13,7 @@ from gaitsim.cli.summary import champion_of, print_champion, to_dict
 from gaitsim.errors import RunError
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
+from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.folder import command, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -57,6 +58,8 @@ def _print_json(run: RunSnapshot) -> None:
         {
             "run": str(run.path),
             "note": _note(run),
+            "background": process.state if (process := background_process(run.path)) else None,
+            "failure": failure.to_dict() if (failure := last_failure(run.path)) else None,
             "experiment": experiment.name,
             "seed": experiment.seed,
             "plugins": {kind: entry.name for kind, entry in experiment.entries.items()},
@@ -89,6 +92,11 @@ def _print(run: RunSnapshot) -> None:
     console.print(f"{experiment.name}: {experiment.description}")
     if note := _note(run):
         console.print(note, style="italic")
+    process, failure = background_process(run.path), last_failure(run.path)
+    if process is not None:
+        console.print(f"in the background: {process.state}, process {process.pid}")
+    if failure is not None:
+        console.print(f"Failed in the background: {failure}", style="red")
     parts = "  ".join(f"{kind} {entry.name}" for kind, entry in experiment.entries.items())
     console.print(f"seed {experiment.seed}  {parts}")
     islands = experiment.islands

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -12,13 +13,29 @@ from typing import Any
 
 from gaitsim.errors import GaitsimError, RunError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
-from gaitsim.live.protocol import State
-from gaitsim.runs.background import background_process, last_failure
+from gaitsim.live.presence import address
+from gaitsim.live.protocol import Command, State, write_command
+from gaitsim.runs.background import (
+    SOCKET,
+    BackgroundProcess,
+    background_process,
+    last_failure,
+    runtime_file,
+)
 from gaitsim.toml import text
 
-__all__ = ["evolving", "kill", "last_failure", "start_detached", "stop"]
+__all__ = [
+    "evolving",
+    "kill",
+    "last_failure",
+    "request_stop",
+    "send",
+    "start_detached",
+    "stop",
+]
 
 STARTING = 60.0  # seconds
+ANSWERING = 5.0  # seconds
 PERIOD = 0.05  # seconds between two looks whether a process has ended
 
 
@@ -101,19 +118,54 @@ def stop(run: Path, timeout: float | None = None) -> bool:
     Raises:
         RunError: no process evolves the run in the background.
     """
-    found = background_process(run)
+    found = request_stop(run)
     if found is None:
         raise RunError(
             f"the run {run} does not evolve in the background",
             remedy="'gaitsim runs' lists the runs and their states",
         )
-    _signal(found.pid, signal.SIGTERM)
     end = None if timeout is None else time.monotonic() + timeout
     while (left := background_process(run)) is not None and left.pid == found.pid:
         if end is not None and time.monotonic() >= end:
             return False
         time.sleep(PERIOD)
     return True
+
+
+def request_stop(run: Path) -> BackgroundProcess | None:
+    """Let a run in the background stop after its current generation; return its process.
+
+    By a signal, which also reaches a process that takes no command at the moment.
+    """
+    found = background_process(run)
+    if found is not None:
+        _signal(found.pid, signal.SIGTERM)
+    return found
+
+
+def send(run: Path, *commands: Command) -> None:
+    """Send commands to the process that evolves a run in the background.
+
+    Raises:
+        RunError: it does not take them.
+    """
+    try:
+        with (
+            socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client,
+            address(runtime_file(run, SOCKET)) as name,
+        ):
+            client.settimeout(ANSWERING)
+            client.connect(name)
+            client.sendall(b"".join(map(write_command, commands)))
+            # A connection that is closed before everything is read is reset.
+            client.shutdown(socket.SHUT_WR)
+            while client.recv(65536):
+                pass
+    except OSError as error:
+        raise RunError(
+            f"the process that evolves the run {run} takes no command: {error.strerror or error}",
+            remedy="'gaitsim runs' lists the runs and their states",
+        ) from None
 
 
 def kill(run: Path) -> None:

@@ -95,6 +95,9 @@ class RunProcess:
             if background.evolving(self.run) is None:
                 self._take(replace(_at_rest(self.last, "failed"), error=error))
                 return
+        if not begun:  # what it does is heard at once
+            self._pending = None
+            self._news.clear()
         reader = await self._connect()
         for late in () if begun else self._late:
             self._send(late)
@@ -132,7 +135,7 @@ class RunProcess:
 
     def stop(self) -> None:
         """Stop after the current generation, saved."""
-        self._send(Command("stop"))
+        background.request_stop(self.run)
 
     def kill(self) -> None:
         """Kill the process; the run loses at most the current generation."""
@@ -142,9 +145,10 @@ class RunProcess:
         """End the connection; the run evolves on, and the snapshots end."""
         self._left = True
         self._news.set()
-        if self._reading is not None:
-            self._reading.cancel()
-        self._disconnect()
+        if self._writer is not None:
+            # What was sent arrives; a connection that is closed before all is read is reset.
+            with contextlib.suppress(OSError, RuntimeError):
+                self._writer.write_eof()
 
     async def ended(self) -> Snapshot:
         """Wait for the end of the process, or of the connection; return the last snapshot."""
@@ -175,8 +179,11 @@ class RunProcess:
             # A line that is not a snapshot, or is longer than any, is an end as well.
             with contextlib.suppress(OSError, ValueError):
                 async for line in reader:
-                    self._take(read_snapshot(line, self.last))
+                    if not self._left:
+                        self._take(read_snapshot(line, self.last))
             self._disconnect()
+            if self._left:
+                return
             if not self.last.ended:
                 await asyncio.sleep(PERIOD)
                 reader = await self._connect()

@@ -12,11 +12,18 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gaitsim.cli.progress import STOPPING, JsonLines, LiveView, PlainLines
+from gaitsim.cli.progress import (
+    STOPPING,
+    Display,
+    JsonLines,
+    LiveView,
+    PlainLines,
+    row_of,
+    snapshot_of,
+)
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress
 from gaitsim.experiment import Islands
-from gaitsim.runs.stages import Change
 
 CLASSIC = {
     "movement": 3.5,
@@ -48,22 +55,24 @@ def generation(
     )
 
 
-def writer(
-    total: int = 300,
-    last: Generation | None = None,
-    islands: int = 1,
-    **history: list[float],
+def known(
+    total: int = 300, last: Generation | None = None, scored_from: int = 1, **history: list[float]
 ) -> Any:
+    """A run's path, and what is known of it."""
+    rows = {name: np.array(values) for name, values in history.items()}
+    found = snapshot_of(last, experiment(total), rows=rows, scored_from=scored_from)
+    return Path("runs/spider"), found
+
+
+def experiment(total: int = 300, islands: int = 1) -> Any:
     return SimpleNamespace(
-        path=Path("runs/spider"),
-        experiment=SimpleNamespace(
-            evolution=SimpleNamespace(generations=total), islands=Islands(number=islands)
-        ),
-        last=last,
-        run=SimpleNamespace(
-            history={name: np.array(values) for name, values in history.items()}, comparable=1
-        ),
+        evolution=SimpleNamespace(generations=total), islands=Islands(number=islands)
     )
+
+
+def update(view: Display, made: Generation, total: int = 300, islands: int = 1) -> None:
+    snapshot = snapshot_of(made, experiment(total, islands))
+    view.update(snapshot, [row_of(made, snapshot)])
 
 
 class Clock:
@@ -84,10 +93,10 @@ def drawn(view: LiveView, width: int = 80, height: int = 24) -> list[str]:
 
 def at_work(clock: Clock, terms: dict[str, float] | None = None, generations: int = 10) -> LiveView:
     """A view of a run that has gone on for so many generations, half a second each."""
-    view = LiveView(writer(), Console(file=io.StringIO()), clock)
+    view = LiveView(*known(), Console(file=io.StringIO()), clock)
     for number in range(1, generations + 1):
         clock.now += 0.5
-        view.update(generation(number, terms))
+        update(view, generation(number, terms))
     return view
 
 
@@ -100,9 +109,9 @@ class TestPlainLines:
     def test_first_last_and_one_every_two_seconds(
         self, capsys: pytest.CaptureFixture[str], clock: Clock
     ) -> None:
-        with PlainLines(writer(12), clock) as lines:
+        with PlainLines(*known(12), clock) as lines:
             for number in range(1, 13):
-                lines.update(generation(number, stop="done" if number == 12 else ""))
+                update(lines, generation(number, stop="done" if number == 12 else ""), 12)
                 clock.now += 0.5
         assert capsys.readouterr().out.splitlines() == [
             "run runs/spider",
@@ -113,28 +122,28 @@ class TestPlainLines:
         ]
 
     def test_says_beside_the_output_that_it_stops(self, capsys: pytest.CaptureFixture[str]) -> None:
-        PlainLines(writer()).stopping()
+        PlainLines(*known()).stopping()
         printed = capsys.readouterr()
         assert STOPPING in printed.err
         assert STOPPING not in printed.out
 
 
 def test_the_best_of_each_island_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
-    with PlainLines(writer(islands=4)) as lines:
-        lines.update(generation(1))
+    with PlainLines(*known()) as lines:
+        update(lines, generation(1), islands=4)
     assert capsys.readouterr().out.splitlines()[1] == (
         "generation 1/300  best 1.0000  mean 0.9905  diversity 0.250"
         "  islands 1.0000 0.9950 0.9900 0.9850"
     )
-    with JsonLines(writer(islands=4)) as json_lines:
-        json_lines.update(generation(1))
+    with JsonLines(*known()) as json_lines:
+        update(json_lines, generation(1), islands=4)
     found = json.loads(capsys.readouterr().out)["islands"]
     assert found == pytest.approx([1.0, 0.995, 0.99, 0.985])
 
 
 def test_json_lines_are_the_history(capsys: pytest.CaptureFixture[str]) -> None:
-    with JsonLines(writer()) as lines:
-        lines.update(generation(1))
+    with JsonLines(*known()) as lines:
+        update(lines, generation(1))
     row = json.loads(capsys.readouterr().out)
     assert row["best"] == 1.0
     assert row["mean:forward"] == pytest.approx(0.9905)
@@ -166,9 +175,9 @@ class TestLiveView:
 
     @pytest.mark.parametrize(("width", "height"), [(40, 12), (80, 24)])
     def test_shows_the_best_of_each_island(self, clock: Clock, width: int, height: int) -> None:
-        view = LiveView(writer(islands=4), Console(file=io.StringIO()), clock)
+        view = LiveView(*known(), Console(file=io.StringIO()), clock)
         clock.now += 1.0
-        view.update(generation(1, CLASSIC))
+        update(view, generation(1, CLASSIC), islands=4)
         lines = drawn(view, width, height)
         shown = "islands     4.514   4.479   4.444   4.409"
         assert lines[4].rstrip() == (shown if width > 40 else f"{shown[:39]}…")
@@ -195,20 +204,20 @@ class TestLiveView:
         assert "−12345678901.000" in "".join(drawn(at_work(clock, {"depth": -12345678901.0})))
 
     def test_has_nothing_to_say_before_the_first_generation(self, clock: Clock) -> None:
-        (line,) = drawn(LiveView(writer(), Console(file=io.StringIO()), clock))
+        (line,) = drawn(LiveView(*known(), Console(file=io.StringIO()), clock))
         assert line.startswith("spider ")
         assert line.rstrip().endswith("0/300")
 
     def test_time_left_follows_the_speed_of_late(self, clock: Clock) -> None:
-        view = LiveView(writer(4000), Console(file=io.StringIO()), clock)
+        view = LiveView(*known(4000), Console(file=io.StringIO()), clock)
         for number in range(1, 2001):
             clock.now += 1.0 if number <= 1000 else 0.1
-            view.update(generation(number))
+            update(view, generation(number), 4000)
         assert drawn(view)[0].endswith("0:03:20 left")
 
     def test_a_resumed_run_continues_its_curves(self, clock: Clock) -> None:
-        resumed = writer(20, generation(10), best=[0.5, 1.0], mean=[0.1, 0.9], diversity=[0.3, 0.2])
-        view = LiveView(resumed, Console(file=io.StringIO()), clock)
+        course = {"best": [0.5, 1.0], "mean": [0.1, 0.9], "diversity": [0.3, 0.2]}
+        view = LiveView(*known(20, generation(10), **course), Console(file=io.StringIO()), clock)
         lines = drawn(view)
         assert lines[0].rstrip().endswith("10/20")
         assert [line.split() for line in lines[1:4]] == [
@@ -217,23 +226,23 @@ class TestLiveView:
             ["diversity", "0.200", "█▁"],
         ]
         clock.now += 2
-        view.update(generation(11))
+        update(view, generation(11), 20)
         assert drawn(view)[0].endswith("11/20 0:00:18 left")
 
     @pytest.mark.parametrize("reevaluated", [True, False])
     def test_a_stage_with_new_scores_restarts_their_curves(
         self, clock: Clock, reevaluated: bool
     ) -> None:
-        begun = writer(20, generation(2), best=[5.0, 9.0], mean=[4.0, 8.0], diversity=[0.3, 0.2])
+        course = {"best": [5.0, 9.0], "mean": [4.0, 8.0], "diversity": [0.3, 0.2]}
         file = io.StringIO()
-        view = LiveView(begun, Console(file=file, width=80), clock)
-        key = "fitness.price" if reevaluated else "mutation.rate"
-        begun.stage, begun.changes = 2, (Change(key, 0.1, 0.2),)
+        view = LiveView(*known(20, generation(2), **course), Console(file=file, width=80), clock)
+        judged = None
         if reevaluated:
-            progress = Progress(60, -np.inf, -1, None, 2)
-            begun.last = dataclasses.replace(begun.last, progress=progress)
-        view.begin_stage(begun)
-        assert file.getvalue() == f"stage 2 from generation 3 on: {key}: 0.1, now 0.2\n"
+            progress = Progress(40, -np.inf, -1, None, 2)
+            last = dataclasses.replace(generation(2), progress=progress)
+            _, judged = known(20, last, best=[1.0], mean=[0.991])
+        view.begin_stage(2, 3, ["a rate: 0.1, now 0.2"], judged)
+        assert file.getvalue() == "stage 2 from generation 3 on: a rate: 0.1, now 0.2\n"
         before = {"best": "1.000 ▁", "mean": "0.991 ▁"}
         if not reevaluated:
             before = {"best": "9.000 ▁█", "mean": "8.000 ▁█"}
@@ -242,16 +251,14 @@ class TestLiveView:
         assert " ".join(lines[2].split()) == f"mean {before['mean']}"
         assert lines[3].split() == ["diversity", "0.200", "█▁"]
         clock.now += 2
-        progress = Progress(80, 1.0, 0, None, 2)
-        view.update(dataclasses.replace(generation(3), progress=progress))
+        progress = Progress(60, 1.0, 0, None, 2)
+        update(view, dataclasses.replace(generation(3), progress=progress), 20)
         assert drawn(view)[4] == "10 evaluations/s, best of generation 3, stage 2"
 
     def test_courses_of_a_resumed_stage_begin_with_it(self, clock: Clock) -> None:
-        resumed = writer(
-            9, generation(3), best=[9.0, 0.5, 1.0], mean=[8.0, 0, 1], diversity=[1.0] * 3
-        )
-        resumed.run.comparable = 2
-        lines = drawn(LiveView(resumed, Console(file=io.StringIO()), clock))
+        course = {"best": [9.0, 0.5, 1.0], "mean": [8.0, 0, 1], "diversity": [1.0] * 3}
+        resumed = known(9, generation(3), 2, **course)
+        lines = drawn(LiveView(*resumed, Console(file=io.StringIO()), clock))
         assert lines[1].split() == ["best", "1.000", "▁█"]
         assert lines[3].split() == ["diversity", "1.000", "▁▁▁"]
 
@@ -261,12 +268,12 @@ class TestLiveView:
         assert STOPPING in drawn(view)
 
     def test_leaves_the_champion_to_the_summary_at_the_end(self, clock: Clock) -> None:
-        lines = ended(clock, lambda view: view.update(generation(300, stop="done")))
+        lines = ended(clock, lambda view: update(view, generation(300, stop="done")))
         assert lines[0].endswith("300/300 in 0:01:00")
         assert len(lines) == 5
 
     def test_keeps_the_terms_when_it_is_stopped(self, clock: Clock) -> None:
-        lines = ended(clock, lambda view: (view.update(generation(7)), view.stopping()))
+        lines = ended(clock, lambda view: (update(view, generation(7)), view.stopping()))
         assert lines[0].endswith("7/300 in 0:01:00")
         assert STOPPING not in lines
         assert lines[8].startswith("forward")
@@ -274,7 +281,7 @@ class TestLiveView:
 
 def ended(clock: Clock, work: Callable[[LiveView], object]) -> list[str]:
     """What stands on the screen after a minute's work."""
-    view = LiveView(writer(), Console(file=io.StringIO(), width=80, height=24), clock)
+    view = LiveView(*known(), Console(file=io.StringIO(), width=80, height=24), clock)
     with view:
         clock.now += 60
         work(view)

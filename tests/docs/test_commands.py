@@ -18,8 +18,8 @@ PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 HELP = sorted((ROOT / "gaitsim" / "cli").rglob("*.py"))
 
 NOT_RUN = re.compile(
-    r"gaitsim (tui|serve|play|study|compare|plugins|imitate)|run (walker|millipede)"
-    r"|--dask|--delete|--perturb|champions/|hopper|my-|mine|spring"
+    r"gaitsim (tui|serve|play|study|compare|plugins|imitate|attach|stop)|run (walker|millipede)"
+    r"|--dask|--detach|night|--delete|--perturb|champions/|hopper|my-|mine|spring"
 )
 """Commands that do not end by themselves, take long, or need a file of the reader's."""
 

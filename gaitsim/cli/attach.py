@@ -1,0 +1,146 @@
+"""`gaitsim attach`."""
+
+import asyncio
+import signal
+import sys
+from collections.abc import AsyncIterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitsim.cli import INTERRUPTED
+from gaitsim.cli.console import notice, output
+from gaitsim.cli.detaching import at_rest, find_evolved
+from gaitsim.cli.options import Json, RunName
+from gaitsim.cli.progress import RESTING, Display, Row, display
+from gaitsim.cli.summary import summarise
+from gaitsim.live.background import evolving
+from gaitsim.live.process import RunProcess
+from gaitsim.live.protocol import Snapshot
+from gaitsim.live.watching import RunWatcher
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.follow import Rows
+from gaitsim.runs.snapshot import RunSnapshot
+
+WHOLE = ("generation", "stage", "evaluations")
+
+
+def attach(run: RunName, json: Json = False) -> None:
+    """Watch a run that evolves in the background, or in another program.
+
+    Ctrl-C leaves it evolving.
+
+    [bold]Examples[/bold]
+
+    gaitsim attach spider
+
+    gaitsim attach spider --json > log.jsonl
+    """
+    path = find_evolved(run)
+    in_background = evolving(path) is not None
+    if not in_background and not is_locked(path):
+        raise at_rest(path)
+    last = asyncio.run(_follow(path, json, in_background=in_background))
+    match last.state:
+        case "finished":
+            summarise(path, last.reason, json)
+        case "stopped":
+            notice(f"Stopped and saved. Continue with: {command('resume', path)}")
+            sys.exit(INTERRUPTED)
+        case "failed" if last.error is not None:
+            raise last.error
+        case _:
+            stop = f" Stop it: {command('stop', path)}." if in_background else ""
+            notice(f"{path} evolves on.{stop} Watch it again: {command('attach', path)}")
+            sys.exit(INTERRUPTED)
+
+
+async def _follow(path: Path, json: bool, *, in_background: bool) -> Snapshot:
+    """Show a run as it evolves, until it ends or the user leaves; return the last snapshot."""
+    known = await asyncio.to_thread(RunWatcher(path).look)
+    process = RunProcess(path, known=known, begin=False) if in_background else None
+    follower = _Follower(path, display(path, known, json), known)
+    following = asyncio.create_task(follower.follow(process or RunWatcher(path)))
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, following.cancel)
+    await asyncio.wait([following])
+    if process is not None:
+        process.leave()
+        await process.ended()
+    if not following.cancelled():
+        following.result()
+    return follower.last
+
+
+class _Follower:
+    """Shows the snapshots of a run, and each of its generations once.
+
+    Args:
+        path: the run's folder.
+        shown: where to show them.
+        known: the run as it is shown already.
+
+    Attributes:
+        last: the last snapshot.
+    """
+
+    def __init__(self, path: Path, shown: Display, known: Snapshot) -> None:
+        self._path, self._shown = path, shown
+        self._seen = known.generation
+        self.last = known
+
+    async def follow(self, snapshots: AsyncIterable[Snapshot]) -> None:
+        """Show snapshots until the last one."""
+        with self._shown:
+            async for snapshot in snapshots:
+                self._report(snapshot)
+                rows = await asyncio.to_thread(self._rows, snapshot)
+                self._shown.update(snapshot, rows)
+                self.last = snapshot
+
+    def _report(self, snapshot: Snapshot) -> None:
+        before = self.last
+        resting = snapshot.state != before.state and snapshot.state in RESTING
+        if resting and not output().is_terminal:
+            notice(RESTING[snapshot.state])
+        if snapshot.error is not None and snapshot.state != "failed":
+            notice(str(snapshot.error))
+        changes = [event for event in snapshot.events if event.kind == "stage"]
+        if changes and snapshot.stage > before.stage:
+            rescored = snapshot if snapshot.scored_from > before.scored_from else None
+            texts = [event.text for event in changes]
+            self._shown.begin_stage(snapshot.stage, changes[0].generation, texts, rescored)
+
+    def _rows(self, snapshot: Snapshot) -> Sequence[Row]:
+        """Return the rows of the history that were not shown yet."""
+        rows, first = snapshot.rows, self._seen + 1
+        if not rows or snapshot.generation < first:
+            return ()
+        run = None
+        if rows["generation"][0] > first:  # some were left out
+            run = RunSnapshot(self._path)
+            rows = run.history
+        found = _as_dicts(rows, first)
+        self._seen += len(found)
+        if snapshot.islands and len(found) == 1:
+            found[0]["islands"] = list(snapshot.islands)
+        elif snapshot.islands:
+            bests = (run or RunSnapshot(self._path)).islands
+            for one in found:
+                one["islands"] = bests[one["generation"] - 1].tolist()
+        return found
+
+
+def _as_dicts(rows: Rows, first: int) -> list[dict[str, Any]]:
+    """Return rows from a generation on; a term that a row lacks is left out."""
+    chosen = np.flatnonzero(rows["generation"] >= first)
+    return [
+        {
+            name: int(values[index]) if name in WHOLE else float(values[index])
+            for name, values in rows.items()
+        }
+        for index in chosen
+    ]

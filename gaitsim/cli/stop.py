@@ -1,0 +1,114 @@
+"""`gaitsim stop`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli import INTERRUPTED
+from gaitsim.cli.console import echo, notice, print_json, status
+from gaitsim.cli.detaching import at_rest, find_evolved
+from gaitsim.cli.options import Json
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.live.background import evolving, last_failure, request_stop
+from gaitsim.live.background import stop as stop_run
+from gaitsim.runs.background import background_processes
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.resume import stop_reason_of
+from gaitsim.runs.snapshot import RunSnapshot
+
+
+def stop(
+    runs: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[RUN]…", help="Runs; with --all, folders that hold runs."),
+    ] = None,
+    all_: Annotated[
+        bool, typer.Option("--all", help="All runs in the background, or those in these folders.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Stop runs that evolve in the background, after their current generation, and save them.
+
+    [bold]Examples[/bold]
+
+    gaitsim stop spider
+
+    gaitsim stop spider fly-2
+
+    gaitsim stop --all
+
+    gaitsim stop --all runs
+    """
+    if not runs and not all_:
+        raise GaitsimError(
+            "no run is given", remedy="name one, or stop all by --all; 'gaitsim runs' lists them"
+        )
+    paths = _in_folders(runs or []) if all_ else [_evolving(name) for name in runs or []]
+    for path in paths:
+        request_stop(path)
+    failures = [failure for path in paths if (failure := _wait(path, json)) is not None]
+    if not paths and not json:
+        echo("No run evolves in the background.")
+    if failures:
+        raise failures[0]
+
+
+def _in_folders(folders: list[str]) -> list[Path]:
+    """Return the runs in the background; where folders are given, those in them."""
+    for folder in folders:
+        if not Path(folder).is_dir():
+            raise GaitsimError(
+                f"folder not found: {folder}", allowed="with --all, folders that hold runs"
+            )
+    roots = [Path(folder).resolve() for folder in folders]
+    found = [process.run for process in background_processes()]
+    return [_short(run) for run in found if not roots or run.parent in roots]
+
+
+def _short(run: Path) -> Path:
+    """Return a path as it is seen from here."""
+    here = Path.cwd()
+    return run.relative_to(here) if run.is_relative_to(here) else run
+
+
+def _evolving(name: str) -> Path:
+    """Return the folder of a run in the background.
+
+    Raises:
+        RunError: it evolves elsewhere, or nowhere.
+    """
+    path = find_evolved(name)
+    if evolving(path) is None:
+        RunLock(path).release()  # names the process that evolves it elsewhere
+        raise at_rest(path)
+    return path
+
+
+def _wait(path: Path, json: bool) -> GaitsimError | None:
+    """Wait until a run is stopped, and report it; return why it failed instead."""
+    try:
+        with status(f"Stopping {path} after this generation …"):
+            if evolving(path) is not None:
+                stop_run(path)
+    except KeyboardInterrupt:
+        notice(f"{path} stops after its current generation.")
+        sys.exit(INTERRUPTED)
+    except RunError:
+        pass  # it has just ended
+    failure = last_failure(path)
+    if failure is not None:
+        return failure
+    run = RunSnapshot(path)
+    reason = stop_reason_of(run)
+    if json:
+        state = "finished" if reason else "stopped"
+        print_json({"run": str(path), "state": state, "generation": run.generation})
+    elif reason:
+        echo(f"{path}: {reason}")
+    else:
+        again = command("resume", path, "--detach")
+        echo(f"{path} is stopped and saved at generation {run.generation}. Continue with: {again}")
+    return None

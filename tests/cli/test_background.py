@@ -1,0 +1,180 @@
+"""Runs in the background, from the command line."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from waiting import until
+
+from gaitsim.live.background import evolving, last_failure
+from gaitsim.runs.background import background_process
+from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.snapshot import RunSnapshot
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
+PUPPETS = Path(__file__).parents[1] / "puppets"
+LONG = ("--generations", 100_000, "--set", "organism.pause=0.01")
+
+
+@pytest.fixture(autouse=True)
+def installed(monkeypatch, puppets):
+    """Processes find the puppets as well."""
+    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
+
+
+@pytest.fixture
+def detached(gaitsim, puppet_file):
+    """Begins a run in the background."""
+
+    def detached(name="run", *options):
+        gaitsim("run", puppet_file, "--detach", "--out", name, *(options or LONG))
+        return Path(name)
+
+    return detached
+
+
+def test_a_detached_run_is_watched_and_stopped(gaitsim, detached, start):
+    path = detached()
+    until(lambda: RunSnapshot(path).generation > 1)
+    refused = gaitsim("resume", path, "--detach", code=2).stderr
+    assert f"in process {background_process(path).pid}" in refused
+    assert "gaitsim attach run" in refused
+    assert "gaitsim stop run" in gaitsim("resume", path, code=2).stderr
+    assert "in the background" in gaitsim("runs", "--delete", path, "--yes", code=2).stderr
+    assert "running" in gaitsim("runs", ".").stdout
+    assert "in the background: running" in gaitsim("show", path).stdout
+    watching = start("attach", path, "--json")
+    rows = [json.loads(watching.stdout.readline()) for _ in range(3)]
+    assert [row["generation"] - rows[0]["generation"] for row in rows] == [0, 1, 2]
+    assert {*rows[0]} == {*RunSnapshot(path).history}
+    watching.send_signal(signal.SIGINT)
+    assert "gaitsim stop run" in watching.communicate()[1]
+    assert watching.returncode == 130
+    assert evolving(path) == "running"
+    assert "gaitsim resume run" in gaitsim("stop", path).stdout
+    assert evolving(path) is None
+    assert "does not evolve" in gaitsim("stop", path, code=2).stderr
+    assert "gaitsim resume run --detach" in gaitsim("attach", path, code=2).stderr
+    done = RunSnapshot(path)
+    options = ("--generations", done.generation, "--set", "organism.pause=0.01")
+    whole = gaitsim("run", "puppet.toml", "--out", "whole", *options)
+    assert RunSnapshot(Path("whole")).fingerprint() == done.fingerprint(), whole.stderr
+
+
+def test_attaching_ends_with_the_summary(detached, start, gaitsim):
+    path = detached("run", "--generations", 150, "--set", "organism.pause=0.01")
+    pid = background_process(path).pid
+    os.kill(pid, signal.SIGSTOP)
+    watching = start("attach", path)
+    assert watching.stdout.readline() == "run run\n"
+    os.kill(pid, signal.SIGCONT)
+    out, _ = watching.communicate()
+    assert watching.returncode == 0
+    assert "generation 150/150" in out
+    assert "run: 150 generations are done" in out
+    again = gaitsim("resume", path, "--detach").stdout  # nothing is left to do
+    assert "run: 150 generations are done" in again
+
+
+def test_a_run_of_another_program_is_watched_but_not_stopped(gaitsim, puppet_file, start):
+    evolving_it = start("run", puppet_file, "--out", "run", *LONG)
+    until(lambda: Path("run").exists() and RunSnapshot(Path("run")).generation > 1)
+    assert f"process {evolving_it.pid} on" in gaitsim("stop", "run", code=2).stderr
+    watching = start("attach", "run", "--json")
+    assert json.loads(watching.stdout.readline())["generation"] > 1
+    evolving_it.send_signal(signal.SIGINT)
+    assert "Stopped and saved" in watching.communicate()[1]
+    assert watching.returncode == 130
+
+
+def test_all_runs_are_stopped_in_a_folder_or_everywhere(gaitsim, detached, monkeypatch):
+    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
+    paths = [detached(f"{folder}/{name}") for folder in ("a", "b") for name in "xy"]
+    states = [evolving(path) for path in paths]
+    assert states[1:] == ["queued"] * 3
+    listed = gaitsim("runs", "a", "--json").stdout.splitlines()
+    assert json.loads(listed[1])["state"] == "queued"
+    assert "in the background" in gaitsim("runs", "--delete", "b/y", "--yes", code=2).stderr
+    stopped = gaitsim("stop", "--all", "a", "--json").stdout.splitlines()
+    assert {json.loads(line)["run"] for line in stopped} == {"a/x", "a/y"}
+    assert [evolving(path) is None for path in paths] == [True, True, False, False]
+    gaitsim("stop", "--all")
+    assert not any(evolving(path) for path in paths)
+    assert "No run" in gaitsim("stop", "--all").stdout
+
+
+def test_mistakes_are_reported_at_once(gaitsim, puppet_file, detached, runtime_folder):
+    gaitsim("run", puppet_file, "--detach", "--set", "mutation.rat=1", "--out", "run", code=2)
+    assert "--dask" in gaitsim("run", puppet_file, "--detach", "--dask", "local", code=2).stderr
+    assert not Path("run").exists()
+    path = detached()
+    gaitsim("stop", path)
+    for wrong in (("--set", "mutation.rat=1"), ("--generations", 0)):
+        gaitsim("resume", path, "--detach", *wrong, code=2)
+    assert evolving(path) is None
+    runtime_folder.chmod(0o755)
+    refused = gaitsim("run", puppet_file, "--detach", "--out", "other", code=2).stderr
+    assert "0700" in refused
+    assert not Path("other").exists()
+    assert evolving(path) is None
+
+
+FAULTY = """
+from gaitsim_puppets import Puppet
+class Faulty(Puppet):
+    def move(self, genomes):
+        if len(genomes) > 1:
+            raise ValueError("out of joint")
+        return super().move(genomes)
+"""
+
+
+def test_why_a_run_failed_is_kept_until_it_is_evolved_again(
+    gaitsim, install, puppet_file, monkeypatch
+):
+    folder = install("faulty", FAULTY, {"organism": {"faulty": "Faulty"}})
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+    options = ("--set", "organism.plugin=faulty", "--out", "run")
+    # It may fail after the first moments.
+    subprocess.run(
+        [sys.executable, "-m", "gaitsim", "run", puppet_file, "--detach", *options], check=False
+    )
+    until(lambda: evolving(Path("run")) is None)
+    for command in (("attach", "run"), ("stop", "run")):
+        assert "faulty 1.0" in gaitsim(*command, code=2).stderr
+    assert "faulty 1.0" in gaitsim("show", "run").stdout
+    listed = gaitsim("runs", ".")
+    assert "failed" in listed.stdout
+    assert "faulty 1.0" in listed.stderr
+    assert "faulty" in json.loads(gaitsim("runs", ".", "--json").stdout)["failure"]
+    (folder / "faulty.py").write_text(FAULTY.replace("> 1", "> 1000"))
+    monkeypatch.delitem(sys.modules, "faulty", raising=False)
+    gaitsim("resume", "run", "--generations", 2)
+    assert last_failure(Path("run")) is None
+    assert "failed" not in gaitsim("runs", ".").stdout
+
+
+def test_a_folder_deleted_under_a_run_ends_it(gaitsim, detached, monkeypatch, start):
+    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
+    first, queued = detached("first"), detached("queued")
+    assert evolving(queued) == "queued"
+    watching = start("attach", queued, "--json")
+    assert "Queued" in watching.stderr.readline()
+    for path in (queued, first):
+        process = background_process(path)
+        path.rename("elsewhere")
+        until(lambda path=path: evolving(path) is None)
+        assert not path.exists()
+        assert not is_locked(Path("elsewhere"))
+        assert f"{path} was deleted or moved" in gaitsim("attach", path, code=2).stderr
+        Path("elsewhere").rename(f"{path}-saved")
+        assert process is not None
+    assert re.search("queued was deleted or moved", watching.communicate()[1])
+    assert watching.returncode == 2
+    Path("first").mkdir()  # another run of that name has not failed
+    assert last_failure(Path("first")) is None
