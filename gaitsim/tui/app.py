@@ -19,12 +19,15 @@ from textual.widgets import Input
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
-from gaitsim.tui.config import Config, remember_theme
+from gaitsim.tui.config import Config, on_one_line, remember_theme
 from gaitsim.tui.plain import PlainText
 from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.themes import DEFAULT, THEMES
+
+if TYPE_CHECKING:
+    from gaitsim.tui.builder import ExperimentBuilder
 
 _PLAIN = PlainText()
 
@@ -43,6 +46,7 @@ class GaitsimApp(App[None]):
 
     Attributes:
         tasks: commands in the background.
+        drafts: new runs that were left with changes, by preset, the latest last.
     """
 
     TITLE = "gaitsim"
@@ -86,6 +90,7 @@ class GaitsimApp(App[None]):
         self.folder = folder
         self.clock = clock
         self.tasks = Tasks(self._task_changed)
+        self.drafts: dict[str, ExperimentBuilder] = {}
         self._config = config
         for ours in THEMES:
             self.register_theme(ours)
@@ -120,7 +125,7 @@ class GaitsimApp(App[None]):
     def _report(self, path: Path, problems: Sequence[GaitsimError]) -> None:
         """Report the problems of the settings, in one message."""
         if problems:
-            lines = "\n".join(map(_line, problems))
+            lines = "\n".join(map(on_one_line, problems))
             self.notify(lines, title=str(path), severity="warning", markup=False, timeout=15)
 
     # From screen to screen
@@ -161,13 +166,7 @@ class GaitsimApp(App[None]):
     async def open_export(
         self, run: Path, generation: int | None = None, others: Sequence[Path] = ()
     ) -> None:
-        """Ask what to make of a run: a gait file, a plot, a video, an analysis.
-
-        Args:
-            run: its folder.
-            generation: the one on the screen, to begin with; None for the champion's.
-            others: runs to compare it with.
-        """
+        """Ask what to make of a run, of a generation on the screen, beside other runs."""
         from gaitsim.tui.screens.export_dialog import ExportDialog
 
         answer = await self.push_screen_wait(ExportDialog(run, generation, others))
@@ -252,9 +251,14 @@ class GaitsimApp(App[None]):
             if not await _may_leave(screen):
                 return
         running = [task for task in self.tasks.all if task.running]
-        if running:
+        if self.drafts or running:
             from gaitsim.tui.screens.questions import Confirm
-
+        if self.drafts:
+            about = "Changed and neither run nor saved: " + ", ".join(self.drafts)
+            ask = Confirm("Discard the new run?", "Discard", about, danger=True)
+            if not await self.push_screen_wait(ask):
+                return
+        if running:
             about = "\n".join(task.command for task in running)
             if not await self.push_screen_wait(Confirm("Stop what is being made?", "Stop", about)):
                 return
@@ -285,14 +289,6 @@ class GaitsimApp(App[None]):
             self.notify(
                 task.message, title=task.command, severity="error", markup=False, timeout=10
             )
-
-
-def _line(problem: GaitsimError) -> str:
-    """Return a problem of the settings on one line: key, problem, remedy."""
-    place = problem.key or problem.where
-    what = f"{place}: {problem.what}" if place else problem.what
-    remedy = problem.remedy or (problem.allowed and f"allowed: {problem.allowed}")
-    return f"• {what}; {remedy}" if remedy else f"• {what}"
 
 
 async def _may_leave(screen: Screen[Any]) -> bool:

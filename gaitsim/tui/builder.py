@@ -79,6 +79,11 @@ class ExperimentBuilder:
         keys = sorted(self.changes, key=lambda key: not key.endswith(f".{PLUGIN}"))
         return {key: Typed(self.changes[key].strip()) for key in keys}
 
+    @property
+    def counted(self) -> str:
+        """How many changes there are, in words."""
+        return f"{len(self.changes)} change{'s' * (len(self.changes) != 1)}"
+
     def assign(self, key: str, text: str | None) -> "ExperimentBuilder":
         """Return a copy with another option; None restores the preset's value."""
         changes = {name: value for name, value in self.changes.items() if name != key}

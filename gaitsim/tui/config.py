@@ -142,3 +142,11 @@ def remember_theme(path: Path, theme: str) -> None:
     document = tomlkit.parse(text)
     document.setdefault("tui", tomlkit.table())[THEME] = theme
     write_bytes(path, tomlkit.dumps(document).encode())
+
+
+def on_one_line(problem: GaitsimError) -> str:
+    """Return a problem of the settings on one line: key, problem, remedy."""
+    place = problem.key or problem.where
+    what = f"{place}: {problem.what}" if place else problem.what
+    remedy = problem.remedy or (problem.allowed and f"allowed: {problem.allowed}")
+    return f"• {what}; {remedy}" if remedy else f"• {what}"

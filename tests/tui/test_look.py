@@ -135,7 +135,7 @@ def test_new(look, size, only_puppets, puppet_file):
         screen = New("./puppet.toml")
         await pilot.app.push_screen(screen)
         await app_until(pilot, lambda: screen.validation is not None)
-        screen.query_one("#parts").active = "part-fitness"
+        screen.sections.active = "fitness"
         await app_until(pilot, lambda: screen.query("#part-fitness Field"))
         box = screen.query_one("#part-fitness Input")
         before = screen.validation

@@ -4,13 +4,13 @@ import errno
 from pathlib import Path
 
 import pytest
-from textual.widgets import Input, OptionList, Select, TabbedContent
+from textual.widgets import Input, OptionList, Select, Tab
 
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import KINDS, options
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.tui.screens.new import TITLES
 from gaitsim.tui.widgets.form import Field
+from gaitsim.tui.widgets.sections import TITLES
 
 SIZES = [(80, 24), (160, 48)]
 
@@ -51,7 +51,7 @@ def choices(select):
 
 async def part(driver, screen, section):
     """Turn to a part, and wait for its form."""
-    screen.query_one("#parts", TabbedContent).active = f"part-{section}"
+    screen.sections.active = section
     form = screen.validation.forms[section]
     keys = {option.key for option in form.options}
     await driver.until(lambda: keys <= fields(screen).keys())
@@ -122,13 +122,131 @@ class TestForms:
         fill(test)
 
 
+class TestFinding:
+    @pytest.mark.parametrize("width", [80, 120])
+    def test_all_tabs_are_seen_and_the_form_has_half_of_the_width(self, fill, width):
+        async def test(driver, screen):
+            for tab in screen.query(Tab):
+                assert 0 <= tab.region.x < tab.region.right <= width
+            assert screen.query_one("#parts").region.width >= width / 2
+            await driver.pilot.click("Tab#mutation")
+            await driver.until(lambda: screen.sections.active == "mutation")
+            assert screen.query_one("#parts").current == "part-mutation"
+
+        fill(test, size=(width, 30))
+
+    def test_options_are_searched_by_words_in_all_sections_and_plugins(self, fill):
+        async def test(driver, screen):
+            await driver.press("slash")
+            palette = await driver.at("CommandPalette")
+            await driver.type("price")
+            await driver.until(lambda: palette.query_one(OptionList).option_count)
+            await driver.press("enter")
+            await driver.until(
+                lambda: driver.screen is screen and "fitness.price" in fields(screen)
+            )
+            box = fields(screen)["fitness.price"].query_one(Input)
+            await driver.until(lambda: driver.app.focused is box)
+            assert screen.sections.active == "fitness"
+            await driver.press("ctrl+f")  # which an input takes for itself elsewhere
+            palette = await driver.at("CommandPalette")
+            await driver.type("tournament size")
+            await driver.until(lambda: palette.query_one(OptionList).option_count)
+            await driver.press("enter")
+            await driver.until(lambda: screen.validation.forms["selection"].plugin == "tournament")
+            await driver.until(lambda: "selection.size" in fields(screen))
+            box = fields(screen)["selection.size"].query_one(Input)
+            await driver.until(lambda: driver.app.focused is box)
+
+        fill(test)
+
+    def test_the_file_follows_the_option_that_is_edited(self, fill):
+        async def test(driver, screen):
+            def marked():
+                text = screen.query_one("#beside Static").content
+                found = [one for one in text.spans if " on " in str(one.style)]
+                return [text.plain[one.start : one.end] for one in found]
+
+            screen.go_to("fitness.price")
+            await driver.until(lambda: marked() and marked()[0].startswith("price = 0.1"))
+            view, line = screen.query_one("#beside"), screen.validation.toml.split("\n")
+            at = next(n for n, text in enumerate(line) if text.startswith("price = "))
+            await driver.until(
+                lambda: view.scroll_y <= at < view.scroll_y + view.scrollable_content_region.height
+            )
+            await enter(driver, screen, fields(screen)["fitness.price"], "0.25")
+            assert marked()[0].startswith("price = 0.25")
+            await enter(driver, screen, fields(screen)["fitness.price"], "x")
+            assert marked()[0].startswith("price = 0.25")  # as long as there is no other file
+            assert view.has_class("-stale")
+            screen.query_one("#seed").focus()
+            await driver.until(lambda: marked()[0].startswith("seed = "))
+            screen.sections.active = "mutation"
+            await driver.until(lambda: marked() == ["[mutation]"])
+
+        fill(test, size=(120, 24))
+
+
+class TestDrafts:
+    def test_changes_are_kept_on_leaving_and_asked_for_on_quitting(self, fill):
+        async def test(driver, screen):
+            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            await enter(driver, screen, field, "12")
+            screen.query_one("#seed", Input).value = "-"
+            await driver.until(lambda: len(screen.builder.changes) == 2)
+            reference = screen.builder.preset.reference
+            await driver.press("escape")
+            await driver.at("Home")
+            assert "Kept as a draft, 2 changes" in driver.told()
+            driver.app.open_new("spider")  # another preset leaves the draft alone
+            await driver.until(lambda: getattr(driver.screen, "validation", None))
+            assert not driver.screen.builder.changes
+            await driver.press("escape")
+            await driver.at("Home")
+            driver.app.open_new()
+            await driver.until(lambda: getattr(driver.screen, "validation", None))
+            again = driver.screen
+            assert again.builder.preset.reference == reference
+            assert again.builder.changes == {"evolution.population": "12", "seed": "-"}
+            assert again.query_one("#seed", Input).value == "-"
+            assert "Your draft is back: 2 changes" in driver.told()
+            await driver.press("ctrl+q")
+            await driver.at("Confirm")
+            await driver.press("n")
+            await driver.at("New")
+            await driver.press("ctrl+z")
+            await driver.at("Confirm")
+            await driver.press("y")
+            await driver.until(lambda: not again.builder.changes)
+            await driver.press("escape")
+            await driver.at("Home")
+            await driver.press("q")
+            await driver.until(lambda: not driver.app.is_running)
+
+        fill(test)
+
+    def test_what_is_saved_as_a_file_is_no_draft(self, fill):
+        async def test(driver, screen):
+            screen.query_one("#seed", Input).value = "5"
+            await driver.until(lambda: screen.builder.changes)
+            await driver.press("ctrl+s")
+            (await driver.at("Ask")).query_one(Input).value = "mine"
+            await driver.press("enter")
+            await driver.until(lambda: "Saved" in driver.told())
+            await driver.press("escape")
+            await driver.at("Home")
+            assert not driver.app.drafts
+
+        fill(test)
+
+
 class TestChecking:
     def test_what_is_wrong_is_told_below_it_on_the_tab_and_at_the_foot(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "fitness"))["fitness.price"]
             await enter(driver, screen, field, "-1")
             assert "✗ a number ≥ 0" in str(field.query_one(".field-about").render())
-            tab = screen.query_one("#parts", TabbedContent).get_tab("part-fitness")
+            tab = screen.query_one("Tab#fitness")
             assert str(tab.label) == f"✗ {TITLES['fitness']}"
             assert "✗ fitness.price: -1 is not allowed" in said(screen)
             await enter(driver, screen, field, "0.5")
@@ -223,7 +341,7 @@ class TestBeginning:
             before = preset.value
             preset.value = "fly"
             await driver.at("Confirm")
-            assert driver.text(".dialog-about") == "1 change is dropped."
+            assert driver.text(".dialog-about") == "1 change will be discarded."
             await driver.press("n")
             await driver.until(lambda: preset.value == before)
             assert screen.builder.changes
@@ -283,6 +401,22 @@ class TestLeaving:
 
         fill(test)
 
+    def test_run_before_the_experiment_is_loaded_begins_it_then(self, here, drive, puppet_file):
+        async def test(driver):
+            driver.app.open_new(str(puppet_file))
+            await driver.at("New")
+            await driver.press("ctrl+r")
+            live = await driver.at("Live")
+            assert live.run == Path("runs/puppet")
+            await ended(driver, live)
+            driver.app.open_new("./nowhere.toml")
+            screen = await driver.at("New")
+            await driver.press("ctrl+r")
+            await driver.until(lambda: "cannot read" in said(screen))
+            assert driver.screen is screen
+
+        drive(test)
+
     def test_the_name_that_the_run_will_have_is_told(self, fill):
         Path("runs/puppet").mkdir(parents=True)
         Path("runs/puppet-2").symlink_to("nowhere")
@@ -336,7 +470,7 @@ class TestLeaving:
             field = (await part(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
             shown = screen.validation.toml
-            assert "population = 12" in str(screen.query_one("#toml-beside").render())
+            assert "population = 12" in str(screen.query_one("#beside Static").render())
             await driver.press("ctrl+s")
             ask = await driver.at("Ask")
             ask.query_one(Input).value = "mine"

@@ -3,13 +3,16 @@
 import asyncio
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import ClassVar, NamedTuple, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.tasks import Tasks
+
+if TYPE_CHECKING:
+    from gaitsim.tui.builder import ExperimentBuilder
 
 T = TypeVar("T")
 
@@ -29,11 +32,13 @@ class Navigator(Protocol):
         folder: where runs are.
         clock: the time, in seconds since 1970.
         tasks: the commands in the background.
+        drafts: new runs that were left with changes, by preset, the latest last.
     """
 
     folder: Path
     clock: Callable[[], float]
     tasks: Tasks
+    drafts: "dict[str, ExperimentBuilder]"
 
     def open_run(self, run: Path, *, go: bool = False) -> None: ...
     def open_new(self, experiment: str | None = None) -> None: ...

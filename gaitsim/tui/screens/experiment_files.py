@@ -9,22 +9,23 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.questions import Ask, Confirm
 
 
-async def ask_save(screen: GaitScreen, name: str, toml: str) -> None:
-    """Ask where to save an experiment, and save it. Await it in a worker."""
+async def ask_save(screen: GaitScreen, name: str, toml: str) -> bool:
+    """Ask where to save an experiment; return whether it is saved. Await it in a worker."""
     ask = Ask("Save the experiment file as", f"{name}.toml", about="Every option is in it.")
     answer = await screen.app.push_screen_wait(ask)
     if answer is None:
-        return
+        return False
     path = Path(answer if answer.endswith(".toml") else f"{answer}.toml").expanduser()
     question = Confirm(f"Replace {path}?", "Replace", "There is such a file.", danger=True)
     if path.exists() and not await screen.app.push_screen_wait(question):
-        return
+        return False
     try:
         await asyncio.to_thread(write_bytes, path, toml.encode())
     except GaitsimError as error:
         screen.gaitsim.tell(error)
-    else:
-        screen.notify(f"{path}\n$ gaitsim run {path}", title="Saved", markup=False)
+        return False
+    screen.notify(f"{path}\n$ gaitsim run {path}", title="Saved", markup=False)
+    return True
 
 
 async def ask_load(screen: GaitScreen) -> str | None:

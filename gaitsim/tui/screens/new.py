@@ -8,11 +8,12 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.widgets import Header, Input, Label, Select, Static, TabbedContent, TabPane
+from textual.command import CommandPalette
+from textual.containers import Vertical
+from textual.events import DescendantFocus
+from textual.widgets import Header, Input, Select, Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import KINDS
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import RUNS, create_run, free_name
 from gaitsim.tui.builder import (
@@ -24,19 +25,17 @@ from gaitsim.tui.builder import (
     validate,
 )
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
+from gaitsim.tui.option_search import OptionSearch
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.experiment_files import ask_load, ask_save
 from gaitsim.tui.screens.questions import Confirm
+from gaitsim.tui.widgets.experiment_head import KEYS, ExperimentHead
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.part import Part
-from gaitsim.tui.widgets.toml_view import coloured
+from gaitsim.tui.widgets.sections import Sections
 
 FIRST = "spider"  # the preset that is taken where none is asked for
-TITLES = {"evolution": "Search", "islands": "Islands", "organism": "Body"} | {
-    kind: kind.capitalize() for kind in KINDS[1:]
-}
-FILE = "file"
 CALM = 0.15  # seconds without a key before what is typed is checked
 
 
@@ -44,10 +43,11 @@ class New(GaitScreen):
     """Forms for every part of an experiment.
 
     Args:
-        experiment: a preset's name or a file to begin with.
+        experiment: a preset's name or a file to begin with; None takes up the latest draft.
 
     Attributes:
         builder: the experiment as it is now; None until the preset is read.
+        catalogue: the installed plugins; None until they are loaded.
         validation: the latest check of it.
     """
 
@@ -59,11 +59,17 @@ that its plugin declares; what is wrong is said below the option as you type, an
 tab. Only plugins that work with the body are offered; another body brings parts that work with it.
 
 What you change is shown as the **command** that does the same, and as the experiment **file**.
+/ or Ctrl-F **searches** the options by words. Leaving keeps your changes as a draft, with which a
+new run begins; Ctrl-Z takes them back.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+r", "run", "Run", id="new.run", tooltip="Begin the run"),
-        Binding("ctrl+s", "save", "Save file", id="new.save", tooltip="Save the experiment file"),
-        Binding("ctrl+l", "load", "Load file", id="new.load", tooltip="Begin with a file"),
+        Binding(
+            "ctrl+f", "search", "Search", priority=True, id="new.search", tooltip="Search options"
+        ),
+        Binding("slash", "search", "Search", show=False, id="new.words", tooltip="Search options"),
+        Binding("ctrl+s", "save", "Save", id="new.save", tooltip="Save the experiment file"),
+        Binding("ctrl+l", "load", "Load", id="new.load", tooltip="Begin with a file"),
         Binding("ctrl+z", "reset", "Reset", id="new.reset", tooltip="Take all changes back"),
         Binding("ctrl+right", "tab(1)", "Next", show=False, id="new.next", tooltip="Next tab"),
         Binding("ctrl+left", "tab(-1)", "Back", show=False, id="new.before", tooltip="Tab before"),
@@ -74,60 +80,54 @@ What you change is shown as the **command** that does the same, and as the exper
 
     def __init__(self, experiment: str | None = None) -> None:
         super().__init__()
-        self._experiment = experiment or FIRST
-        self._catalogue: Catalogue | None = None
+        self._experiment = experiment
+        self._loading, self._starts = True, False  # whether the run begins once all is loaded
+        self._saved: ExperimentBuilder | None = None
+        self.catalogue: Catalogue | None = None
         self.builder: ExperimentBuilder | None = None
         self.validation: Validation | None = None
 
     def compose(self) -> ComposeResult:
-        """Compose head, tabs and file, with status and command below."""
         yield Header()
-        with Horizontal(id="new-head"):
-            yield Label("begin with ")
-            yield Select[str]([], prompt="…", compact=True, id="preset")
-            yield Label(" name ")
-            yield Input(compact=True, id="name")
-            yield Label(" seed ")
-            yield Input(compact=True, id="seed", type="text")
-        with Horizontal(id="new-body"):
-            with TabbedContent(id="parts"):
-                for section in SECTIONS:
-                    yield TabPane(TITLES[section], Part(section), id=f"part-{section}")
-                with TabPane("File", id=f"part-{FILE}"), VerticalScroll():
-                    yield Static(id="toml-tab", classes="toml")
-            with VerticalScroll(id="beside"):
-                yield Static(id="toml-beside", classes="toml")
+        yield ExperimentHead(id="new-head")
+        yield Sections(id="new-body")
         with Vertical(id="new-status"):
             yield Static("Reading what is installed …", id="status")
             yield Static(id="command", classes="command")
         yield Footer()
 
     def on_mount(self) -> None:
-        self.query_one("#parts").disabled = True
-        self._begin(self._experiment)
+        self._begin(self._experiment or next(reversed(self.gaitsim.drafts), FIRST))
 
     # Threads, as plugins are imported and asked
 
     @work(exclusive=True, group="validate")
     async def _begin(self, reference: str) -> None:
         """Begin with a preset or a file."""
+        self._loading = self.sections.disabled = True
         try:
-            if self._catalogue is None:
-                self._catalogue = await self.in_thread(read_catalogue)
-            builder = ExperimentBuilder(await self.in_thread(load_preset, reference))
-            found = await self.in_thread(validate, builder, self._catalogue)
+            if self.catalogue is None:
+                self.catalogue = await self.in_thread(read_catalogue)
+            draft = self.gaitsim.drafts.get(reference)
+            builder = draft or ExperimentBuilder(await self.in_thread(load_preset, reference))
+            found = await self.in_thread(validate, builder, self.catalogue)
         except GaitsimError as error:
             self._fill_presets(self.builder.preset.reference if self.builder else reference)
             self._say(str(error), wrong=True)
+            self._starts = False
         else:
             self._take(found)
+            if draft:
+                self.notify(f"Your draft is back: {builder.counted}. Ctrl+Z begins afresh.")
+        self._loading, self.sections.disabled = False, self.builder is None
+        if self._starts:
+            self.action_run()
 
     @work(exclusive=True, group="validate")
     async def _validate(self, delay: float = 0.0) -> None:
-        """Check the experiment, unless it is changed meanwhile."""
         await asyncio.sleep(delay)
-        if self.builder is not None and self._catalogue is not None:
-            self._show(await self.in_thread(validate, self.builder, self._catalogue))
+        if self.builder is not None and self.catalogue is not None:
+            self._show(await self.in_thread(validate, self.builder, self.catalogue))
 
     # Showing
 
@@ -136,33 +136,17 @@ What you change is shown as the **command** that does the same, and as the exper
         preset = found.builder.preset
         self.builder = found.builder
         self._fill_presets(preset.reference)
-        for key in ("name", "seed"):
-            with self.prevent(Input.Changed):
-                self.query_one(f"#{key}", Input).value = str(preset.values[key])
-        self.query_one("#parts").disabled = False
+        self.query_one(ExperimentHead).fill(found.builder)
         self._show(found)
 
     def _fill_presets(self, reference: str) -> None:
-        known = [preset.name for preset in self._catalogue.presets] if self._catalogue else []
-        names = known if reference in known else [*known, reference]
-        select = self.query_one("#preset", Select)
-        with self.prevent(Select.Changed):
-            select.set_options([(Text(visible(name)), name) for name in names])
-            select.value = reference
+        presets = self.catalogue.presets if self.catalogue else ()
+        self.query_one(ExperimentHead).fill_presets([one.name for one in presets], reference)
 
     def _show(self, found: Validation) -> None:
         self.validation = found
-        self._show_part()
-        for key in ("name", "seed"):
-            self.query_one(f"#{key}").set_class(key in found.problems, "-wrong")
-        tabs = self.query_one("#parts", TabbedContent)
-        for section in SECTIONS:
-            wrong = any(key.partition(".")[0] == section for key in found.problems)
-            tabs.get_tab(f"part-{section}").label = "✗ " * wrong + TITLES[section]
-        colours = self.app.theme_variables
-        text = coloured(found.toml, colours["primary"], colours["secondary"])
-        for place in ("#toml-tab", "#toml-beside"):
-            self.query_one(place, Static).update(text if found.toml else "Once all is right.")
+        self.sections.show(found)
+        self.query_one(ExperimentHead).show_problems(found.problems.keys())
         run = self._run() if found.problems else free_name(self._run())
         self._say(found.summary(run), wrong=bool(found.problems))
         self.query_one("#command", Static).update(Text(visible(f"$ {self.command_line()}")))
@@ -173,13 +157,28 @@ What you change is shown as the **command** that does the same, and as the exper
         status.set_class(wrong, "problem")
         status.update(Text(visible_lines(text)))
 
-    @on(TabbedContent.TabActivated)
-    def _show_part(self) -> None:
-        """Update the visible part."""
-        active = self.query_one("#parts", TabbedContent).active_pane
-        if self.validation is not None and active is not None:
-            for part in active.query(Part):
-                part.show(self.validation)
+    @property
+    def sections(self) -> Sections:
+        return self.query_one(Sections)
+
+    @on(DescendantFocus, "#name,#seed")
+    def _follow(self, event: DescendantFocus) -> None:
+        self.sections.follow(str(event.widget.id))
+
+    @work(group="search")
+    async def action_search(self) -> None:
+        """Search the options of all sections."""
+        await self.app.push_screen_wait(
+            CommandPalette(providers=[OptionSearch], placeholder="Search options: rate, noise, …")
+        )
+
+    def go_to(self, key: str, plugin: str = "") -> None:
+        """Put the focus on an option, after choosing its plugin where one is named."""
+        section = key.partition(".")[0]
+        self.sections.active = section
+        if plugin:
+            self._choose(section, plugin)
+        self.sections.part(section).focus_on(key, later=bool(plugin))
 
     # Changing
 
@@ -195,16 +194,17 @@ What you change is shown as the **command** that does the same, and as the exper
             self._assign(key, None if same else event.value)
 
     def _assign(self, key: str, text: str | None) -> None:
-        if self.builder is not None:
+        if self.builder is not None and not self._loading:
             self.builder = self.builder.assign(key, text)
             self._validate(CALM)
 
     @on(Part.PluginChosen)
     def _plugin_chosen(self, event: Part.PluginChosen) -> None:
-        if self.validation is not None and self._catalogue is not None:
-            self.builder = choose_plugin(
-                self.validation, event.section, event.name, self._catalogue
-            )
+        self._choose(event.section, event.name)
+
+    def _choose(self, section: str, plugin: str) -> None:
+        if self.validation is not None and self.catalogue is not None:
+            self.builder = choose_plugin(self.validation, section, plugin, self.catalogue)
             self._validate()
 
     @on(Select.Changed, "#preset")
@@ -215,12 +215,13 @@ What you change is shown as the **command** that does the same, and as the exper
     async def _replace(self, reference: str) -> None:
         """Begin with another preset, if the changes may be dropped."""
         if self.builder is not None and self.builder.changes:
-            count = len(self.builder.changes)
-            about = "1 change is dropped." if count == 1 else f"{count} changes are dropped."
-            question = Confirm(f"Begin with {reference}?", "Begin", about)
-            if not await self.app.push_screen_wait(question):
+            about = f"{self.builder.counted} will be discarded."
+            if not await self.app.push_screen_wait(
+                Confirm(f"Begin with {reference}?", "Begin", about)
+            ):
                 self._fill_presets(self.builder.preset.reference)
                 return
+            self.gaitsim.drafts.pop(self.builder.preset.reference, None)
         self._begin(reference)
 
     def action_reset(self) -> None:
@@ -228,11 +229,7 @@ What you change is shown as the **command** that does the same, and as the exper
             self._replace(self.builder.preset.reference)
 
     def action_tab(self, by: int) -> None:
-        tabs = self.query_one("#parts", TabbedContent)
-        names = [f"part-{name}" for name in (*SECTIONS, FILE)]
-        tabs.active = names[(names.index(tabs.active) + by) % len(names)]
-
-    # Leaving with something
+        self.sections.turn(by)
 
     def _run(self) -> Path:
         name = self.validation.name if self.validation else FIRST
@@ -243,10 +240,10 @@ What you change is shown as the **command** that does the same, and as the exper
 
     async def _checked(self) -> Validation | None:
         """Return the experiment as it is now; None after showing the option that is wrong."""
-        if self.builder is None or self._catalogue is None:
+        if self.builder is None or self.catalogue is None or self._loading:
             return None
         self.workers.cancel_group(self, "validate")
-        found = await self.in_thread(validate, self.builder, self._catalogue)
+        found = await self.in_thread(validate, self.builder, self.catalogue)
         self._show(found)
         if found.experiment is not None:
             return found
@@ -254,14 +251,28 @@ What you change is shown as the **command** that does the same, and as the exper
         key = next(iter(found.problems))
         section = key.partition(".")[0]
         if section in SECTIONS:
-            self.query_one("#parts", TabbedContent).active = f"part-{section}"
-            self.query_one(f"#part-{section} Part", Part).focus_on(key)
-        elif key in ("name", "seed"):
+            self.go_to(key)
+        elif key in KEYS:
             self.query_one(f"#{key}").focus()
         return None
 
+    async def may_leave(self) -> bool:
+        """Keep what was changed and not saved as a draft."""
+        builder, drafts = self.builder, self.gaitsim.drafts
+        if builder is not None:
+            drafts.pop(builder.preset.reference, None)
+            if builder.changes and builder is not self._saved:
+                drafts[builder.preset.reference] = builder
+                self.notify(f"Kept as a draft, {builder.counted}: a new run begins with it.")
+        return True
+
     @work(exclusive=True, group="create")
     async def action_run(self) -> None:
+        """Begin the run; once the experiment is loaded, where it is not yet."""
+        self._starts = self._loading
+        if self._loading:
+            self._say("Reading what is installed; the run begins after that …", wrong=False)
+            return
         found = await self._checked()
         if found is None or found.experiment is None:
             return
@@ -271,14 +282,15 @@ What you change is shown as the **command** that does the same, and as the exper
         except GaitsimError as error:
             self.gaitsim.tell(error)
         else:
+            self.gaitsim.drafts.pop(found.builder.preset.reference, None)
             self.dismiss()
             self.gaitsim.open_run(path, go=True)
 
     @work(group="files", exclusive=True)
     async def action_save(self) -> None:
         found = await self._checked()
-        if found is not None:
-            await ask_save(self, found.name, found.toml)
+        if found is not None and await ask_save(self, found.name, found.toml):
+            self._saved = found.builder
 
     @work(group="files", exclusive=True)
     async def action_load(self) -> None:

@@ -25,8 +25,8 @@ class Part(VerticalScroll):
         section: str
         name: str
 
-    def __init__(self, section: str) -> None:
-        super().__init__(can_focus=False)
+    def __init__(self, section: str, id: str) -> None:
+        super().__init__(can_focus=False, id=id)
         self.section = section
         self._made_of: tuple[object, ...] = ()
         self._validation: Validation | None = None
@@ -73,10 +73,15 @@ class Part(VerticalScroll):
         self._show_problems()
         self.focus_on(self._asked)
 
-    def focus_on(self, key: str) -> None:
-        """Put the focus on an option; on the plugin where the key is the plugin's."""
+    def focus_on(self, key: str, *, later: bool = False) -> None:
+        """Put the focus on an option, or on the plugin where the key is the plugin's.
+
+        Args:
+            key: of the option.
+            later: whether to wait for another plugin's form.
+        """
         self._asked = ""
-        fields = {field.option.key: field for field in self.query(Field)}
+        fields = {} if later else {field.option.key: field for field in self.query(Field)}
         if key in fields:
             fields[key].query("Input, Select").first().focus()
         elif key.endswith(".plugin") and self.query(".plugin"):

@@ -1,6 +1,69 @@
 """An experiment file with its sections, keys and comments in colours."""
 
 from rich.text import Text
+from textual.app import ComposeResult
+from textual.containers import ScrollableContainer
+from textual.geometry import Region
+from textual.widgets import Static
+
+AROUND = 2  # lines above and below the marked one that are seen with it
+
+
+class TomlView(ScrollableContainer):
+    """An experiment file in which one line is marked and in sight."""
+
+    DEFAULT_CSS = """
+    TomlView { scrollbar-size: 0 1; }
+    TomlView Static { width: auto; }
+    TomlView.-stale Static { text-opacity: 60%; }
+    """
+
+    def __init__(self, id: str) -> None:
+        super().__init__(id=id, can_focus=False)
+        self._toml = self._key = ""
+
+    def compose(self) -> ComposeResult:
+        yield Static("Once all is right.")
+
+    def show(self, toml: str) -> None:
+        """Show a file; '' dims the former one, as the experiment has problems."""
+        self.set_class(not toml, "-stale")
+        if toml and toml != self._toml:
+            self._toml = toml
+            self.follow(self._key)
+
+    def follow(self, key: str) -> None:
+        """Mark the line of an option, or of a section, and scroll to it."""
+        self._key = key
+        if not self._toml:
+            return
+        at = line_of(self._toml, key)
+        colours = self.app.theme_variables
+        text = coloured(self._toml, colours["primary"], colours["secondary"])
+        if at is not None:
+            start = sum(len(line) + 1 for line in self._toml.splitlines()[:at])
+            end = start + len(self._toml.splitlines()[at])
+            text.stylize(f"bold on {colours['primary-muted']}", start, end)
+        self.query_one(Static).update(text)
+        self.call_after_refresh(self._bring_in_sight, at or 0)
+
+    def _bring_in_sight(self, line: int) -> None:
+        around = Region(0, max(0, line - AROUND), 1, 2 * AROUND + 1)
+        self.scroll_to_region(around, animate=False, force=True)
+
+
+def line_of(toml: str, key: str) -> int | None:
+    """Return the line of an option such as 'mutation.rate', or of its section; None for none."""
+    section, _, name = key.rpartition(".")
+    here, found = "", None
+    for number, line in enumerate(toml.splitlines()):
+        if line.startswith("["):
+            here = line.strip("[] ")
+            if here in (section, key):
+                found = number
+        elif here == section and line.partition(" = ")[0] == name:
+            return number
+    return found
 
 
 def coloured(toml: str, section: str, key: str) -> Text:
