@@ -85,6 +85,11 @@ class Overview:
         """The name of its folder."""
         return self.path.name
 
+    @property
+    def evolves(self) -> bool:
+        """Whether a process evolves it, or waits to."""
+        return self.state in ("running", "paused", "queued")
+
 
 class Curve:
     """The best score over the generations of a history that grows.

@@ -9,24 +9,36 @@ import pytest
 from rich.cells import cell_len
 from textual.events import Key
 from textual.keys import _character_to_key
-from textual.widgets import Input
+from textual.widgets import Input, Static
+from textual.widgets._footer import FooterKey
 
+from gaitsim.live.background import evolving, start_detached
 from gaitsim.runs.files.lock import RunLock, is_locked
+from gaitsim.runs.notes import read_note, write_note
 from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.screens.home import Home
-from gaitsim.tui.widgets.run_table import COLUMNS, NARROW, columns
+from gaitsim.tui.widgets.run_table import COLUMNS, MARK, NARROW, NO_MARK, columns
 
 SIZES = [(80, 24), (160, 48)]
 
 
-def rows(driver):
+def cells(driver):
     """The table as text, a list a row."""
     table = driver.screen.query_one("#runs")
     return [[cell.plain for cell in table.get_row_at(row)] for row in range(table.row_count)]
 
 
+def rows(driver):
+    """The same without marks."""
+    return [[row[0].removeprefix(MARK).removeprefix(NO_MARK), *row[1:]] for row in cells(driver)]
+
+
 def names(driver):
     return [row[0] for row in rows(driver)]
+
+
+def marks(driver):
+    return [row[0].startswith(MARK) for row in cells(driver)]
 
 
 async def look(driver):
@@ -118,7 +130,8 @@ class TestTable:
         async def test(driver):
             assert sorted(names(driver)) == ["walker…ugh-2", "walker…ugh-3"]
             await driver.press("space")
-            assert sorted(names(driver)) == ["walker…ugh-2", "◆ walke…gh-3"]
+            assert sorted(names(driver)) == ["walker…ugh-2", "walker…ugh-3"]
+            assert marks(driver) == [True, False]
 
         drive(test)
 
@@ -234,7 +247,7 @@ class TestSortingAndFiltering:
 
     def test_a_click_on_a_title_sorts(self, three, drive):
         async def test(driver):
-            await driver.pilot.click("#runs", offset=(2, 0))
+            await driver.pilot.click("#runs", offset=(4, 0))
             await driver.pilot.pause()
             assert names(driver) == ["one", "three", "two"]
 
@@ -311,6 +324,31 @@ class TestDeleting:
 
         drive(test)
 
+    def test_marked_runs_are_deleted_after_one_question_and_those_that_evolve_stay(
+        self, walk, drive
+    ):
+        for name in ("a", "b", "c", "kept"):
+            walk(name, 0)
+        lock = RunLock(Path("runs/c"))
+
+        async def test(driver):
+            table = driver.screen.query_one("#runs")
+            for run in [*table.shown]:
+                if run.name != "kept":
+                    table.marked.add(run.path)
+            await driver.press("d")
+            asked = await driver.at("Confirm")
+            texts = [str(one.render()) for one in asked.query(Static)]
+            assert texts[0] == "Delete 2 runs?"
+            assert {"a", "b"} <= {*texts[1].splitlines()[0].split(", ")}
+            assert "These evolve, and are kept: c." in texts[1]
+            await driver.press("y")
+            await driver.until(lambda: sorted(names(driver)) == ["c", "kept"])
+            assert not Path("runs/a").exists()
+
+        drive(test)
+        lock.release()
+
     def test_one_that_is_written_is_not_offered(self, walk, drive):
         path = walk()
         lock = RunLock(path)
@@ -323,6 +361,120 @@ class TestDeleting:
 
         drive(test)
         lock.release()
+
+
+class TestNamesAndNotes:
+    def test_a_run_is_renamed_and_keeps_cursor_and_mark(self, walk, drive):
+        for name in ("a", "b", "c"):
+            walk(name, 0)
+
+        async def test(driver):
+            await driver.press("down")
+            await driver.press("space", "up")
+            table = driver.screen.query_one("#runs")
+            old = table.run.name
+            await driver.press("R")
+            asked = await driver.at("Ask")
+            box = asked.query_one(Input)
+            box.value = "c" if old != "c" else "a"
+            await driver.press("enter")
+            assert "exists already" in driver.text("#ask-problem")
+            box.value = "new name"
+            await driver.press("enter")
+            await driver.until(lambda: "new name" in names(driver))
+            assert table.run.name == "new name"
+            assert [path.name for path in table.marked] == ["new name"]
+            assert sorted(path.name for path in Path("runs").iterdir()) == sorted(
+                {"a", "b", "c"} - {old} | {"new name"}
+            )
+
+        drive(test)
+
+    def test_a_note_is_written_shown_and_found(self, walk, drive):
+        for name in ("a", "b"):
+            walk(name, 0)
+
+        async def test(driver):
+            await driver.press("N")
+            asked = await driver.at("NoteDialog")
+            await driver.type("drags one leg")
+            await driver.press("escape")
+            await driver.at("Confirm")
+            await driver.press("n")
+            await driver.until(lambda: driver.screen is asked)
+            await driver.press("enter", "x", "ctrl+s")
+            await driver.at("Home")
+            run = driver.screen.query_one("#runs").run
+            await driver.until(lambda: "drags one leg\nx" in driver.text("#details"))
+            assert read_note(run.path) == "drags one leg\nx"
+            await driver.press("down", "slash")
+            await driver.type("leg")
+            assert names(driver) == [run.name]
+
+        drive(test)
+
+    def test_a_long_note_leaves_room_for_the_list(self, walk, drive):
+        write_note(walk("a", 0), "line\n" * 50)
+
+        async def test(driver):
+            assert driver.screen.query_one("#details").size.height <= 8
+            assert driver.text("#details").count("line") == 3
+            assert "seed" in driver.text("#details")
+
+        drive(test)
+
+
+class TestBackground:
+    def test_its_state_is_shown_and_it_is_stopped_by_a_key(self, walk, drive):
+        path = walk("b")
+        walk("a")
+        start_detached(path, paused=True)
+
+        async def test(driver):
+            await look(driver)
+            await driver.until(lambda: "1 paused" in driver.screen.sub_title)
+            table = driver.screen.query_one("#runs")
+            while table.run.name != "b":
+                await driver.press("down")
+            assert "‖ paused" in rows(driver)[table.cursor_row]
+            assert not driver.offered() & {"home.delete", "home.rename"}
+            await driver.press("x")
+            await driver.until(lambda: "■ stopped" in rows(driver)[names(driver).index("b")])
+            assert evolving(path) is None
+
+        drive(test)
+
+
+class TestMouse:
+    def test_a_click_marks_highlights_or_opens(self, walk, drive):
+        for name in ("a", "b"):
+            walk(name, 0)
+
+        async def test(driver):
+            table = driver.screen.query_one("#runs")
+            await driver.pilot.click("#runs", offset=(1, 2))
+            assert (marks(driver), table.cursor_row) == ([False, True], 1)
+            await driver.pilot.click("#runs", offset=(20, 1), control=True)
+            assert (marks(driver), table.cursor_row) == ([True, True], 0)
+            await driver.pilot.click("#runs", offset=(1, 2))
+            assert marks(driver) == [True, False]
+            await driver.pilot.click("#runs", offset=(8, 1))
+            assert isinstance(driver.screen, Home)
+            assert table.cursor_row == 0
+            await driver.pilot.click("#runs", offset=(30, 1))
+            await driver.at("Live")
+
+        drive(test)
+
+    def test_a_key_at_the_foot_works_by_a_click(self, walk, drive):
+        walk("a", 0)
+
+        async def test(driver):
+            key = next(key for key in driver.screen.query(FooterKey) if key.key == "n")
+            await driver.pilot.click(key)
+            await driver.at("New")
+
+        drive(test)
 
 
 class TestGoing:
@@ -346,7 +498,7 @@ class TestGoing:
         async def test(driver):
             assert "home.compare" not in driver.offered()
             await driver.press("space", "space")
-            assert [name[:2] for name in names(driver)] == ["◆ ", "◆ "]
+            assert marks(driver) == [True, True]
             assert "home.compare" in driver.offered()
             await driver.press("c")
             await driver.at("Compare")

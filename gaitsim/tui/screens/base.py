@@ -60,8 +60,8 @@ class Navigator(Protocol):
 class GaitScreen(Screen[None]):
     """A screen with a help text; its keys have ids, so that users can choose others.
 
-    `check_action` refuses bindings that cannot work now: then neither the footer nor the
-    command palette offers them.
+    `check_action` refuses bindings that cannot work now: then the footer does not offer them,
+    and the command palette says why, by `obstacle`.
 
     Attributes:
         HELP_TEXT: purpose and use of the screen, in Markdown.
@@ -107,8 +107,17 @@ class GaitScreen(Screen[None]):
         """Go back to the screen before this one."""
         self.gaitsim.leave(self)
 
+    def obstacle(self, action: str) -> str:
+        """Return why an action does not work now, and what makes it work; '' where it works.
+
+        The command palette shows it.
+        """
+        return ""
+
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Return whether an action works now."""
         if action == "back":
             return len(self.app.screen_stack) > 1
+        if self.is_mounted and self.obstacle(action):
+            return False
         return super().check_action(action, parameters)

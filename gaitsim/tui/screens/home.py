@@ -1,18 +1,18 @@
 """Home: all runs in a folder, kept up to date."""
 
-import asyncio
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from textual import on, work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 from textual.widgets import DataTable, Header, Input, Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
+from gaitsim.tui.screens.base import PaletteCommand
+from gaitsim.tui.screens.run_actions import RunActions
 from gaitsim.tui.widgets.footer import Footer
 
 if TYPE_CHECKING:
@@ -20,9 +20,12 @@ if TYPE_CHECKING:
     from gaitsim.tui.widgets.run_table import RunTable
 
 EVERY = 1.0  # seconds between two looks at the folder
+ACTIONS = (
+    *("delete", "stop", "rename", "note", "files", "replay", "compare", "export", "filter", "back"),
+)
 
 
-class Home(GaitScreen):
+class Home(RunActions):
     """The table of runs, with details of the one under the cursor.
 
     Attributes:
@@ -35,22 +38,16 @@ class Home(GaitScreen):
 The runs in a folder, the latest first. Those that are evolved now, in another terminal too, are
 followed as they go.
 
-- **Open** a run to watch, continue or steer it; **new** assembles one.
-- **Mark** two or more with space, and **compare** their curves and options, or **replay** two
-  side by side.
-- **Make** gait files, plots, videos and analyses of a run in the background.
+- **Open** a run to watch, continue or steer it; **new** assembles one. A click on the highlighted
+  run opens it, too.
+- **Mark** two or more with space, or by a click on ◇, and **compare** their curves and options, or
+  **replay** two side by side. **Stop** and **delete** work on all that are marked.
+- **Export** gait files, plots, videos and analyses of a run in the background.
+- Give a run a **note** or another **name**.
 - A click on a column's title, or `s`, sorts by it.
-- `/` shows only runs that have all the words typed, in name, plugins or state: `spider running`.
+- `/` shows only runs that have all the words typed, in name, plugins, state or note:
+  `spider running`.
 """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("n", "new", "New", id="home.new", tooltip="Assemble a new run"),
-        Binding("r", "replay", "Replay", id="home.replay", tooltip="See champions move"),
-        Binding("c", "compare", "Compare", id="home.compare", tooltip="Compare the marked runs"),
-        Binding("e", "export", "Export", id="home.export", tooltip="Gait files, plots, videos, …"),
-        Binding("slash", "filter", "Filter", id="home.filter", tooltip="Only runs with words"),
-        Binding("d,delete", "delete", "Delete", show=False, id="home.delete", tooltip="For good"),
-        Binding("p", "plugins", "Plugins", show=False, id="home.plugins", tooltip="Installed ones"),
-    ]
     filter: reactive[str] = reactive("", init=False)
     # Whether each key works: the footer, which is slow, is updated only with it.
     offers: reactive[list[bool | None]] = reactive(list, init=False, bindings=True)
@@ -125,12 +122,16 @@ followed as they go.
             empty.update(no_runs(folder, len(self.runs), self.filter, self._problem, colours))
         elif self.focused is None:
             self.set_focus(self._table)
-        running = sum(run.state == "running" for run in self.runs)
-        count = f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}"
-        self.sub_title = " · ".join(
-            [str(self.gaitsim.folder), count, *([f"{running} running"] if running else [])]
-        )
+        self.sub_title = " · ".join([str(self.gaitsim.folder), *self._counts(self.runs)])
         self._details()
+
+    def _counts(self, runs: "list[Overview]") -> Iterator[str]:
+        """Yield how many runs there are, and how many are in which state that needs a look."""
+        yield f"{len(runs)} run{'s' * (len(runs) != 1)}"
+        states = Counter(run.state for run in runs)
+        for state in ("running", "paused", "queued", "failed"):
+            if states[state]:
+                yield f"{states[state]} {state}"
 
     @on(DataTable.RowHighlighted)
     def _moved(self) -> None:
@@ -143,7 +144,7 @@ followed as they go.
         """Show details of the run under the cursor, or its problem."""
         from gaitsim.tui.widgets.details import details
 
-        run = self._run()
+        run = self.current()
         panel = self.query_one("#details", Static)
         panel.display = run is not None
         if run is not None:
@@ -152,16 +153,19 @@ followed as they go.
             # Laying the screen out anew at each move of the cursor would make it lag.
             panel.update(text, layout=height != self._height)
             self._height = height
-        actions = ("delete", "replay", "compare", "export", "filter", "back")
-        self.offers = [self.check_action(name, ()) for name in actions]
+        self.offers = [self.check_action(name, ()) for name in ACTIONS]
 
-    def _run(self) -> "Overview | None":
+    def current(self) -> "Overview | None":
         return self._table.run if self._table is not None and self._table.display else None
 
-    def _marked(self) -> list[Path]:
-        """Return the marked runs, in the order of the table."""
+    def marked(self) -> "list[Overview]":
         marked = self._table.marked if self._table is not None else set()
-        return [run.path for run in self.runs or () if run.path in marked]
+        return [run for run in self.runs or () if run.path in marked]
+
+    def changed(self, old: Path, new: Path) -> None:
+        if self._table is not None and new != old:
+            self._table.moved(old, new)
+        self.look()
 
     def on_resize(self) -> None:
         self.call_after_refresh(self._show)
@@ -188,57 +192,8 @@ followed as they go.
         self.filter = ""
         self.set_focus(self._table)
 
-    @on(DataTable.RowSelected)
-    def action_open(self) -> None:
-        run = self._run()
-        if run is None:
-            return
-        if run.problem is not None:
-            self.gaitsim.tell(run.problem)
-        else:
-            self.gaitsim.open_run(run.path)
-
-    def action_new(self) -> None:
-        self.gaitsim.open_new()
-
-    def action_plugins(self) -> None:
-        self.gaitsim.open_plugins()
-
-    def action_replay(self) -> None:
-        run, marked = self._run(), self._marked()
-        if len(marked) == 2:
-            self.gaitsim.open_replay(marked[0], beside=marked[1])
-        elif run is not None:
-            self.gaitsim.open_replay(run.path)
-
-    def action_compare(self) -> None:
-        self.gaitsim.open_compare(self._marked())
-
-    def action_export(self) -> None:
-        run = self._run()
-        if run is not None:
-            self.gaitsim.open_export(run.path)
-
-    @work(group="delete")
-    async def action_delete(self) -> None:
-        from gaitsim.runs.removal import delete_run
-        from gaitsim.tui.screens.questions import Confirm
-
-        run = self._run()
-        if run is None:
-            return
-        about = f"{run.path}\nIts champions and exports go with it. This cannot be undone."
-        question = Confirm(f"Delete the run {run.name}?", "Delete", about, danger=True)
-        if not await self.app.push_screen_wait(question):
-            return
-        try:
-            await asyncio.to_thread(delete_run, run.path)
-        except GaitsimError as error:
-            self.gaitsim.tell(error)
-        self.look()
-
     def command_line(self) -> str:
-        run = self._run()
+        run = self.current()
         if run is None:
             return ""
         from gaitsim.runs.files.folder import (
@@ -259,16 +214,11 @@ followed as they go.
             )
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        run = self._run() if self.is_mounted else None
-        match action:
-            case "back":
-                return bool(self.filter) or bool(self.is_mounted and self.query("#filter:focus"))
-            case "delete":
-                return run is not None and run.state != "running"
-            case "replay" | "export":
-                return run is not None and run.generation > 0 and run.problem is None
-            case "compare":
-                return len(self._marked()) >= 2
-            case "filter":
-                return bool(self.runs)
+        if action == "back":
+            return bool(self.filter) or bool(self.is_mounted and self.query("#filter:focus"))
         return super().check_action(action, parameters)
+
+    def obstacle(self, action: str) -> str:
+        if action == "filter" and not self.runs:
+            return "There are no runs to choose from."
+        return super().obstacle(action)

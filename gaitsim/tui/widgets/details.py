@@ -11,23 +11,36 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.overview import Overview
 from gaitsim.tui.formatting import duration
 
+LINES = 3  # of a note
+
 
 def details(run: Overview, colours: Mapping[str, str]) -> Text:
-    """Return name, description, plugins, seed, stage and time of a run, or its problem.
+    """Return name, description, note, plugins, seed, stage and time of a run, or its problems.
 
     Args:
         run: the run.
         colours: by the name of the theme's variable.
     """
-    head = Text.assemble((visible(run.name), "bold"), "  ", (visible(run.description), ""))
-    if run.problem is not None:
-        return Text.assemble(head, "\n", (visible_lines(str(run.problem)), colours["error"]))
-    plugins = "  ".join(run.plugins.get(kind, "?") for kind in KINDS)
-    facts = [f"seed {run.seed}", f"evolved for {duration(run.seconds)}"]
-    if run.stage > 1:
-        facts.append(f"stage {run.stage}")
-    lines = (head, (visible(plugins), colours["secondary"]), ("  ·  ".join(facts), "dim"))
-    return Text("\n").join(line if isinstance(line, Text) else Text(*line) for line in lines)
+    name = Text.assemble((visible(run.name), "bold"), "  ", (visible(run.description), ""))
+    lines = [name, *(Text(visible(line), style="italic") for line in _beginning(run.note))]
+    for error in filter(None, (run.problem, run.failure)):
+        lines.append(Text(visible_lines(str(error)), style=colours["error"]))
+    if run.problem is None:
+        plugins = "  ".join(run.plugins.get(kind, "?") for kind in KINDS)
+        facts = [f"seed {run.seed}", f"evolved for {duration(run.seconds)}"]
+        if run.stage > 1:
+            facts.append(f"stage {run.stage}")
+        lines += [
+            Text(visible(plugins), style=colours["secondary"]),
+            Text("  ·  ".join(facts), style="dim"),
+        ]
+    return Text("\n").join(lines)
+
+
+def _beginning(note: str) -> list[str]:
+    """Return the first lines of a note."""
+    lines = note.splitlines()
+    return lines if len(lines) <= LINES else [*lines[: LINES - 1], f"{lines[LINES - 1]} …"]
 
 
 def no_runs(

@@ -1,12 +1,13 @@
 """The table of runs: columns that fit the width, sorted, filtered, only what changed redrawn."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 from rich.text import Text
 from textual.binding import Binding, BindingType
+from textual.events import Click
 from textual.message import Message
 from textual.widgets import DataTable
 
@@ -40,19 +41,20 @@ class Column:
 
 
 COLUMNS = {
-    "run": Column("run", 12, lambda run: run.name.casefold()),
+    "run": Column("run", 14, lambda run: run.name.casefold()),
     "body": Column("body", 9, lambda run: run.plugins.get("organism", "")),
     "fitness": Column("fitness", 17, lambda run: run.plugins.get("fitness", "")),
     "generation": Column("generation", 11, lambda run: run.generation, right=True),
     "best": Column(
         "best", 8, lambda run: float("-inf") if run.best is None else run.best, right=True
     ),
-    "curve": Column("curve", 7, lambda run: run.seconds),
+    "curve": Column("curve", 5, lambda run: run.seconds),
     "state": Column("state", 10, lambda run: _ORDER.index(run.state)),
     "changed": Column("changed", 8, lambda run: run.changed, right=True),
 }
 NARROW = ("run", "body", "generation", "best", "curve", "state", "changed")
 WIDE = 110  # columns from which the fitness is shown, too
+MARK, NO_MARK = "◆ ", "◇ "
 FALLING = {"generation", "best", "curve", "changed"}  # sorted from the largest at first
 
 
@@ -62,7 +64,7 @@ def columns(width: int) -> list[tuple[Column, int]]:
     shown = [COLUMNS[name] for name in names]
     left = max(0, width - 1 - sum(column.width + 2 for column in shown))
     # The name gets what is left, up to a point; the curve the rest.
-    for_name = min(left, 28)
+    for_name = min(left, 16)
     more = {"run": for_name, "curve": min(left - for_name, 40)}
     return [(column, column.width + more.get(column.name, 0)) for column in shown]
 
@@ -82,7 +84,7 @@ class RunTable(DataTable[Text]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "select_cursor", "Open", id="home.open", tooltip="Watch it, or go on"),
-        Binding("space", "mark", "Mark", id="home.mark", tooltip="Mark it to compare it"),
+        Binding("space", "mark", "Mark", id="home.mark", tooltip="For what works on several"),
         Binding("s", "sort", "Sort", show=False, id="home.sort", tooltip="By the next column"),
         Binding("S", "turn", "Turn", show=False, id="home.turn", tooltip="The other way round"),
     ]
@@ -129,6 +131,20 @@ class RunTable(DataTable[Text]):
         event.stop()
         self.sort_by(str(event.column_key.value))
 
+    def on_click(self, event: Click) -> None:
+        """Mark by a click on the mark, or with Ctrl; open the highlighted run by a click."""
+        row = event.style.meta.get("row", -1)
+        if not 0 <= row < len(self.shown):  # a title, or below the last row
+            return
+        event.prevent_default()
+        event.stop()
+        highlighted = row == self.cursor_row
+        self.move_cursor(row=row)
+        if event.ctrl or event.x <= len(MARK):
+            self._mark(self.shown[row].path)
+        elif highlighted:
+            self.action_select_cursor()
+
     def action_sort(self) -> None:
         names = [column.name for column, _ in self._layout]
         at = names.index(self.order) if self.order in names else -1
@@ -140,10 +156,20 @@ class RunTable(DataTable[Text]):
     def action_mark(self) -> None:
         """Mark the run under the cursor, or take its mark away; go to the next one."""
         if self.run is not None:
-            self.marked ^= {self.run.path}
-            self.show(*self._asked)
+            self._mark(self.run.path)
             self.action_cursor_down()
-            self.post_message(self.Marked())
+
+    def _mark(self, path: Path) -> None:
+        self.marked ^= {path}
+        self.show(*self._asked)
+        self.post_message(self.Marked())
+
+    def moved(self, old: Path, new: Path) -> None:
+        """Keep mark and cursor on a run whose folder has another name now."""
+        self.shown = [replace(run, path=new) if run.path == old else run for run in self.shown]
+        if old in self.marked:
+            self.marked = self.marked - {old} | {new}
+        self._layout = []  # rows are keyed by path
 
     def _update(self, cells: dict[Path, list[Text]]) -> None:
         for path, row in cells.items():
@@ -180,8 +206,10 @@ class RunTable(DataTable[Text]):
         style = ""
         match column.name:
             case "run":
-                mark = "◆ " if run.path in self.marked else ""
-                text, style = f"{mark}{clip_name(run.name, width - len(mark))}", "bold"
+                marked = run.path in self.marked
+                mark = (MARK, self.app.theme_variables["primary"]) if marked else (NO_MARK, "dim")
+                name = clip_name(run.name, width - len(MARK))
+                return Text.assemble(mark, (name, "bold"), no_wrap=True)
             case "body" | "fitness":
                 text = run.plugins.get("organism" if column.name == "body" else "fitness", "")
             case "generation":
@@ -208,7 +236,7 @@ def _having(runs: Iterable[Overview], words: str) -> list[Overview]:
         run
         for run in runs
         if all(
-            word in f"{run.name} {' '.join(run.plugins.values())} {run.state}".casefold()
+            word in f"{run.name} {' '.join(run.plugins.values())} {run.state} {run.note}".casefold()
             for word in wanted
         )
     ]

@@ -1,0 +1,196 @@
+"""What home does with runs: open, replay, compare, make files, delete, rename, annotate, stop."""
+
+import asyncio
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, TypeVar
+
+from textual import on, work
+from textual.binding import Binding, BindingType
+from textual.widgets import DataTable
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.tui.screens.base import GaitScreen
+
+if TYPE_CHECKING:
+    from gaitsim.runs.overview import Overview
+
+T = TypeVar("T")
+LISTED = 12  # number of runs that a question names
+
+
+class RunActions(GaitScreen):
+    """A screen with a list of runs, of which one is under the cursor and some may be marked."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("n", "new", "New", id="home.new", tooltip="Assemble a new run"),
+        Binding("r", "replay", "Replay", id="home.replay", tooltip="See champions move"),
+        Binding("c", "compare", "Compare", id="home.compare", tooltip="Compare the marked runs"),
+        Binding("e", "export", "Export", id="home.export", tooltip="Gait files, plots, videos, …"),
+        Binding("slash", "filter", "Filter", id="home.filter", tooltip="Only runs with words"),
+        Binding("d,delete", "delete", "Delete", id="home.delete", tooltip="For good, after asking"),
+        Binding("x", "stop", "Stop", id="home.stop", tooltip="Save it, and stop it"),
+        Binding("N", "note", "Note", id="home.note", tooltip="A text that is kept with the run"),
+        Binding("R", "rename", "Rename", id="home.rename", tooltip="Another name for its folder"),
+        Binding("f", "files", "Files", id="home.files", tooltip="What was made of it"),
+        Binding("p", "plugins", "Plugins", id="home.plugins", tooltip="What is installed"),
+    ]
+
+    def current(self) -> "Overview | None":
+        """Return the run under the cursor."""
+        raise NotImplementedError
+
+    def marked(self) -> "list[Overview]":
+        """Return the marked runs, in the order of the list."""
+        raise NotImplementedError
+
+    def changed(self, old: Path, new: Path) -> None:
+        """Show the runs anew, after one was changed or moved."""
+        raise NotImplementedError
+
+    def _chosen(self) -> "list[Overview]":
+        """Return the marked runs, or else the one under the cursor."""
+        run = self.current()
+        return self.marked() or ([run] if run is not None else [])
+
+    def obstacle(self, action: str) -> str:
+        run, chosen = self.current(), self._chosen()
+        needs_run = ("select_cursor", "mark", "replay", "export", "note", "rename", "files")
+        if action in (*needs_run, "delete", "stop") and not chosen:
+            return "There is no run here; n assembles one."
+        match action:
+            case "delete" if all(one.evolves for one in chosen):
+                return "It evolves; stop it first, with x."
+            case "stop" if not any(one.evolves for one in chosen):
+                return "It does not evolve now."
+            case "rename" if run is not None and run.evolves:
+                return "It evolves; stop it first, with x."
+            case "replay" | "export" if run is not None and run.problem is not None:
+                return "It cannot be read; the lines below the list say why."
+            case "replay" | "export" if run is not None and run.generation == 0:
+                return "It has no generation yet; open it, and let it evolve."
+            case "compare" if len(self.marked()) < 2:
+                return "Mark two or more runs first, with space."
+        return super().obstacle(action)
+
+    @on(DataTable.RowSelected)
+    def action_open(self) -> None:
+        run = self.current()
+        if run is None:
+            return
+        if run.problem is not None:
+            self.gaitsim.tell(run.problem)
+        else:
+            self.gaitsim.open_run(run.path)
+
+    def action_new(self) -> None:
+        self.gaitsim.open_new()
+
+    def action_plugins(self) -> None:
+        self.gaitsim.open_plugins()
+
+    def action_replay(self) -> None:
+        run, marked = self.current(), self.marked()
+        if len(marked) == 2:
+            self.gaitsim.open_replay(marked[0].path, beside=marked[1].path)
+        elif run is not None:
+            self.gaitsim.open_replay(run.path)
+
+    def action_compare(self) -> None:
+        self.gaitsim.open_compare([run.path for run in self.marked()])
+
+    def action_export(self) -> None:
+        run = self.current()
+        if run is not None:
+            others = [one.path for one in self.marked() if one.path != run.path]
+            self.gaitsim.open_export(run.path, others=others)
+
+    def action_files(self) -> None:
+        run = self.current()
+        if run is not None:
+            self.gaitsim.open_files(run.path)
+
+    @work(group="ask")
+    async def action_delete(self) -> None:
+        """Delete runs after one question that names them; those that evolve stay."""
+        from gaitsim.runs.removal import delete_run
+        from gaitsim.tui.screens.questions import Confirm
+
+        gone = [run for run in self._chosen() if not run.evolves]
+        stay = [run.name for run in self._chosen() if run.evolves]
+        if not gone:
+            return
+        one = len(gone) == 1
+        about = str(gone[0].path) if one else _names([run.name for run in gone])
+        about += "\nChampions, exports and notes go with them. This cannot be undone."
+        if stay:
+            about += f"\n\nThese evolve, and are kept: {_names(stay)}. Stop them first, with x."
+        what = f"the run {gone[0].name}" if one else f"{len(gone)} runs"
+        question = Confirm(f"Delete {what}?", "Delete", about, danger=True)
+        if await self.app.push_screen_wait(question):
+            for run in gone:
+                await self._try(delete_run, run.path)
+                self.changed(run.path, run.path)
+
+    @work(group="ask")
+    async def action_rename(self) -> None:
+        from gaitsim.runs.renaming import check_name, rename_run
+        from gaitsim.tui.screens.questions import Ask
+
+        run = self.current()
+        if run is None:
+            return
+        path = run.path
+
+        def check(name: str) -> None:
+            check_name(name)
+            if name != path.name and os.path.lexists(path.with_name(name)):
+                raise RunError(f"{name} exists already in {path.parent}", allowed="a free name")
+
+        about = f"It is the name of its folder in {path.parent}."
+        question = Ask(f"A new name for the run {path.name}", path.name, check, about)
+        name = await self.app.push_screen_wait(question)
+        if name is not None and name != path.name:
+            new = await self._try(rename_run, path, name)
+            if new is not None:
+                self.changed(path, new)
+
+    @work(group="ask")
+    async def action_note(self) -> None:
+        from gaitsim.runs.notes import read_note, write_note
+        from gaitsim.tui.screens.note_dialog import NoteDialog
+
+        run = self.current()
+        if run is None:
+            return
+        before = await self._try(read_note, run.path)
+        text = await self.app.push_screen_wait(NoteDialog(run.name, before or ""))
+        if text is not None:
+            await self._try(write_note, run.path, text)
+            self.changed(run.path, run.path)
+
+    @work(group="stop")
+    async def action_stop(self) -> None:
+        from gaitsim.live import background
+
+        runs = [run for run in self._chosen() if run.evolves]
+        names = _names([run.name for run in runs])
+        self.notify(names, title="Stopping after the current generation", markup=False)
+        await asyncio.gather(*(self._try(background.stop, run.path) for run in runs))
+        for run in runs:
+            self.changed(run.path, run.path)
+
+    async def _try(self, do: Callable[..., T], *arguments: object) -> T | None:
+        """Call a function in a thread; show the error that it ends with."""
+        try:
+            return await asyncio.to_thread(do, *arguments)
+        except GaitsimError as error:
+            self.gaitsim.tell(error)
+        return None
+
+
+def _names(names: Sequence[str]) -> str:
+    """Return names as a list of words, the last ones as a number if there are many."""
+    shown = ", ".join(names[:LISTED])
+    return shown if len(names) <= LISTED else f"{shown} and {len(names) - LISTED} more"
