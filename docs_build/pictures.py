@@ -17,6 +17,7 @@ from PIL import Image
 import gaitsim as gs
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots.style import LIGHT, picture
+from gaitsim.render.scene import THEMES
 from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.app import GaitsimApp
@@ -77,7 +78,7 @@ def bodies() -> None:
         still = gs.picture(gs.load(name).champion, seconds, size=(640, 360))
         _smaller(still, HERE / f"{name}.png")
     _film("spider", RenderSettings("gif", (400, 240), 15, intro=False), 40)
-    _film("fly", RenderSettings("gif", (400, 240), 15, 0.25, intro=False), 45)
+    _film("fly", RenderSettings("gif", (400, 240), 15, intro=False), 45)
     _film("walker", RenderSettings("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
     champion = gs.load("spider").champion.generation
     several = Video(
@@ -98,6 +99,7 @@ def _film(run: str, settings: RenderSettings, pictures: int) -> None:
         size=settings.pixels,
         fps=settings.rate,
         samples=made[::12],
+        exact=THEMES[settings.theme].exact,
     )
 
 

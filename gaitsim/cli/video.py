@@ -5,12 +5,13 @@ from typing import Annotated
 import typer
 
 from gaitsim.choices import Theme, VideoFormat, VideoView
-from gaitsim.cli.console import echo, wrote
+from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import BestOf, ExportFile, RunName
 from gaitsim.cli.parsing import asked_generations, file_format, pixels
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
+from gaitsim.render.tempo import speed_words
 from gaitsim.render.video import FORMATS, RenderSettings, Video
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -37,7 +38,13 @@ def video(
     fps: Annotated[
         float | None, typer.Option(help="Pictures a second. Default: 30, or 25 for a GIF.")
     ] = None,
-    speed: Annotated[float, typer.Option(help="0.25 is slow motion, 4 is time lapse.")] = 1.0,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="0.25 is slow motion, 4 is time lapse. Default: real time, or slow motion for a "
+            "movement too fast for the pictures, such as a wing beat."
+        ),
+    ] = None,
     intro: Annotated[bool, typer.Option(help="Begin with the fitness curve.")] = True,
 ) -> None:
     """Make a video of the champion: MP4 or GIF.
@@ -58,6 +65,8 @@ def video(
     opened = RunSnapshot(find_run(run))
     with all_or_nothing():
         made = Video(opened, wanted, settings)
+        if made.caution:
+            notice(f"Warning: {made.caution}")
         path = out or exports_folder(opened.path) / made.name
         with Progress(path.name, "pictures", len(made)) as progress:
             made.write(path, progress.advance)
@@ -66,4 +75,5 @@ def video(
     echo(
         f"{path}: {len(made)} pictures of {width} × {height} at {float(settings.rate):g} a second, "
         f"{float(len(made) / settings.rate):.1f} s"
+        + (f", {speed_words(made.speed)}" if made.speed != 1 else "")
     )

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 Picture = NDArray[np.uint8]
 
-COLOURS = 128  # of a GIF: its palette is the whole video's, so that nothing flickers
+COLOURS = 256  # of a GIF: its palette is the whole video's, so that nothing flickers
+CELLS = 64  # along each axis of the colour space: colours of a cell become one
 # Constant quality; 'veryfast' halves the time of 'medium' for lines on a plain ground. With
 # x264's mbtree a file is an eighth smaller, but one in twenty differs from the others. Without
 # its choice of B-frames and partitions between pictures it takes a quarter less, for 1 dB.
@@ -36,6 +37,7 @@ def encode(
     size: tuple[int, int],
     fps: Fraction,
     samples: Sequence[Picture] = (),
+    exact: NDArray[np.uint8] | None = None,
 ) -> None:
     """Write a video atomically; hold one picture at a time in memory.
 
@@ -47,6 +49,7 @@ def encode(
         size: width and height; even for an MP4.
         fps: pictures a second; a GIF shows each for a whole number of centiseconds.
         samples: some of the pictures, from which the colours of a GIF are chosen.
+        exact: colours that a GIF keeps as they are, (colours, 3).
 
     Raises:
         RunError: the file cannot be written; a file of that name stays as it was.
@@ -71,7 +74,9 @@ def encode(
         else:
             stream = container.add_stream("gif", rate=fps)
             stream.pix_fmt = "pal8"
-            frames = _indexed(pictures, samples)
+            frames = _indexed(
+                pictures, samples, np.empty((0, 3), np.uint8) if exact is None else exact
+            )
         stream.width, stream.height = size
         for number, frame in enumerate(frames):
             frame.pts, frame.time_base = number, 1 / fps
@@ -93,20 +98,60 @@ def _yuv(pictures: Iterable[Picture]) -> "Iterator[VideoFrame]":
         )
 
 
-def _indexed(pictures: Iterable[Picture], samples: Sequence[Picture]) -> "Iterator[VideoFrame]":
-    """Reduce pictures to the most frequent colours of the samples."""
+def _indexed(
+    pictures: Iterable[Picture], samples: Sequence[Picture], exact: NDArray[np.uint8]
+) -> "Iterator[VideoFrame]":
+    """Reduce pictures to the exact colours and those that come nearest to the samples'."""
     from av import VideoFrame
-    from PIL import Image
 
-    def image(picture: Picture) -> Any:
-        return Image.fromarray(np.ascontiguousarray(picture[..., :3]))
-
-    chosen = image(np.concatenate(samples)).quantize(COLOURS)
-    colours = np.array(chosen.getpalette(), dtype=np.uint8).reshape(-1, 3)
-    palette = np.full((256, 4), 255, dtype=np.uint8)
-    palette[: len(colours), 1:] = colours  # opacity comes first
+    colours, indices = palette(samples, exact)
+    table = np.full((COLOURS, 4), 255, dtype=np.uint8)
+    table[: len(colours), 1:] = colours  # opacity comes first
     for picture in pictures:
-        indices = image(picture).quantize(palette=chosen, dither=Image.Dither.NONE)
         # The stubs know one array alone; with a palette it takes two.
-        both: Any = (np.asarray(indices), palette)
+        both: Any = (indices[_cells(picture)], table)
         yield VideoFrame.from_ndarray(both, format="pal8")
+
+
+def palette(
+    samples: Sequence[Picture], exact: NDArray[np.uint8]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Choose the colours of a GIF.
+
+    Args:
+        samples: pictures with all colours of the video.
+        exact: colours that stay as they are, (colours, 3).
+
+    Returns:
+        The colours, (at most `COLOURS`, 3), and the index of the nearest one for each cell of
+        the colour space, (`CELLS`³,).
+    """
+    from PIL import Image
+    from scipy.spatial import KDTree
+
+    exact = np.unique(exact, axis=0)
+    packed = np.concatenate([_packed(sample).ravel() for sample in samples])
+    distinct, count = np.unique(packed, return_counts=True)
+    # Weighted by the root of their number: the marks of feet are few pixels beside the ground.
+    weighted = np.repeat(distinct, np.ceil(np.sqrt(count)).astype(np.intp))
+    weighted = (weighted[:, None] >> np.array([16, 8, 0])).astype(np.uint8)
+    room = COLOURS - len(exact)
+    octree = Image.fromarray(weighted[None]).quantize(room, method=Image.Quantize.FASTOCTREE)
+    rest = np.array(octree.getpalette(), dtype=np.uint8).reshape(-1, 3)[:room]
+    colours = np.concatenate([exact, rest])
+    middles = (np.indices((CELLS,) * 3).reshape(3, -1).T + 0.5) * (256 // CELLS) - 0.5
+    indices = np.asarray(KDTree(colours.astype(np.float64)).query(middles)[1], dtype=np.uint8)
+    indices[_cells(exact)] = np.arange(len(exact))
+    return colours, indices
+
+
+def _packed(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """Return colours (…, 3 or 4) as numbers, (…): of these, the different ones are found fast."""
+    red, green, blue = np.moveaxis(colours[..., :3].astype(np.uint32), -1, 0)
+    return np.asarray(red << 16 | green << 8 | blue)
+
+
+def _cells(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
+    """Return the cells of the colour space that colours (…, 3 or 4) are in, (…)."""
+    red, green, blue = np.moveaxis(colours[..., :3] // (256 // CELLS), -1, 0).astype(np.intp)
+    return np.asarray((red * CELLS + green) * CELLS + blue)

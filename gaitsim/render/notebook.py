@@ -1,5 +1,6 @@
 """Pictures, plots and videos of individuals and runs, for Python and notebooks."""
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -109,7 +110,7 @@ class RunViews:
         view: str = "iso",
         size: tuple[int, int] | None = None,
         fps: float | None = None,
-        speed: float = 1.0,
+        speed: float | None = None,
         dark: bool = False,
         intro: bool = True,
     ) -> Path:
@@ -121,7 +122,8 @@ class RunViews:
             view: 'iso', 'side', 'top' or 'orbit'.
             size: width and height, pixels.
             fps: pictures a second.
-            speed: of the motion; 0.1 is slow motion.
+            speed: of the motion; 0.1 is slow motion. None is real time, or slow motion for a
+                movement that is too fast for the pictures, such as a wing beat.
             dark: on a dark ground.
             intro: whether it begins with the fitness curve.
 
@@ -136,5 +138,8 @@ class RunViews:
         path = Path(path)
         theme = "dark" if dark else "light"
         settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
-        Video(self.snapshot, generations, settings).write(path)
+        video = Video(self.snapshot, generations, settings)
+        if video.caution:
+            warnings.warn(video.caution, stacklevel=2)
+        video.write(path)
         return path

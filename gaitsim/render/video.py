@@ -18,6 +18,7 @@ from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import numeral
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
 from gaitsim.render.scene.layout import tiles
+from gaitsim.render.tempo import rhythm, shows, speed_words, usual_speed
 from gaitsim.runs.snapshot import RunSnapshot
 
 FORMATS = get_args(VideoFormat)
@@ -43,7 +44,8 @@ class RenderSettings:
         format: one of `FORMATS`.
         size: width and height, pixels; None takes the format's.
         fps: pictures a second; None takes the format's.
-        speed: of the motion, 1 is real time.
+        speed: of the motion, 1 is real time; None is real time, or slow motion where pictures
+            cannot show so fast a movement.
         view: one of `gaitsim.render.scene.VIEWS`.
         theme: one of `gaitsim.render.scene.THEMES`.
         intro: whether it begins with the fitness curve.
@@ -55,7 +57,7 @@ class RenderSettings:
     format: str = "mp4"
     size: tuple[int, int] | None = None
     fps: float | None = None
-    speed: float = 1.0
+    speed: float | None = None
     view: str = "iso"
     theme: str = "light"
     intro: bool = True
@@ -72,7 +74,7 @@ class RenderSettings:
                 where="--fps",
                 allowed=f"1 to {fastest:g} in {self.format.upper()}",
             )
-        if not SPEEDS[0] <= self.speed <= SPEEDS[1]:
+        if self.speed is not None and not SPEEDS[0] <= self.speed <= SPEEDS[1]:
             raise GaitsimError(
                 f"a speed of {self.speed:g} cannot be shown",
                 where="--speed",
@@ -131,9 +133,16 @@ class Video:
         shown = [run.individual(generation) for generation in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
         self._check_room(len(shown))
-        clips = [_clip(one, self.settings.speed, alone=len(shown) == 1) for one in shown]
+        clips = [_clip(one, alone=len(shown) == 1) for one in shown]
+        # A motion whose frames all have a picture is shown as it is.
+        fast = [clip.skeleton for clip in clips if clip.skeleton.frame_rate > self.settings.rate]
+        self._rhythm = max(map(rhythm, fast), default=0.0)
+        self.speed = self.settings.speed or self._usual_speed
+        if self.speed != 1:
+            said = speed_words(self.speed)
+            clips = [replace(clip, details=f"{clip.details}   {said}") for clip in clips]
         self.scene = Scene(clips, self.settings.pixels, self.settings.view, self.settings.theme)
-        ratio = float(self.settings.rate) / self.settings.speed
+        ratio = float(self.settings.rate) / self.speed
         # What is a frame but for rounding is one.
         self._moving = int(self.scene.seconds * ratio + 1e-6) + 1
         self._intro = round(INTRO * self.settings.rate) if self.settings.intro else 0
@@ -141,6 +150,23 @@ class Video:
     def __len__(self) -> int:
         """Return the number of pictures."""
         return self._intro + self._moving
+
+    @property
+    def _usual_speed(self) -> float:
+        return usual_speed(self._rhythm, float(self.settings.rate), SPEEDS[0])
+
+    @property
+    def caution(self) -> str:
+        """Why this speed is too fast for the pictures, and what to try; '' where it is not."""
+        rate = float(self.settings.rate)
+        if shows(self._rhythm, rate, self.speed):
+            return ""
+        return (
+            f"At a speed of {self.speed:g}, {rate:g} pictures a second cannot show a body that "
+            f"moves to and fro {self._rhythm:.3g} times a second: "
+            f"{rate / (self._rhythm * self.speed):.2g} pictures each. "
+            f"Try --speed {self._usual_speed:g}."
+        )
 
     @property
     def name(self) -> str:
@@ -176,6 +202,7 @@ class Video:
             size=self.settings.pixels,
             fps=self.settings.rate,
             samples=samples,
+            exact=THEMES[self.settings.theme].exact,
         )
 
     def pictures(self) -> Iterator[Picture]:
@@ -194,7 +221,7 @@ class Video:
         shown = number / float(self.settings.rate)
         turn = 360 / max(self._moving / float(self.settings.rate), ORBIT)
         return self.scene.draw(
-            shown * self.settings.speed, turn * shown if self.settings.view == "orbit" else 0.0
+            shown * self.speed, turn * shown if self.settings.view == "orbit" else 0.0
         )
 
     def _samples(self) -> list[Picture]:
@@ -241,15 +268,13 @@ class Video:
             )
 
 
-def _clip(shown: Individual, speed: float, alone: bool) -> Clip:
+def _clip(shown: Individual, alone: bool) -> Clip:
     """Return the clip of a champion, which may be shown alone or beside others."""
     name, generation = shown.name, f"generation {shown.generation}"
     score = f"score {numeral(shown.score)}"
     title, *details = (name, generation, score) if alone else (generation, score, name)
     if (trials := count_trials(shown)) > 1:
         details.append(f"first of {trials} trials")
-    if speed != 1:
-        details.append(f"{speed:g} × speed")
     try:
         return Clip(shown.skeleton, title, "   ".join(details))
     except GaitsimError as error:

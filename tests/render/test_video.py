@@ -11,8 +11,9 @@ from PIL import Image
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, PluginError, RunError
-from gaitsim.render.encoder import encode
-from gaitsim.render.scene import Scene
+from gaitsim.render.encoder import encode, palette
+from gaitsim.render.scene import THEMES, Scene
+from gaitsim.render.tempo import rhythm
 from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -71,6 +72,39 @@ def test_colours_survive(tmp_path):
         for column in (8, 28, 48):
             difference = shown[24, column].astype(int) - picture[24, column, :3]
             assert np.abs(difference).max() <= 8
+
+
+def test_marks_have_the_same_colours_in_both_formats(spider_run, tmp_path):
+    """A GIF keeps the colours of marks that are few pixels beside the ground."""
+    theme, shown = THEMES["light"], {}
+    for format in ("mp4", "gif"):
+        settings = RenderSettings(format, (640, 360), fps=1, intro=False)
+        video = Video(spider_run, (), settings)
+        drawn = next(iter(video.pictures()))[..., :3]
+        video.write(tmp_path / f"a.{format}")
+        _, _, pictures = decoded(tmp_path / f"a.{format}")
+        shown[format] = pictures[0]
+    for name, colour in zip(theme.colours, theme.exact, strict=True):
+        where = (drawn == colour).all(axis=-1)
+        inside = where & np.roll(where, 1, 0) & np.roll(where, -1, 0) & np.roll(where, 1, 1)
+        assert (shown["gif"][where] == colour).all(), name
+        if inside.sum() > 9:  # the MP4 halves the resolution of colours
+            spread = np.median(shown["mp4"][inside].astype(int), axis=0) - colour
+            assert np.abs(spread).max() <= 8, name
+
+
+def test_all_colours_of_a_gif_are_near_the_drawn_ones():
+    rng = np.random.default_rng(2)
+    ramps = np.linspace(0, 255, 40)[:, None] * rng.random((6, 1, 3))
+    picture = np.full((6, 40, 4), 255, np.uint8)
+    picture[..., :3] = ramps
+    exact = np.array([(213, 94, 0), (218, 95, 0)], np.uint8)
+    colours, indices = palette([picture], exact)
+    assert len(colours) <= 256
+    cells = picture[..., :3].astype(int) // 4
+    found = colours[indices[(cells[..., 0] * 64 + cells[..., 1]) * 64 + cells[..., 2]]]
+    assert np.abs(found.astype(int) - picture[..., :3]).max() <= 16
+    assert {(213, 94, 0), (218, 95, 0)} <= {tuple(colour) for colour in colours.tolist()}
 
 
 def test_a_gif_repeats_for_ever_at_its_rate(tmp_path):
@@ -142,7 +176,7 @@ def test_what_stops_it_leaves_no_file(tmp_path, stop):
 
 def test_a_spider_of_300_frames_is_as_many_pictures(spider_run, tmp_path):
     assert len(Video(spider_run, (), RenderSettings(**SMALL))) == 300
-    video = Video(spider_run, (), RenderSettings(fps=6, **SMALL))
+    video = Video(spider_run, (), RenderSettings(fps=6, speed=1, **SMALL))
     calls = []
     video.write(tmp_path / "a.mp4", lambda: calls.append(1))
     facts, _, pictures = decoded(tmp_path / "a.mp4")
@@ -226,11 +260,27 @@ def test_one_generation_is_named(spider_run):
 
 def test_a_video_says_which_flight_it_shows(bundled):
     (panel,) = Video(bundled("fly"), (), RenderSettings(intro=False, speed=0.5)).scene.panels
-    assert panel.clip.details.endswith("   first of 3 trials   0.5 × speed")
-    several = Video(bundled("fly"), (1, 1), RenderSettings(intro=False)).scene.panels
+    assert panel.clip.details.endswith("   first of 3 trials   ½ speed")
+    several = Video(bundled("fly"), (1, 1), RenderSettings(intro=False, speed=1)).scene.panels
     assert all(panel.clip.details.endswith("   first of 3 trials") for panel in several)
     (panel,) = Video(bundled("walker"), (), RenderSettings(intro=False)).scene.panels
     assert "trial" not in panel.clip.details
+
+
+def test_wing_beats_are_in_slow_motion(bundled):
+    run = bundled("fly")
+    for rate in (15, 30):
+        video = Video(run, (), RenderSettings(fps=rate, **SMALL))
+        beats = rhythm(run.individual().skeleton) * video.scene.seconds
+        assert video.speed < 1
+        assert len(video) / beats >= 7.9
+        assert video.caution == ""
+        assert video.scene.panels[0].clip.details.endswith(" speed")
+    real = Video(run, (), RenderSettings(speed=1, **SMALL))
+    assert real.speed == 1
+    assert "--speed 0." in real.caution
+    walking = Video(bundled("walker"), (), RenderSettings(**SMALL))
+    assert (walking.speed, walking.caution) == (1, "")
 
 
 def test_the_same_video_is_the_same_file(spider_run, tmp_path):

@@ -47,7 +47,6 @@ class Panel:
         middle: Points,
     ) -> None:
         from matplotlib.collections import LineCollection, PathCollection, PolyCollection
-        from matplotlib.colors import to_rgb
         from matplotlib.transforms import Bbox, IdentityTransform
 
         self.clip, self.theme, self.view = clip, theme, view
@@ -56,7 +55,7 @@ class Panel:
         self.unit = unit_of(width, height)
         self.reach = 0.75 * float(np.hypot(width, height))
         self.centre = np.array([left + width / 2, bottom + height * CENTRE])
-        self.colours = {name: np.array(to_rgb(colour)) for name, colour in vars(theme).items()}
+        self.colours = theme.colours
         self._frame = Bbox.from_bounds(*place)
         self._figure, self._identity = figure, IdentityTransform()
         self._line = 1.3 * self.unit

@@ -40,6 +40,18 @@ class Theme:
     swing: str
     path: str
 
+    @property
+    def colours(self) -> dict[str, Colour]:
+        """Its colours by name."""
+        from matplotlib.colors import to_rgb
+
+        return {name: np.array(to_rgb(colour)) for name, colour in vars(self).items()}
+
+    @property
+    def exact(self) -> NDArray[np.uint8]:
+        """Its colours, (colours, 3), 0 to 255."""
+        return np.round(255 * np.array([*self.colours.values()])).astype(np.uint8)
+
 
 THEMES = {
     "light": Theme(

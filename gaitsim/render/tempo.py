@@ -1,0 +1,59 @@
+"""How fast a body's movement repeats, and at which speed pictures show it."""
+
+import math
+
+import numpy as np
+
+from gaitsim.contracts import Skeleton
+
+TOO_FEW = 4.0  # pictures a cycle: with fewer the movement is jumpy, with under two it aliases
+ENOUGH = 8.0  # pictures a cycle in slow motion
+_FRACTIONS = {0.5: "½", 0.25: "¼", 0.125: "⅛"}
+
+
+def rhythm(skeleton: Skeleton) -> float:
+    """Return the frequency of a body's movement about its path, Hz; 0 where it does not move.
+
+    It is the median of the spectrum of the speed of all points: of a wing beat or a stride, the
+    beats or strides a second.
+    """
+    segments = np.asarray(skeleton.segments, dtype=np.float64)
+    about = segments - np.asarray(skeleton.path, dtype=np.float64)[:, None, None]
+    about = about.reshape(len(about), -1)
+    # The window keeps a start and an end that differ from looking like a jump.
+    window = np.hanning(len(about))[:, None]
+    frequencies = np.fft.rfftfreq(len(about), 1 / skeleton.frame_rate)
+    places = np.fft.rfft((about - about.mean(axis=0)) * window, axis=0)
+    power = np.cumsum((np.abs(places) ** 2).sum(axis=1) * frequencies**2)
+    if not power[-1] > (1e-9 * np.abs(about).max(initial=0.0)) ** 2:
+        return 0.0
+    return float(frequencies[np.searchsorted(power, power[-1] / 2)])
+
+
+def shows(frequency: float, rate: float, speed: float) -> bool:
+    """Whether so many pictures a second show a movement of a frequency at a speed."""
+    return frequency * speed * TOO_FEW <= rate
+
+
+def usual_speed(frequency: float, rate: float, slowest: float) -> float:
+    """Return real time, or the slow motion (½, ¼, ⅛ …) in which pictures show a movement.
+
+    Args:
+        frequency: of the movement, Hz.
+        rate: pictures a second.
+        slowest: the least speed allowed.
+    """
+    if shows(frequency, rate, 1.0):
+        return 1.0
+    halvings = math.ceil(math.log2(frequency * ENOUGH / rate))
+    return float(2.0 ** -min(halvings, math.floor(-math.log2(slowest))))
+
+
+def speed_words(speed: float) -> str:
+    """Format a speed, such as '¼ speed' or '4 × speed'."""
+    whole = round(1 / speed) if speed < 1 else 0
+    if speed in _FRACTIONS:
+        return f"{_FRACTIONS[speed]} speed"
+    if whole and math.isclose(speed * whole, 1):
+        return f"1/{whole} speed"
+    return f"{speed:g} × speed"
