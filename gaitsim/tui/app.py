@@ -56,7 +56,7 @@ class GaitsimApp(App[None]):
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {Commands}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "help", "Help", id="app.help", tooltip="What this screen can do"),
-        Binding("q", "quit", "Quit", show=False, id="app.quit", tooltip="End; runs are saved"),
+        Binding("q", "quit", "Quit", show=False, id="app.quit", tooltip="End; runs evolve on"),
         Binding(
             "ctrl+o", "jump", "Jump", show=False, id="app.jump", tooltip="Go anywhere by a letter"
         ),
@@ -250,20 +250,10 @@ class GaitsimApp(App[None]):
         for screen in reversed(self.screen_stack):
             if not await _may_leave(screen):
                 return
-        running = [task for task in self.tasks.all if task.running]
-        if self.drafts or running:
-            from gaitsim.tui.screens.questions import Confirm
-        if self.drafts:
-            about = "Changed and neither run nor saved: " + ", ".join(self.drafts)
-            ask = Confirm("Discard the new run?", "Discard", about, danger=True)
-            if not await self.push_screen_wait(ask):
-                return
-        if running:
-            about = "\n".join(task.command for task in running)
-            if not await self.push_screen_wait(Confirm("Stop what is being made?", "Stop", about)):
-                return
-            await self.tasks.stop_all()
-        self.exit()
+        from gaitsim.tui.quitting import may_quit
+
+        if await may_quit(self, self.drafts, self.tasks, self.folder):
+            self.exit()
 
     def on_key(self, event: Key) -> None:
         """Type a letter into a field that got the focus while the letter was on its way.

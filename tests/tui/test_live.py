@@ -15,6 +15,7 @@ from waiting import app_until
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
+from gaitsim.live.background import evolving
 from gaitsim.live.protocol import Event, RankedIndividual, Snapshot
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.lock import RunLock, is_locked
@@ -180,13 +181,16 @@ class TestAtRest:
 
         live(make(20), test)
 
-    def test_scores_of_another_stage_are_left_out(self, make, gaitsim):
+    def test_scores_of_another_stage_are_drawn_apart(self, make, gaitsim):
         run = make(7)
         gaitsim("resume", run, "--set", "fitness.price=4", "--generations", 12)
 
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.query_one(Curves).series)
-            assert screen.query_one(Curves).series[0].x.tolist() == [8, 9, 10, 11, 12]
+            best, mean, earlier = screen.query_one(Curves).series
+            assert best.x.tolist() == mean.x.tolist() == [8, 9, 10, 11, 12]
+            assert earlier.x.tolist() == [1, 2, 3, 4, 5, 6, 7]
+            assert [one.apart for one in (best, mean, earlier)] == [False, False, True]
             assert "stage 2" in text(screen, "#live-status")
 
         live(run, test)
@@ -365,26 +369,68 @@ class TestSteering:
 
 
 class TestLeaving:
-    @pytest.mark.parametrize("key", ["escape", "q"])
-    def test_it_asks_stops_and_saves(self, make, key):
+    def test_it_evolves_on_and_is_steered_again(self, make):
         run = make(0, SLOW, generations=100_000)
 
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
-            await pilot.press(key)
-            await app_until(pilot, lambda: pilot.app.screen is not screen)
-            await pilot.press("n")
-            await app_until(pilot, lambda: pilot.app.screen is screen)
-            before = screen.snapshot.generation
-            await app_until(pilot, lambda: screen.snapshot.generation > before)
-            await pilot.press(key)
-            await app_until(pilot, lambda: pilot.app.screen is not screen)
-            await pilot.press("y")
-            await app_until(pilot, lambda: not screen.is_attached or not pilot.app.is_running)
-            assert not is_locked(run)
+            process = screen.process
+            await pilot.press("escape")
+            await app_until(pilot, lambda: not screen.is_attached)
+            said = [note.title + note.message for note in pilot.app._notifications]
+            assert any("evolves on" in text and "gaitsim stop" in text for text in said)
+            assert evolving(run) == "running"
+            again, other = Live(run), Live(run)
+            await pilot.app.push_screen(other)
+            await app_until(pilot, lambda: other.state == "running")
+            await pilot.app.push_screen(again)
+            await app_until(pilot, lambda: again.state == "running")
+            assert again.process.pid == process.pid
+            await app_until(
+                pilot, lambda: len(again.board.live.course) == again.snapshot.generation > 2
+            )
+            kinds = [event.generation for event in again.board.live.events]
+            assert kinds == sorted(kinds)
+            assert len(set(again.board.live.events)) == len(kinds)
+            await pilot.press("space")  # both see what one of them does
+            await app_until(pilot, lambda: other.state == again.state == "paused")
+            await pilot.press("s")
+            await app_until(pilot, lambda: other.process is again.process is None)
+            assert other.state == again.state == "stopped"
+            await pilot.press("space")
+            await app_until(pilot, lambda: other.state == again.state == "running")
+            again.process.kill()
+            await app_until(pilot, lambda: other.state == again.state == "failed")
+            assert "killed or crashed" in problem(again)
+            await pilot.press("escape")
+            await app_until(pilot, lambda: pilot.app.screen is other)
+            reopened = Live(run)
+            await pilot.app.push_screen(reopened)
+            await app_until(pilot, lambda: reopened.state == "failed")
+            assert "killed or crashed" in problem(reopened)
+            assert {"go", "step", "change"} <= offered(reopened)
+
+        live(run, test, go=True)
+
+    def test_at_the_end_of_the_app_it_is_asked_about(self, make):
+        run = make(0, SLOW, generations=100_000)
+
+        async def test(screen, pilot):
+            await app_until(pilot, lambda: screen.snapshot.generation > 2)
+            for answer, keeps in (("escape", None), ("k", True), ("s", False)):
+                ended = []
+                pilot.app.exit = lambda ended=ended: ended.append(evolving(run))
+                await pilot.press("q")
+                await app_until(pilot, lambda: pilot.app.screen is not screen)
+                await pilot.press(answer)
+                await app_until(pilot, lambda: pilot.app.screen is screen)
+                if answer != "escape":
+                    await app_until(pilot, lambda ended=ended: ended)
+                    assert (ended == ["running"]) is keeps
 
         live(run, test, go=True)
         assert RunSnapshot(run).generation == len(RunSnapshot(run).history["best"]) > 2
+        assert not is_locked(run)
 
     def test_a_run_at_rest_is_left_at_once(self, make):
         async def test(screen, pilot):
@@ -424,7 +470,7 @@ class TestProblems:
             await app_until(pilot, lambda: screen.state == "elsewhere")
             assert f"is being written by process {os.getpid()}" in problem(screen)
             lock.release()
-            await app_until(pilot, lambda: screen.state == "stopped")
+            await app_until(pilot, lambda: screen.state == "failed")  # still, as nobody evolved it
             await pilot.press("n")
             await paused_at(pilot, screen, 4)
             assert problem(screen) == ""

@@ -29,12 +29,15 @@ class Series:
         y: (points,); there are gaps where it is not finite.
         stages: indices of the points, in order, where a later stage begins. The line is broken
             there, and smoothing does not look beyond: another stage may have another fitness.
+        apart: whether its values cannot be compared with those of the others. It is drawn faint,
+            each stage on a scale of its own.
     """
 
     name: str
     x: NDArray[Any]
     y: NDArray[Any]
     stages: tuple[int, ...] = ()
+    apart: bool = False
 
 
 def compared(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Series]:
@@ -150,11 +153,14 @@ def frame_of(series: Sequence[Series], view: View = View()) -> Frame | None:
     They hold all points, but for a few that lie far below where the view is not `whole`; the
     vertical axis holds those that the horizontal one shows.
     """
-    drawn = [(one.x[at], one.y[at]) for one in series if (at := np.isfinite(one.y)).any()]
-    if not drawn:
+    found = [(one, at) for one in series if (at := np.isfinite(one.y)).any()]
+    if not found:
         return None
+    drawn = [(one.x[at], one.y[at]) for one, at in found if not one.apart]
+    drawn = drawn or [(one.x[at], one.y[at]) for one, at in found]
     x, y = (np.clip(np.concatenate(part), -HUGE, HUGE) for part in zip(*drawn, strict=True))
-    left, right = float(x.min()), float(x.max())
+    left = min(float(one.x[at][0]) for one, at in found)
+    right = max(float(one.x[at][-1]) for one, at in found)
     log_x = view.log_x and left > 0
     left = left if view.left is None else view.left
     right = right if view.right is None else view.right

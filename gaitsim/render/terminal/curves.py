@@ -108,11 +108,15 @@ def plot(
     if cursor is not None:
         draw_points(dots, frame.dots(np.full(HIGH * height, cursor), None, dots), CURSOR)
     for index, one in enumerate(series):
-        dash = DASHES[index % len(DASHES)]
-        _draw(dots, frame.dots(one.x, one.y, dots), one.stages, ink_of(index, len(series)), dash)
+        ink, dash = ink_of(index, len(series)), DASHES[index % len(DASHES)]
+        if one.apart:
+            ink, dash = AXIS, DASHES[0]
+        _draw(dots, _points(one, frame, dots), one.stages, ink, dash)
     codes[:height, left:], inks[:height, left:] = cells(dots, behind=CURSOR)
     if len(series) > 1:
         for index, one in enumerate(series):
+            if one.apart:
+                continue
             _mark(codes[:height, left:], inks[:height, left:], one, frame, index, len(series))
     paper = _Paper(codes, inks)
     for row in range(height):
@@ -135,6 +139,18 @@ def seen(series: Sequence[Series], view: View) -> list[Series]:
         stages = tuple(at - low for at in one.stages if low < at < high)
         found.append(replace(one, x=one.x[low:high], y=one.y[low:high], stages=stages))
     return found
+
+
+def _points(series: Series, frame: Frame, dots: Dots) -> NDArray[np.float64]:
+    """Return where the points of a series are in a picture, (n, 2)."""
+    if not series.apart:
+        return frame.dots(series.x, series.y, dots)
+    found = []
+    for part in np.split(np.arange(len(series.x)), series.stages):
+        stage = Series(series.name, series.x[part], series.y[part])
+        own = frame_of([stage]) or frame
+        found.append(replace(frame, y=own.y).dots(stage.x, stage.y, dots))
+    return np.concatenate(found)
 
 
 def _mark(
@@ -231,4 +247,4 @@ def thinned(series: Series, width: int) -> Series:
     # fmin and fmax pass over gaps that are narrower than what is seen.
     y = np.stack([np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)], axis=1)
     stages = tuple(2 * np.cumsum([len(part) for part in parts])[:-1].tolist())
-    return Series(series.name, np.repeat(series.x[starts], 2), y.ravel(), stages)
+    return replace(series, x=np.repeat(series.x[starts], 2), y=y.ravel(), stages=stages)

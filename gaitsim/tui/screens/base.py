@@ -101,7 +101,8 @@ class GaitScreen(Screen[None]):
 
     def is_busy(self, group: str) -> bool:
         """Return whether a worker of a group runs."""
-        return any(worker.group == group and worker.is_running for worker in self.workers)
+        ours = (worker for worker in self.workers if worker.node is self)
+        return any(worker.group == group and worker.is_running for worker in ours)
 
     def action_back(self) -> None:
         """Go back to the screen before this one."""

@@ -1,9 +1,9 @@
-"""Live: a run that evolves here, evolves in another program, or is at rest."""
+"""Live: a run that evolves in the background, evolves in another program, or is at rest."""
 
 import asyncio
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -15,28 +15,27 @@ from textual.widgets import Header
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
+from gaitsim.live.background import evolving, last_failure
 from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watching import RunWatcher
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
-from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.runs.fork import fork_run
-from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
 from gaitsim.tui.screens.live_source import about
-from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.widgets.footer import Footer
 
-PATIENCE = 20.0  # seconds that a run gets to finish its generation when the screen is left
 RESTING = ("stopped", "failed")
+LOOK = 1.0  # seconds between two looks whether someone else evolves a run that rests here
+GOES_ON = {"queued": "is queued", "paused": "stays paused", "stopping": "stops and is saved"}
 
 
 class Live(GaitScreen):
-    """A run: evolved here, in a process of its own; followed while another program writes it;
-    or at rest.
+    """A run: evolved in the background, in a process that any number of these screens steer;
+    followed while another program writes it; or at rest.
 
     Args:
         run: its folder.
@@ -45,15 +44,17 @@ class Live(GaitScreen):
 
     Attributes:
         board: the panels.
-        process: the process that evolves the run here; None while none does.
+        process: the connection to the process that evolves the run; None while none does.
     """
 
     CSS_PATH = "live.tcss"
     HELP_TEXT = """
-A run as it evolves. The search runs in a process of its own, which saves every generation: end
-the app in any way, and the run can be continued exactly where it stopped.
+A run as it evolves. The search runs in a process of its own, which saves every generation. It
+evolves on when you leave this screen or the app; open the run again to steer it, here, in another
+window or by `gaitsim attach`.
 
 - **Space** pauses and continues. **n** makes one generation. **s** stops and saves.
+- **Esc** leaves the run evolving.
 - **c** changes options from the next generation on, such as a rate or the weight of a term.
   It is recorded in the run as a stage; curves of scores that cannot be compared begin anew.
 - **f** copies the run as it is, to continue the copy under other options; the run itself continues.
@@ -109,21 +110,36 @@ the app in any way, and the run can be continued exactly where it stopped.
     def on_mount(self) -> None:
         self.sub_title = about(self.run)
         self._watch()
+        self.set_interval(LOOK, self._look)
 
     # Where snapshots come from
 
     @work(group="source", exclusive=True)
     async def _watch(self) -> None:
-        """Follow the run as its folder shows it."""
+        """Follow the run as its folder shows it, until a process in the background evolves it."""
         go, self._go = self._go, False
         async for snapshot in RunWatcher(self.run):
-            self.take(snapshot)
+            failure = last_failure(self.run) if snapshot.state == "stopped" and not go else None
+            self.take(replace(snapshot, state="failed", error=failure) if failure else snapshot)
+            if evolving(self.run):
+                self._start(begin=False)
+                return
         if go and self.snapshot.state == "stopped":
             self._start()
 
-    def _start(self, overrides: Overrides | None = None, *, step: bool = False) -> None:
-        """Evolve the run here."""
-        engine = RunProcess(self.run, overrides=overrides, paused=step, known=self.snapshot)
+    def _look(self) -> None:
+        """Follow a run that rested here, and that someone else evolves now."""
+        at_rest = self.process is None and not self.is_busy("source")
+        if at_rest and (evolving(self.run) or is_locked(self.run)):
+            self._watch()
+
+    def _start(
+        self, overrides: Overrides | None = None, *, step: bool = False, begin: bool = True
+    ) -> None:
+        """Evolve the run in the background; without `begin`, steer the process that does."""
+        engine = RunProcess(
+            self.run, overrides=overrides, paused=step, known=self.snapshot, begin=begin
+        )
         self.process, self._stopping = engine, False
         self.board.problem(None)
         self._steer(engine, step)
@@ -138,8 +154,6 @@ the app in any way, and the run can be continued exactly where it stopped.
         await engine.ended()
         self.process, self._stopping = None, False
         self._changed()
-        if self.snapshot.state == "failed" and is_locked(self.run):
-            self._watch()
 
     def take(self, snapshot: Snapshot) -> None:
         """Take a snapshot; the state is shown at once, the rest drawn in its rhythm."""
@@ -147,7 +161,7 @@ the app in any way, and the run can be continued exactly where it stopped.
         board.live.take(snapshot)
         if snapshot.error is not None:
             board.problem(snapshot.error)
-        if board.live.gap:
+        if board.live.gap and not self.is_busy("reread"):
             self._reread()
         self._changed()
 
@@ -157,11 +171,12 @@ the app in any way, and the run can be continued exactly where it stopped.
         self.board.stale()
         self.offers = state, self.process is not None, self.snapshot.champion is not None
 
-    @work(group="reread", exclusive=True)
+    @work(group="reread")
     async def _reread(self) -> None:
-        with suppress(GaitsimError):
-            history = await asyncio.to_thread(lambda: RunSnapshot(self.run).history)
-            self.board.live.reread(HistoryBuffer(history))
+        watcher = RunWatcher(self.run)
+        found = await asyncio.to_thread(watcher.look)
+        if found.state != "failed":
+            self.board.live.reread(found, watcher.history)
 
     # Steering
 
@@ -238,30 +253,19 @@ the app in any way, and the run can be continued exactly where it stopped.
 
     # Leaving
 
-    async def may_leave(self) -> bool:
-        """Ask while the run evolves here; it is stopped and saved then."""
-        engine = self.process
-        if engine is None:
-            return True
-        if not self._stopping:
-            about = "It is saved, and can be continued at any time."
-            question = Confirm(f"Stop the run {self.run.name}?", "Stop and save", about)
-            if not await self.app.push_screen_wait(question):
-                return False
-        self._stopping = True
-        engine.stop()
-        self._changed()
-        try:
-            await asyncio.wait_for(engine.ended(), PATIENCE)
-        except TimeoutError:  # all but the generation that is being made is on the disk
-            engine.kill()
-            await engine.ended()
-        return True
+    def action_back(self) -> None:
+        """Leave the run evolving, and say how to come back and how to stop it."""
+        if self.process is not None and self.app.screen_stack[-1] is self:
+            what = GOES_ON.get(self.state, "evolves on")
+            stop = command("stop", self.run)
+            said = f"Open it to watch and steer it; s there stops and saves it, as does {stop}"
+            self.notify(said, title=f"{self.run.name} {what} in the background", markup=False)
+        super().action_back()
 
     def on_unmount(self) -> None:
-        """Leave no process behind."""
+        """Leave the run to its process."""
         if self.process is not None:
-            self.process.stop()
+            self.process.leave()
 
     # What can be done now
 
@@ -274,15 +278,16 @@ the app in any way, and the run can be continued exactly where it stopped.
         state, here = self.state, self.process is not None
         match action:
             case "pause":
-                return here and state in ("running", "preparing")
+                return here and state in ("running", "preparing", "queued")
             case "go":
                 return state == "paused" if here else state in RESTING
             case "step":
-                return state in ("running", "paused") if here else state == "stopped"
+                return state in ("running", "paused") if here else state in RESTING
             case "stop":
                 return here
             case "change" | "goal":
-                return state in ("running", "paused") if here else state in (*RESTING, "finished")
+                steered = state in ("queued", "running", "paused")
+                return steered if here else state in (*RESTING, "finished")
             case "fork":
                 return state != "failed" or self.snapshot.generation > 0
             case "replay" | "export":

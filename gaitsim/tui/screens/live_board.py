@@ -46,7 +46,6 @@ class Board(Vertical):
 
     Attributes:
         live: the snapshot, history and events of the run.
-        state: of the run, as the status line shows it.
         curves: of the best score and the mean.
         canvas: the champion.
     """
@@ -54,15 +53,17 @@ class Board(Vertical):
     def __init__(self, run: Path, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(id="live-board")
         self._clock = clock
-        self.curves = Curves(message="no generation yet", id="live-curves")
-        self.canvas = BodyCanvas(message="no champion yet", clock=clock)
+        self.curves = Curves(message="loading …", id="live-curves")
+        self.canvas = BodyCanvas(message="loading …", clock=clock)
         self._status, self._champion = Lines(id="live-status"), Lines(id="live-champion")
         self._table, self._log = Lines(id="live-table"), Lines(id="live-events")
         self._problem = Static(id="live-problem")
         self.live = LiveState()
-        self.state = "stopped"
+        self._state = "stopped"
         self._ticks = 0
         self._stale = True
+        self._since = clock()  # the beginning of the state
+        self._seconds = 0  # since then, as they were drawn last
         self._widths = (0, 0, 0, 0)  # of what was drawn last; 0 draws all
         self._styles: formatting.Styles = {}
         self._mover = ChampionMover(run)
@@ -110,6 +111,16 @@ class Board(Vertical):
                 canvas.seconds = (canvas.seconds + elapsed * canvas.speed) % canvas.duration
         self._draw(all_of_it=not fast or not self._ticks % NEWS)
 
+    @property
+    def state(self) -> str:
+        """The state of the run, as the status line shows it."""
+        return self._state
+
+    @state.setter
+    def state(self, state: str) -> None:
+        if state != self._state:
+            self._state, self._since = state, self._clock()
+
     def stale(self) -> None:
         """Schedule a redraw."""
         self._stale = True
@@ -125,6 +136,9 @@ class Board(Vertical):
 
     def _draw(self, *, all_of_it: bool) -> None:
         """Draw the news in the status line, or in all panels."""
+        seconds = int(self._clock() - self._since) if self.state == "preparing" else 0
+        if seconds != self._seconds:
+            self._stale, self._seconds = True, seconds
         table, log, width = self._table, self._log, self._status.content_size.width
         widths = width, table.size.width, *log.size
         if not width or (not self._stale and widths == self._widths):
@@ -132,7 +146,7 @@ class Board(Vertical):
         all_of_it = all_of_it or widths != self._widths
         styles = self._styles = self._styles or self._theme()
         live, snapshot = self.live, self.live.snapshot
-        hint = formatting.hint(snapshot, self.state)
+        hint = formatting.hint(snapshot, self.state, self._seconds)
         if hint or not live.events:
             said = Text(hint, styles["dim"], no_wrap=True, end="")
         else:
@@ -147,20 +161,26 @@ class Board(Vertical):
         self._curves()
 
     def _curves(self) -> None:
+        """Draw the scores; faint are those of earlier stages that cannot be compared."""
         course, first = self.live.course, self.live.snapshot.scored_from
         if not len(course):
+            self.curves.set_series([], message="no generation yet")
             return
-        part = slice(first - 1, None) if len(course) >= first else slice(None)
-        x = course["generation"][part]
-        stages = course["stage"][part]
-        self.curves.set_series(
-            [Series(name, x, course[name][part]) for name in ("best", "mean")],
-            (x[1:][np.diff(stages) > 0]).tolist(),
-        )
+        now = first - 1 if len(course) >= first else 0
+        x, stages = course["generation"], course["stage"]
+        begins = np.flatnonzero(np.diff(stages) > 0) + 1
+        series = [Series(name, x[now:], course[name][now:]) for name in ("best", "mean")]
+        if now:
+            before = tuple(begins[begins < now].tolist())
+            name = "best of earlier stages, own scale"
+            series.append(Series(name, x[:now], course["best"][:now], before, apart=True))
+        self.curves.set_series(series, x[begins].tolist())
 
     def _show_champion(self) -> None:
         """Move the newest champion, in a thread, if there is one and it is time."""
         best, now = self.live.snapshot.champion, self._clock()
+        if best is None and not self._moving and self.live.known and self.canvas.skeleton is None:
+            self.canvas.set_skeleton(None, "no champion yet")
         if best is None or best == self._shown or self._moving:
             return
         if now - self._moved < CHAMPION_EVERY:

@@ -28,7 +28,6 @@ MARKS = {
 }
 WORDS = {"elsewhere": "running in another program", "stopped": "at rest"}
 HINTS = {
-    "preparing": "Preparing: the first run of a body compiles its kernels …",
     "queued": "Queued: it evolves when one of the runs before it ends or pauses.",
     "paused": "Paused. Space continues, n makes one generation, c changes an option, f forks.",
     "stopping": "Stopping after this generation; s again stops at once.",
@@ -36,6 +35,7 @@ HINTS = {
     "elsewhere": "Another program writes this run; here it is only watched. f forks a copy.",
 }
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
+TITLES = ("best of each generation", "each generation", "history")  # of the curves in the table
 VALUE = 9  # columns of a number
 NAME = 12
 LEAST_SPARK = 8
@@ -66,8 +66,11 @@ def status(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
     return line
 
 
-def hint(snapshot: Snapshot, state: str) -> str:
-    """Return what can be done in a state; '' while the run evolves."""
+def hint(snapshot: Snapshot, state: str, seconds: int = 0) -> str:
+    """Return what can be done in a state that lasts so long; '' while the run evolves."""
+    if state == "preparing":
+        passed = f"{seconds} s" if seconds < 60 else duration(seconds)
+        return f"Preparing for {passed}: the first run of a body compiles its kernels …"
     if state == "finished":
         return f"{snapshot.reason}. g goes further, r replays, e makes files."
     return HINTS.get(state, "")
@@ -98,7 +101,8 @@ def table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles)
     fit = (width - name - LEAST_SPARK - 2) // VALUE - 1
     top = snapshot.top[: max(fit, 0)]
     room = min(max(width - name - 2 - (1 + len(top)) * VALUE, 0), WIDEST_SPARK)
-    head = Text(" " * name + " " + _left("best of each generation", room), no_wrap=True, end="")
+    title = next((title for title in TITLES if len(title) <= room), "")
+    head = Text(" " * name + " " + _left(title, room), no_wrap=True, end="")
     for title in ("mean", *(f"#{rank + 1}" for rank in range(len(top)))):
         head.append(title.rjust(VALUE))
     head.stylize(styles["dim"])

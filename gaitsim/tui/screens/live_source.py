@@ -9,8 +9,8 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
-from gaitsim.live.protocol import Best, Event, Snapshot
-from gaitsim.runs.follow import HistoryBuffer
+from gaitsim.live.protocol import Best, Event, Snapshot, joined
+from gaitsim.runs.follow import HistoryBuffer, Rows
 from gaitsim.runs.snapshot import RunSnapshot
 
 EVENTS_KEPT = 200
@@ -24,25 +24,35 @@ class LiveState:
         course: the history.
         events: the latest ones.
         gap: whether rows are missing, so the history must be read again.
+        known: whether there has been a snapshot.
     """
 
     def __init__(self) -> None:
         self.snapshot = Snapshot("stopped")
         self.course = HistoryBuffer()
         self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
-        self.gap = False
+        self.gap = self.known = False
+        self._early: Rows = {}  # of generations after the gap
 
     def take(self, snapshot: Snapshot) -> None:
         """Add a snapshot."""
-        self.snapshot = snapshot
+        self.snapshot, self.known = snapshot, True
         self.events.extend(snapshot.events)
         if not self.course.extend(snapshot.rows):
-            self.gap = True
+            self._early = joined(self._early, snapshot.rows)
+        self.gap = len(self.course) < snapshot.generation
 
-    def reread(self, course: HistoryBuffer) -> None:
-        """Replace the history by one read from the run."""
-        if len(course) > len(self.course):
-            self.course, self.gap = course, False
+    def reread(self, found: Snapshot, course: HistoryBuffer) -> None:
+        """Replace the history by that of the run's folder, and the events up to its end."""
+        course.extend(self._early)
+        if len(course) <= len(self.course):
+            return
+        self.course, self._early = course, {}
+        self.gap = len(course) < self.snapshot.generation
+        later = [one for one in self.events if one.generation > found.generation]
+        warnings = [one for one in self.events if one.kind == "warning" and one not in later]
+        known = sorted([*found.events, *warnings], key=lambda event: event.generation)
+        self.events = deque([*known, *later], maxlen=EVENTS_KEPT)
 
 
 def about(run: Path) -> str:

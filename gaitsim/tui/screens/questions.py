@@ -1,12 +1,13 @@
-"""Small dialogs: a question with two answers, and one that takes a line of text."""
+"""Small dialogs: a question with two answers or several, and one that takes a line of text."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
+from textual.events import Key
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Static
 
@@ -48,6 +49,44 @@ class Confirm(ModalScreen[bool]):
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
         self.dismiss(event.button.id == "yes")
+
+
+class Choose(ModalScreen[str | None]):
+    """Ask a question with several answers; return the key of one, or None.
+
+    Args:
+        question: one sentence.
+        answers: labels by their keys; the first has the focus.
+        about: the consequences.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "dismiss", "Cancel", id="choose.cancel", tooltip="Leave it"),
+        Binding("left", "app.focus_previous", show=False),
+        Binding("right", "app.focus_next", show=False),
+    ]
+
+    def __init__(self, question: str, answers: Mapping[str, str], about: str = "") -> None:
+        super().__init__()
+        self._question, self._answers, self._about = question, answers, about
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog"):
+            yield from _heading(self._question, self._about)
+            with Horizontal(classes="dialog-buttons"):
+                for number, (key, label) in enumerate(self._answers.items()):
+                    text = Text.assemble((key, "underline"), f" {label}")
+                    variant = "default" if number else "primary"
+                    yield Button(text, variant=variant, id=f"choose-{key}")  # type: ignore[arg-type]
+                yield Button("Cancel", id="choose-cancel")
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        key = (event.button.id or "").removeprefix("choose-")
+        self.dismiss(key if key in self._answers else None)
+
+    def on_key(self, event: Key) -> None:
+        if event.key in self._answers:
+            self.dismiss(event.key)
 
 
 class Ask(ModalScreen[str | None]):

@@ -115,11 +115,13 @@ class CurvePlot(Cells):
 
     def style_of(self, index: int) -> Style:
         """Return the style of a curve."""
-        return self.ink_style(f"curves--{index % len(DARK) + 1}")
+        apart = self.series[index].apart
+        return self.ink_style("curves--axis" if apart else f"curves--{index % len(DARK) + 1}")
 
     def sample(self, index: int) -> Text:
         """Return a piece of a curve, as a legend shows it."""
-        return Text(curves.sample(index), Style(color=self.style_of(index).color))
+        piece = "───" if self.series[index].apart else curves.sample(index)
+        return Text(piece, Style(color=self.style_of(index).color))
 
     def place(self, column: int) -> float | None:
         """Return the place on the axis below that a column shows."""
