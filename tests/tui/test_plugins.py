@@ -4,6 +4,8 @@ import pytest
 from rich.console import Console
 
 from gaitsim.registry import EXPERIMENTS, KINDS, entries, options
+from gaitsim.tui.catalogue import read_catalogue
+from gaitsim.tui.widgets.plugin_view import plugin_view
 
 
 def shown(driver):
@@ -63,6 +65,44 @@ def test_options_are_told_in_full(look):
             assert part in text
         assert "works with  bit-puppet, puppet" in text
         assert "joint_angles, reach" in text
+
+    look(test)
+
+
+@pytest.mark.parametrize("width", [46, 84, 150])
+def test_no_width_breaks_a_word(width, puppets):
+    catalogue = read_catalogue()
+    colours = {"primary": "#00ff00", "error": "#ff0000"}
+    for kind, classes in catalogue.classes.items():
+        for name, plugin in classes.items():
+            console = Console(width=width, color_system=None)
+            with console.capture() as capture:
+                console.print(plugin_view(kind, name, catalogue, colours))
+            words = {*capture.get().replace("=", " ").split()}
+            for option, field in plugin.model_fields.items():
+                cells = option, options.default(field), options.meaning(field)
+                assert {*" ".join([*cells, options.allowed(field)]).split()} <= words, (name, cells)
+
+
+def test_the_list_is_filtered_by_words(look):
+    async def test(driver):
+        everything = keys(driver)
+        await go(driver, "mutation gaussian")
+        await driver.press("slash")
+        await driver.type("price reach")  # of an option, and of a name
+        assert keys(driver) == ["fitness puppet-reach"]
+        assert "price" in shown(driver)
+        await driver.press("enter", "y")
+        assert driver.app.clipboard == "gaitsim plugins show puppet-reach"
+        await driver.press("slash", "x", "x")
+        assert keys(driver) == []
+        assert "Nothing has all these words" in str(
+            driver.screen.query_one("#installed").get_option_at_index(0).prompt
+        )
+        assert driver.screen.command_line() == "gaitsim plugins list"
+        await driver.press("escape")
+        assert keys(driver) == everything
+        assert driver.app.focused.id == "installed"
 
     look(test)
 

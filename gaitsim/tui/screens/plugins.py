@@ -9,7 +9,7 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
-from textual.widgets import Header, OptionList, Static
+from textual.widgets import Header, Input, OptionList, Static
 from textual.widgets.option_list import Option
 
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
@@ -18,7 +18,7 @@ from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.conformance import checked, verdict_view
 from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.plugin_view import plugin_view, preset_view
+from gaitsim.tui.widgets.plugin_view import described, plugin_view, preset_view
 
 TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "presets"}
 NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
@@ -33,16 +33,19 @@ class Plugins(GaitScreen):
 
     SUB_TITLE = "installed"
     CSS_PATH = "plugins.tcss"
+    AUTO_FOCUS = "#installed"  # not the filter, which takes letters
     HELP_TEXT = """
 Everything that a run is made of comes from installed packages: the bundled ones and any others.
 On the left is what there is, a ✗ before what cannot be used; on the right where it comes from,
-what it is, and its options with their defaults and bounds.
+what it is, and its options with their defaults and bounds. / shows only what has all the words
+typed, in its name, kind, package, description or options.
 
 Enter begins a **new run** with a body or a preset. c **checks** whether the highlighted plugin
 keeps its contract, and says what to fix.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("n", "new", "New run", id="plugins.new", tooltip="A new run with it"),
+        Binding("slash", "filter", "Filter", id="plugins.filter", tooltip="Only those with words"),
         Binding("c", "check", "Check", id="plugins.check", tooltip="Does it keep its contract?"),
     ]
 
@@ -54,6 +57,7 @@ keeps its contract, and says what to fix.
 
     def compose(self) -> ComposeResult:
         yield Header()
+        yield Input(placeholder="words to look for", id="filter", compact=True)
         with Horizontal():
             yield OptionList(id="installed")
             with VerticalScroll(id="plugin"):
@@ -62,6 +66,7 @@ keeps its contract, and says what to fix.
 
     def on_mount(self) -> None:
         """List the names, which imports nothing; then load all plugins in a thread."""
+        self.query_one("#filter").display = False
         self._list()
         self._load()
 
@@ -77,22 +82,56 @@ keeps its contract, and says what to fix.
             )
 
     def _list(self) -> None:
-        menu = self.query_one("#installed", OptionList)
-        at, colours = menu.highlighted, self.app.theme_variables
+        menu, colours = self.query_one("#installed", OptionList), self.app.theme_variables
+        chosen = menu.highlighted_option
+        words = self.query_one("#filter", Input).value.casefold().split()
         self._found = {}
         rows: list[Option] = []
         for kind in (*KINDS, EXPERIMENTS):
-            rows.append(
-                Option(Text(TITLES[kind], style=f"bold {colours['secondary']}"), disabled=True)
-            )
+            heading = Text(TITLES[kind], style=f"bold {colours['secondary']}")
+            rows.append(Option(heading, disabled=True))
             for name, claims in entries(kind).items():
-                key = f"{kind} {name}"
-                self._found[key] = claims
-                rows.append(Option(Text(f" {self._mark(kind, name)}{visible(name)}"), id=key))
+                if all(word in self._words(kind, name, claims) for word in words):
+                    key = f"{kind} {name}"
+                    self._found[key] = claims
+                    rows.append(Option(Text(f" {self._mark(kind, name)}{visible(name)}"), id=key))
+            if rows[-1].disabled:
+                rows.pop()
         menu.clear_options()
-        menu.add_options(rows)
-        menu.highlighted = 1 if at is None else at
-        menu.focus()
+        menu.add_options(rows or [Option("Nothing has all these words.", disabled=True)])
+        kept = chosen is not None and chosen.id in self._found
+        menu.highlighted = menu.get_option_index(str(chosen.id)) if kept and chosen else 1
+        if not self._found:
+            self.query_one("#about-plugin", Static).update("")
+        self.refresh_bindings()
+
+    def _words(self, kind: str, name: str, claims: Sequence[Entry]) -> str:
+        """Return the text in which words are looked for."""
+        told = described(kind, name, self.catalogue) if self.catalogue else ""
+        packages = " ".join(claim.source for claim in claims)
+        return f"{name} {TITLES[kind]} {NOUNS.get(kind, kind)} {packages} {told}".casefold()
+
+    def action_filter(self) -> None:
+        box = self.query_one("#filter", Input)
+        box.display = True
+        box.focus()
+
+    @on(Input.Changed, "#filter")
+    def _filtered(self) -> None:
+        self._list()
+
+    @on(Input.Submitted, "#filter")
+    def _to_list(self) -> None:
+        self.query_one("#installed").focus()
+
+    def action_back(self) -> None:
+        """Take the filter away first."""
+        box = self.query_one("#filter", Input)
+        if box.display:
+            box.value, box.display = "", False
+            self.query_one("#installed").focus()
+        else:
+            super().action_back()
 
     def _mark(self, kind: str, name: str) -> str:
         bad = self.catalogue is not None and (kind, name) in self.catalogue.failures

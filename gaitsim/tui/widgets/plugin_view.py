@@ -1,8 +1,11 @@
 """A plugin in full: its documentation, its options, and what works with it."""
 
+import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from rich.console import Group, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -14,6 +17,8 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.catalogue import Catalogue
 from gaitsim.tui.widgets.toml_view import coloured
 
+TABLE = 76  # cells from which options stand in a table
+
 
 def plugin_view(
     kind: str, name: str, catalogue: Catalogue, colours: Mapping[str, str]
@@ -22,14 +27,26 @@ def plugin_view(
     plugin = catalogue.classes[kind].get(name)
     if plugin is None:
         return Text(visible_lines(str(catalogue.failure(kind, name))), style=colours["error"])
-    parts: list[RenderableType] = [Text(visible_lines(catalogue.about(kind, name)) + "\n")]
-    parts.append(_options(plugin, colours))
+    # Lines of a paragraph become one, which is wrapped at the width that there is.
+    about = re.sub(r"(?<!\n)\n(?=[^\s*-])", " ", catalogue.about(kind, name))
+    parts: list[RenderableType] = [Text(visible_lines(about) + "\n")]
+    parts.append(OptionTable(plugin, colours))
     facts = Table.grid(padding=(0, 2))
+    facts.add_column(no_wrap=True)
     for title, text in _facts(kind, name, plugin, catalogue):
         facts.add_row(Text(title, style="bold"), Text(visible(text)))
     if facts.row_count:
         parts += ["", facts]
     return Group(*parts)
+
+
+def described(kind: str, name: str, catalogue: Catalogue) -> str:
+    """Return what is said of a plugin or a preset, its options too, for a search."""
+    plugin = catalogue.classes.get(kind, {}).get(name)
+    if plugin is not None:
+        told = [f"{one} {options.meaning(field)}" for one, field in plugin.model_fields.items()]
+        return " ".join([catalogue.about(kind, name), *told])
+    return next((one.description for one in catalogue.presets if one.name == name), "")
 
 
 def _facts(
@@ -50,16 +67,35 @@ def _facts(
     return found
 
 
-def _options(plugin: type[Plugin], colours: Mapping[str, str]) -> RenderableType:
-    if not plugin.model_fields:
-        return Text("It has no options.", style="dim")
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style=f"bold {colours['primary']}")
-    for title in ("option", "default", "allowed", "meaning"):
-        table.add_column(title, overflow="fold")
-    for name, field in plugin.model_fields.items():
-        cells = (name, options.default(field), options.allowed(field), options.meaning(field))
-        table.add_row(*(Text(visible(cell)) for cell in cells))
-    return table
+@dataclass(frozen=True)
+class OptionTable:
+    """The options of a plugin: a table, or where words would break in it, one below the other."""
+
+    plugin: type[Plugin]
+    colours: Mapping[str, str]
+
+    def __rich_console__(self, console: Console, settings: ConsoleOptions) -> RenderResult:
+        rows = [
+            (name, options.default(field), options.allowed(field), options.meaning(field))
+            for name, field in self.plugin.model_fields.items()
+        ]
+        head = f"bold {self.colours['primary']}"
+        if not rows:
+            yield Text("It has no options.", style="dim")
+        elif settings.max_width < TABLE:
+            for name, default, allowed, meaning in rows:
+                line = Text.assemble((visible(name), head), " = ", visible(default))
+                yield line.append(visible(f"  {allowed}"), "dim")
+                yield Padding(Text(visible(meaning)), (0, 0, 0, 2))
+        else:
+            table = Table(box=None, padding=(0, 2, 0, 0), header_style=head)
+            for title in ("option", "default"):
+                table.add_column(title, no_wrap=True)
+            for title in ("allowed", "meaning"):
+                table.add_column(title, ratio=1)
+            for row in rows:
+                table.add_row(*(Text(visible(cell)) for cell in row))
+            yield table
 
 
 def preset_view(name: str, catalogue: Catalogue, colours: Mapping[str, str]) -> RenderableType:
