@@ -3,9 +3,9 @@
 import asyncio
 import socket
 import threading
-from collections.abc import Callable, Coroutine
+import time
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
 
 from gaitsim.live.commands import CommandQueue
 from gaitsim.live.protocol import read_command
@@ -35,45 +35,48 @@ class Hub:
         self._listener, self._commands, self._tend = listener, commands, tend
         self._greeting: Callable[[], bytes] = bytes
         self._clients: dict[asyncio.StreamWriter, float | None] = {}
-        self._loop = asyncio.new_event_loop()
-        self._work: set[asyncio.Task[None]] = set()
-        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._closing = asyncio.Event()
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._run()), daemon=True)
 
     def serve(self, greeting: Callable[[], bytes]) -> None:
         """Begin; the first line for a client is the `greeting`, with everything known."""
         self._greeting = greeting
         self._thread.start()
+        self._ready.wait()
 
     def write(self, line: bytes) -> None:
         """Send a line to all clients, from any thread; does not wait for them."""
-        self._loop.call_soon_threadsafe(self._send, line)
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._send, line)
 
     def close(self) -> None:
         """Send what is left, for a while, and end."""
-        closing = asyncio.run_coroutine_threadsafe(self._close(), self._loop)
-        with suppress(TimeoutError):
-            closing.result(2 * PATIENCE)
-        self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(PATIENCE)
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._closing.set)
+        self._thread.join(2 * PATIENCE)
 
-    def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        self._begin(self._listen())
-        self._begin(self._look_after())
-        self._loop.run_forever()
-
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
-        task = self._loop.create_task(work)
-        self._work.add(task)
-        task.add_done_callback(self._work.discard)
-
-    async def _listen(self) -> None:
-        await asyncio.start_unix_server(self._serve, sock=self._listener, limit=LONGEST_COMMAND)
-
-    async def _look_after(self) -> None:
-        while True:
+    async def _run(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        server = await asyncio.start_unix_server(
+            self._serve, sock=self._listener, limit=LONGEST_COMMAND
+        )
+        self._ready.set()
+        while not self._closing.is_set():
             self._tend()
-            await asyncio.sleep(TENDED_EVERY)
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._closing.wait(), TENDED_EVERY)
+        server.close()
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._finish(), PATIENCE)
+
+    async def _finish(self) -> None:
+        """Wait until the clients have what they were sent, and have gone."""
+        for writer in [*self._clients]:
+            with suppress(OSError):
+                writer.close()
+                await writer.wait_closed()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(self._greeting())
@@ -89,7 +92,7 @@ class Hub:
             writer.close()
 
     def _send(self, line: bytes) -> None:
-        now = self._loop.time()
+        now = time.monotonic()
         for writer, behind in [*self._clients.items()]:
             if writer.transport.get_write_buffer_size() == 0:
                 self._clients[writer] = None
@@ -100,14 +103,3 @@ class Hub:
                 writer.transport.abort()
                 continue
             writer.write(line)
-
-    async def _close(self) -> None:
-        for writer in self._clients:
-            writer.close()
-        waiting = [self._loop.create_task(self._finish(writer)) for writer in self._clients]
-        if waiting:
-            await asyncio.wait(waiting, timeout=PATIENCE)
-
-    async def _finish(self, writer: asyncio.StreamWriter) -> None:
-        with suppress(OSError):
-            await writer.wait_closed()

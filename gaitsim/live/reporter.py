@@ -144,7 +144,7 @@ class Reporter:
     def everything(self) -> bytes:
         """Return a line with all that is known but the rows, for a reader that comes later."""
         with self._lock:
-            known = self._known
+            known = self._known | self._values
         return write_snapshot(known)
 
     def _run(self) -> None:

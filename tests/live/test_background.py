@@ -1,0 +1,355 @@
+"""Processes that evolve runs in the background: their socket, their queue, their end."""
+
+import errno
+import json
+import os
+import random
+import signal
+import socket
+import stat
+import subprocess
+import sys
+import threading
+from contextlib import closing, suppress
+from pathlib import Path
+
+import pytest
+from waiting import until
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.live.background import evolving, kill, last_failure, send, start_detached, stop
+from gaitsim.live.commands import CommandQueue
+from gaitsim.live.hub import Hub
+from gaitsim.live.places import Place, places
+from gaitsim.live.presence import Presence, address
+from gaitsim.live.protocol import Command, Snapshot, read_snapshot
+from gaitsim.runs.background import (
+    LOCK,
+    SOCKET,
+    STATUS,
+    background_process,
+    background_processes,
+    runtime_file,
+)
+from gaitsim.runs.overview import overview
+from gaitsim.runs.snapshot import RunSnapshot
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
+SLOW = ("organism.pause=0.01",)
+
+
+def fingerprint(path):
+    return RunSnapshot(path).fingerprint()
+
+
+def plain(begun, generations, *overrides):
+    """The fingerprint of a run that this process evolves as far."""
+    from gaitsim.live.reporter import Reporter
+    from gaitsim.live.session import evolve_live
+
+    path = begun("plain", *overrides, generations=generations)
+    evolve_live(path, CommandQueue(), Reporter(lambda line: None))
+    return fingerprint(path)
+
+
+@pytest.fixture
+def connect():
+    """Connects to a run's process; returns a file of its lines."""
+    opened = []
+
+    def connect(path):
+        client = socket.socket(socket.AF_UNIX)
+        opened.append(client)
+        with address(runtime_file(path, SOCKET)) as name:
+            client.connect(name)
+        file = client.makefile("rwb")
+        opened.append(file)
+        return file
+
+    yield connect
+    for one in opened:
+        one.close()
+
+
+def test_two_clients_are_told_the_same_and_may_both_command(begun, connect):
+    path = begun("run", *SLOW, generations=100_000)
+    start_detached(path, paused=True)
+    until(lambda: evolving(path) == "paused")
+    first, second = connect(path), connect(path)
+    greetings = [json.loads(client.readline()) for client in (first, second)]
+    assert [greeting["state"] for greeting in greetings] == ["paused", "paused"]
+    assert greetings[0]["generations"] == 100_000
+    first.write(b'nonsense\n[[[[\n{"do": "fly"}\n{"do":"step"}\n')
+    first.flush()
+    seen = [Snapshot("preparing"), Snapshot("preparing")]
+    for index, client in enumerate((first, second)):
+        while seen[index].generation < 1 or seen[index].state != "paused":
+            seen[index] = read_snapshot(client.readline(), seen[index])
+    assert seen[0].top[0].score == seen[1].top[0].score
+    first.close()
+    send(path, Command("step"))
+    while seen[1].generation < 2:
+        seen[1] = read_snapshot(second.readline(), seen[1])
+    late = read_snapshot(connect(path).readline(), Snapshot("preparing"))
+    assert (late.generation, late.champion) == (2, seen[1].champion)
+    assert late.top
+    assert not late.rows
+    assert stop(path)
+    assert json.loads(second.readlines()[-1])["state"] == "stopped"
+    assert fingerprint(path) == plain(begun, 2, *SLOW)
+
+
+def test_three_runs_at_once_are_what_plain_runs_are(begun, monkeypatch):
+    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "3")
+    paths = [begun(f"run-{seed}", *SLOW, f"seed={seed}", generations=25) for seed in range(3)]
+    for path in paths:
+        start_detached(path, workers=1)
+    assert {process.run.name for process in background_processes()} <= {path.name for path in paths}
+    until(lambda: not background_processes())
+    for seed, path in enumerate(paths):
+        assert fingerprint(path) == plain(begun, 25, *SLOW, f"seed={seed}")
+
+
+def test_a_killed_process_loses_a_generation_at_most_and_its_socket_does_no_harm(begun):
+    path, drawn = begun("run", *SLOW, generations=100_000), random.Random(2)
+    for _ in range(3):
+        begun_at = RunSnapshot(path).generation
+        start_detached(path)
+        goal = begun_at + drawn.randrange(1, 9)
+        until(lambda goal=goal: RunSnapshot(path).generation >= goal)
+        seen = RunSnapshot(path).generation
+        kill(path)
+        until(lambda: evolving(path) is None)
+        assert runtime_file(path, SOCKET).exists()
+        assert RunSnapshot(path).generation >= seen
+        assert "killed or crashed" in str(last_failure(path))
+        assert overview(path).state == "failed"
+    start_detached(path)
+    until(lambda: evolving(path) == "running")
+    assert last_failure(path) is None
+    stop(path)
+    assert not runtime_file(path, SOCKET).exists()
+    done = RunSnapshot(path)
+    assert done.fingerprint() == plain(begun, done.generation, *SLOW)
+
+
+def test_one_process_evolves_a_run_however_many_are_begun(begun):
+    path = begun("run", *SLOW, generations=100_000)
+    link = Path("link")
+    link.symlink_to(path)
+    answers = []
+
+    def start(name):
+        try:
+            answers.append(start_detached(name))
+        except GaitsimError as error:
+            answers.append(str(error))
+
+    threads = [threading.Thread(target=start, args=[name]) for name in (path, link, path)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    (pid,) = [answer for answer in answers if isinstance(answer, int)]
+    assert background_process(link).pid == pid
+    assert all("background" in answer for answer in answers if answer != pid)
+
+
+def test_a_queue_is_in_order_and_a_paused_run_gives_its_place_up(begun, monkeypatch):
+    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
+    first, second, third = [begun(name, *SLOW, generations=100_000) for name in "abc"]
+    for path in (first, second, third):
+        start_detached(path)
+    until(lambda: evolving(first) == "running")
+    until(lambda: [evolving(second), evolving(third)] == ["queued", "queued"])
+    send(first, Command("pause"))
+    until(lambda: evolving(second) == "running")
+    assert (evolving(first), evolving(third)) == ("paused", "queued")
+    send(first, Command("go"))
+    until(lambda: evolving(first) == "queued")
+    kill(second)
+    until(lambda: evolving(third) == "running")
+    assert evolving(first) == "queued"
+    stop(third)
+    until(lambda: evolving(first) == "running")
+
+
+class TestPlaces:
+    def test_tickets_are_served_in_order(self, tmp_path):
+        waiting = [Place(tmp_path, 2) for _ in range(4)]
+        assert [place.take() for place in waiting] == [True, True, False, False]
+        waiting[1].leave()
+        assert [place.take() for place in waiting] == [True, False, True, False]
+        waiting[0].leave()
+        assert [waiting[index].take() for index in (3, 1)] == [True, False]
+
+    def test_tickets_of_dead_processes_do_not_count(self, tmp_path):
+        (tmp_path / "queue").mkdir()
+        (tmp_path / "queue" / "000000000007").touch()
+        first, second = Place(tmp_path, 1), Place(tmp_path, 1)
+        assert first.take()
+        assert not second.take()
+        assert sorted(path.name for path in (tmp_path / "queue").iterdir()) == [
+            "000000000008",
+            "000000000009",
+        ]
+
+    def test_a_broken_folder_lets_every_run_evolve(self, tmp_path):
+        (tmp_path / "queue").touch()
+        assert Place(tmp_path, 1).take()
+        assert Place(tmp_path, 1).take()
+
+    @pytest.mark.parametrize("given", ["0", "-1", "two", "1.5", "²"])
+    def test_an_invalid_number_is_refused(self, monkeypatch, given):
+        monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", given)
+        with pytest.raises(GaitsimError, match="GAITSIM_BACKGROUND_RUNS"):
+            places()
+
+
+class TestHub:
+    @pytest.fixture
+    def hub(self, tmp_path):
+        listener = socket.socket(socket.AF_UNIX)
+        with address(tmp_path / "hub") as name:
+            listener.bind(name)
+        listener.listen()
+        commands = CommandQueue()
+        hub = Hub(listener, commands)
+        hub.serve(lambda: b"hello\n")
+        hub.commands, hub.path = commands, tmp_path / "hub"
+        yield hub
+        hub.close()
+
+    def client(self, hub):
+        client = socket.socket(socket.AF_UNIX)
+        client.settimeout(60)
+        with address(hub.path) as name:
+            client.connect(name)
+        assert client.recv(6) == b"hello\n"
+        return client
+
+    def test_a_client_that_does_not_read_is_dropped_and_others_are_served(self, hub, monkeypatch):
+        monkeypatch.setattr("gaitsim.live.hub.PATIENCE", 0.2)
+        with closing(self.client(hub)) as slow, closing(self.client(hub)) as quick:
+            quick_file = quick.makefile("rb")
+            line = b"x" * 2**20 + b"\n"
+
+            def served():
+                hub.write(line)
+                assert quick_file.readline() == line
+                return len(hub._clients) == 1
+
+            until(served)
+            quick_file.close()
+            assert received_by(slow) < 2**22
+
+    def test_a_line_without_end_is_cut_off(self, hub):
+        with closing(self.client(hub)) as client, pytest.raises(OSError, match=r"reset|Broken"):
+            client.sendall(b"x" * 2**27)
+        with closing(self.client(hub)) as other:
+            other.sendall(b'{"do":"stop"}\n')
+            until(lambda: hub.commands.next(lambda state: None) == Command("stop"))
+
+
+def received_by(client):
+    """The number of bytes that a client receives until its connection ends."""
+    received = 0
+    with suppress(ConnectionResetError):
+        while data := client.recv(2**20):
+            received += len(data)
+    return received
+
+
+class TestRuntimeFolder:
+    def test_it_is_private(self, begun, runtime_folder):
+        with closing(Presence(begun()).listener):
+            assert stat.S_IMODE(runtime_folder.stat().st_mode) == 0o700
+
+    @pytest.mark.parametrize("mode", [0o750, 0o707, 0o777])
+    def test_one_that_others_may_open_is_refused_and_not_believed(
+        self, begun, runtime_folder, mode
+    ):
+        path = begun()
+        presence = Presence(path)
+        assert evolving(path) == "preparing"
+        runtime_folder.chmod(mode)
+        assert evolving(path) is None
+        with pytest.raises(GaitsimError, match="0700"):
+            start_detached(path)
+        presence.listener.close()
+
+    @pytest.mark.parametrize("kind", ["file", "link", "missing parent"])
+    def test_one_that_cannot_be_used_is_refused(self, begun, tmp_path, monkeypatch, kind):
+        folder = tmp_path / "here"
+        if kind == "file":
+            folder.touch()
+        elif kind == "link":
+            (tmp_path / "target").mkdir(0o700)
+            folder.symlink_to(tmp_path / "target")
+        else:
+            (tmp_path / "parent").touch()
+            folder = tmp_path / "parent" / "here"
+        monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(folder))
+        with pytest.raises(GaitsimError, match="GAITSIM_RUNTIME_DIR"):
+            start_detached(begun())
+        assert evolving(Path("run")) is None
+        assert background_processes() == []
+
+    def test_long_paths_do_no_harm(self, begun, tmp_path, monkeypatch):
+        deep = Path(*(["a long name of a folder " * 5] * 3))
+        monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path / ("r" * 60) / ("s" * 60)))
+        path = begun(deep / "run", *SLOW, generations=100_000)
+        start_detached(path)
+        until(lambda: evolving(path) == "running")
+        assert stop(path)
+
+    @pytest.mark.parametrize("text", ["", "[]", "nonsense", "[" * 100_000, '{"pid": "x"}'])
+    def test_a_status_that_is_none_is_ignored(self, begun, runtime_folder, text):
+        path = begun()
+        runtime_folder.mkdir(0o700)
+        runtime_file(path, STATUS).write_text(text)
+        assert evolving(path) is None
+        assert background_processes() == []
+        assert overview(path).state in ("stopped", "failed")
+
+
+def test_a_full_disk_ends_the_run_with_a_message(begun, monkeypatch):
+    """Of a file system, here a limit on the size of files."""
+    path = begun("run", *SLOW, generations=100_000)
+    code = (
+        "import resource, signal, sys\nfrom pathlib import Path\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, resource.RLIM_INFINITY))\n"
+        "from gaitsim.live.background import start_detached\nstart_detached(Path('run'))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+    until(lambda: evolving(path) is None)
+    assert os.strerror(errno.EFBIG) in str(last_failure(path))
+    assert overview(path).state == "failed"
+    start_detached(path)
+    until(lambda: RunSnapshot(path).generation > 20)
+    stop(path)
+    done = RunSnapshot(path)
+    assert done.fingerprint() == plain(begun, done.generation, *SLOW)
+
+
+def test_sigterm_before_its_turn_stops_a_run(begun, monkeypatch):
+    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
+    first, second = begun("first", *SLOW, generations=100_000), begun("second", *SLOW)
+    start_detached(first)
+    until(lambda: evolving(first) == "running")
+    pid = start_detached(second)
+    os.kill(pid, signal.SIGTERM)
+    until(lambda: evolving(second) is None)
+    assert last_failure(second) is None
+    assert RunSnapshot(second).generation == 0
+
+
+def test_a_run_that_is_gone_cannot_be_begun(begun):
+    with pytest.raises(RunError, match="deleted or moved"):
+        Presence(Path("gone"))
+    with pytest.raises(GaitsimError, match="deleted or moved"):
+        start_detached(Path("gone"))
+    assert not Path("gone").exists()
+    assert background_process(Path("gone")) is None
+    assert not runtime_file(Path("gone"), LOCK).with_suffix(STATUS).exists()
