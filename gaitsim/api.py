@@ -17,6 +17,7 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
 from gaitsim.individual import Individual
+from gaitsim.live.control import BackgroundControls
 from gaitsim.render.notebook import RunViews, picture
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.files.folder import create_run, find_run
@@ -155,7 +156,7 @@ class Search(ReprMixin, Iterator[Generation]):
         }
 
 
-class Run(RunViews, ReprMixin):
+class Run(RunViews, BackgroundControls, ReprMixin):
     """A run on disk. Its attributes are read again each time, as it may be growing.
 
     Attributes:

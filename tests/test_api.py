@@ -13,6 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
+from waiting import until
 
 import gaitsim as gs
 from gaitsim.experiment import load_experiment
@@ -208,6 +209,21 @@ def test_a_run_resumes_from_python_to_the_same_bits(tmp_path: Path, walked: gs.S
     # Another option begins a stage.
     (fifth,) = again.resume(5, set={"mutation.rate": 0.5})
     assert fifth.progress.stage == 2
+
+
+def test_a_run_is_evolved_and_stopped_in_the_background(tmp_path: Path) -> None:
+    out, many = tmp_path / "run", 1_000_000
+    run = gs.evolve("millipede", population=11, generations=many, out=out).run
+    with pytest.raises(gs.GaitsimError, match="rat"):
+        run.detach(set={"mutation.rat": 1})
+    run.detach(set={"seed": 3})
+    until(lambda: run.generation > 0)
+    assert run.state == "running"
+    assert run.stop()
+    assert (run.state, run.failure) == ("stopped", None)
+    again = gs.evolve(run.experiment, generations=run.generation, out=tmp_path / "again")
+    assert [*again][-1].number == run.generation
+    assert again.run.fingerprint() == run.fingerprint()
 
 
 def test_a_hand_edit_is_a_warning_when_the_run_resumes(tmp_path: Path) -> None:

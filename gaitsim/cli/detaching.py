@@ -7,13 +7,18 @@ from gaitsim.cli.console import echo, output, print_json
 from gaitsim.cli.summary import summarise
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Overrides
-from gaitsim.live.background import evolving, last_failure, send, start_detached
+from gaitsim.live.background import (
+    check_detached,
+    evolving,
+    last_failure,
+    send,
+    start_detached,
+)
 from gaitsim.live.places import places
 from gaitsim.live.protocol import Command
 from gaitsim.runs.background import background_process, make_runtime_folder
 from gaitsim.runs.files.folder import RUNS, command, find_run
-from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.resume import plan_resume, stop_reason_of
+from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
 FIRST_MOMENTS = 1.0  # seconds in which a process that fails is reported by the one that began it
@@ -61,14 +66,7 @@ def evolve_detached(
         send(path, Command("go"))
         _report(path, "running", json)
         return
-    RunLock(path).release()
-    # Refused here rather than when its turn comes.
-    plan_resume(
-        RunSnapshot(path, keep_damaged=True),
-        overrides,
-        generations=generations,
-        any_version=any_version,
-    )
+    check_detached(path, overrides, generations, any_version=any_version)
     start_detached(
         path,
         generations=generations,

@@ -22,9 +22,13 @@ from gaitsim.runs.background import (
     last_failure,
     runtime_file,
 )
+from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.resume import plan_resume
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import text
 
 __all__ = [
+    "check_detached",
     "evolving",
     "kill",
     "last_failure",
@@ -43,6 +47,24 @@ def evolving(run: Path) -> State | None:
     """Return the state of the process that evolves a run in the background; None without one."""
     found = background_process(run)
     return found.state if found else None
+
+
+def check_detached(
+    run: Path,
+    overrides: Overrides | None = None,
+    generations: int | None = None,
+    *,
+    any_version: bool = False,
+) -> None:
+    """Check at once that a run can be evolved, rather than when its turn comes.
+
+    Raises:
+        ExperimentError: the experiment has problems, or would have them with the overrides.
+        RunError: a process evolves the run, or it would not continue under these options.
+    """
+    RunLock(run).release()
+    found = RunSnapshot(run, keep_damaged=True)
+    plan_resume(found, overrides, generations=generations, any_version=any_version)
 
 
 def start_detached(
