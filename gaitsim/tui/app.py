@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual import work
-from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.events import Key
@@ -25,6 +24,7 @@ from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.themes import DEFAULT, THEMES
+from gaitsim.tui.vi import ViKeys
 
 if TYPE_CHECKING:
     from gaitsim.tui.builder import ExperimentBuilder
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _PLAIN = PlainText()
 
 
-class GaitsimApp(App[None]):
+class GaitsimApp(ViKeys):
     """The app: assemble, watch, steer and replay runs.
 
     Screens are imported when they are first shown, so the first paint does not wait for

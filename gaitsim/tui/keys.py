@@ -17,6 +17,7 @@ import gaitsim.tui
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.toml import literal
 from gaitsim.tui.config import Config
+from gaitsim.tui.vi import PREFIX
 
 MODIFIERS = {"ctrl", "shift", "alt", "meta", "super", "hyper"}
 KEYS = (
@@ -85,7 +86,9 @@ def _clashes(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimErro
         known = {binding.id: _keys(binding.key) for binding in [*apps, *own]}
         for one, other in combinations(sorted(known), 2):
             chosen = [_keys(given.get(name, "")) or known[name] for name in (one, other)]
-            both = chosen[0] & chosen[1]
+            # The keys of lists give way to those of a screen, unless a user chose them.
+            yields = any(name.startswith(PREFIX) and name not in given for name in (one, other))
+            both = set() if yields else chosen[0] & chosen[1]
             # Those that share a key by default work in turn, such as pause and go.
             if both and not known[one] & known[other]:
                 found[one, other] = GaitsimError(

@@ -12,11 +12,13 @@ import pytest
 from textual.binding import Binding
 from textual.widgets import Input, Static
 from textual.widgets._footer import FooterKey
+from waiting import strips
 
 import gaitsim.tui
 from gaitsim.tui.commands import Commands, unmarked
 from gaitsim.tui.config import read_config
 from gaitsim.tui.jump import targets
+from gaitsim.tui.keys import problems
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.themes import THEMES
@@ -161,13 +163,76 @@ class TestHelp:
             assert "home.compare" not in cells[2]
             row = cells[2].index("home.delete")
             assert cells[0][row] == "d del"
-            assert cells[1][row] == "Delete: for good"
+            assert cells[1][row] == "Delete: for good, after asking"
             assert cells[1][cells[2].index("app.help")] == "Help: what this screen can do"
-            assert cells[1][cells[2].index("home.mark")] == "Mark it to compare it"
+            assert cells[1][cells[2].index("home.mark")] == "Mark: for what works on several"
             await driver.press("escape")
             await driver.at("Home")
 
         drive(test)
+
+    def test_a_click_on_a_key_presses_it(self, walk, drive):
+        walk()
+
+        async def test(driver):
+            await driver.press("question_mark")
+            await driver.at("Help")
+            table = driver.screen.query_one("#help-keys")
+            lines = [strip.text for strip in strips(table)]
+            row = next(row for row, line in enumerate(lines) if "home.plugins" in line)
+            driver.screen.query_one("#help").scroll_to(y=row, animate=False)
+            await driver.pilot.pause()
+            await driver.pilot.click(table, offset=(20, row))
+            await driver.at("Plugins")
+
+        drive(test)
+
+
+class TestViKeys:
+    def test_they_move_in_tables_and_lists_but_not_in_fields(self, walk, drive, config):
+        for name in "abcd":
+            walk(name, 0)
+
+        async def test(driver):
+            table = driver.screen.query_one("#runs")
+            places = []
+            for key in ("j", "j", "b", "G", "g", "ctrl+d", "ctrl+u"):
+                await driver.press(key)
+                places.append(table.cursor_row)
+            assert places == [1, 2, 1, 3, 0, 3, 0]
+            assert {"list.down", "list.up"} <= driver.offered()
+            await driver.press("slash")
+            await driver.type("jkgGb")
+            assert driver.screen.query_one("#filter", Input).value == "jkgGb"
+            await driver.press("escape", "e")
+            await driver.at("Home")  # no generation to export yet
+            await driver.press("p")
+            await driver.at("Plugins")
+            menu = driver.screen.query_one("#installed")
+            before = menu.highlighted
+            await driver.press("j")
+            assert menu.highlighted > before
+
+        drive(test, config=config('[keys]\nlist.up = "b"'))
+
+    def test_they_move_in_dialogs(self, walk, drive, config):
+        walk()
+
+        async def test(driver):
+            await driver.press("question_mark")
+            text = (await driver.at("Help")).query_one("#help")
+            await driver.press("G")
+            await driver.until(lambda: text.scroll_y == text.max_scroll_y > 0)
+            await driver.press("h")
+            await driver.until(lambda: text.scroll_y == text.max_scroll_y - 1)
+
+        drive(test, config=config('[keys]\nlist.up = "h"'))
+
+    def test_the_keys_of_screens_come_first(self, config):
+        given = '[keys]\nhome.delete = "ctrl+d"\nlist.up = "n"'
+        found = "\n".join(map(str, problems(config(given))))
+        assert "the key n is given to home.new and to list.up" in found
+        assert "ctrl+d" not in found
 
 
 class TestPalette:

@@ -1,7 +1,8 @@
-"""The help of a screen: its purpose, and all keys that work now."""
+"""The help of a screen: all keys that work now, which a click presses, and its purpose."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
+from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
@@ -11,6 +12,7 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Markdown, Static
 
 from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.vi import PREFIX
 
 
 class Help(ModalScreen[None]):
@@ -33,29 +35,45 @@ class Help(ModalScreen[None]):
         with VerticalScroll(classes="dialog", id="help") as scroll:
             scroll.border_title = "Help"
             scroll.border_subtitle = "esc closes"
-            yield Markdown(self._text.strip())
             yield Static(self._keys, id="help-keys")
+            yield Markdown(self._text.strip())
+
+    def action_press(self, key: str) -> None:
+        """Close the help, and press a key on the screen below."""
+        self.dismiss()
+        self.call_after_refresh(self.app.simulate_key, key)
+
+
+class _Row(NamedTuple):
+    """An action: the keys as they are shown, the first one's name, its meaning and its id."""
+
+    shown: list[str]
+    key: str
+    about: str
+    name: str
 
 
 def _keys(screen: Screen[Any]) -> Table:
     """Return a table of actions: keys, meaning, and the id for the config file."""
-    rows: dict[tuple[str, str], tuple[list[str], str, str]] = {}
+    rows: dict[tuple[str, str], _Row] = {}
     for _, binding, enabled, tooltip in screen.active_bindings.values():
         if enabled and binding.description:
             key = screen.app.get_key_display(binding)
             about = _about(binding.description, tooltip or binding.tooltip)
             row = rows.setdefault(
-                (binding.action, binding.description), ([], about, binding.id or "")
+                (binding.action, binding.description),
+                _Row([], binding.key, about, binding.id or ""),
             )
-            if key not in row[0]:
-                row[0].append(key)
+            if key not in row.shown:
+                row.shown.append(key)
     table = Table(box=None, padding=(0, 2, 0, 0), expand=True)
     table.add_column("key", style="bold", no_wrap=True)
     table.add_column("what it does", ratio=1)
     table.add_column("id for config.toml", style="dim", no_wrap=True)
-    # First the keys of this app, then those of Textual, which have no ids.
-    for keys, about, name in sorted(rows.values(), key=lambda row: not row[2]):
-        table.add_row(Text(" ".join(keys)), Text(about), Text(name))
+    # First the keys of the screen, then those of lists, and those of Textual, which have no ids.
+    for row in sorted(rows.values(), key=lambda row: (not row.name, row.name.startswith(PREFIX))):
+        style = Style(meta={"@click": f"screen.press({row.key!r})"})
+        table.add_row(Text(" ".join(row.shown), style), Text(row.about, style), Text(row.name))
     return table
 
 

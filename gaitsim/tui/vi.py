@@ -1,0 +1,82 @@
+"""The keys of vi in lists, tables and texts that scroll: j, k, g, G, Ctrl-D and Ctrl-U."""
+
+from itertools import starmap
+from typing import ClassVar
+
+from textual.app import App
+from textual.binding import Binding, BindingType, Keymap
+from textual.containers import ScrollableContainer
+from textual.events import Key
+from textual.widget import Widget
+from textual.widgets import DataTable, OptionList
+
+PREFIX = "list."  # of the ids
+# The actions of each kind of widget.
+_WAYS = ("down", "up", "first", "last", "page_down", "page_up")
+_LIST = ("cursor_down", "cursor_up", "first", "last", "page_down", "page_up")
+_TABLE = ("cursor_down", "cursor_up", "scroll_top", "scroll_bottom", "page_down", "page_up")
+_TEXT = ("scroll_down", "scroll_up", "scroll_home", "scroll_end", "page_down", "page_up")
+
+
+_KEYS = dict(zip(_WAYS, ("j", "k", "g", "G", "ctrl+d", "ctrl+u"), strict=True))
+
+
+def _id(way: str) -> str:
+    return PREFIX + way.replace("_", "-")
+
+
+def _binding(way: str, key: str) -> Binding:
+    about = way.replace("_", " ").capitalize()
+    return Binding(
+        key, f"vi('{way}')", about, show=False, id=_id(way), tooltip=f"{about} in a list"
+    )
+
+
+class ViKeys(App[None]):
+    """An app in which the keys of vi move, where nothing else has the key.
+
+    The keys of a screen and letters in a field come first.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [*starmap(_binding, _KEYS.items())]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._chosen: Keymap = {}
+
+    def set_keymap(self, keymap: Keymap) -> None:
+        super().set_keymap(keymap)
+        self._chosen = keymap
+
+    def action_vi(self, way: str) -> None:
+        """Move in the widget that has the focus."""
+        action = _moves(self.focused).get(way)
+        if action is not None:
+            getattr(self.focused, f"action_{action}")()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "vi":
+            return bool(_moves(self.focused))
+        return super().check_action(action, parameters)
+
+    def on_key(self, event: Key) -> None:
+        """Move in a dialog, too, where the keys of an app do not work."""
+        if not self.screen.is_modal or event.key in self.screen.active_bindings:
+            return
+        for way, key in _KEYS.items():
+            if event.key in self._chosen.get(_id(way), key).split(","):
+                event.prevent_default()
+                self.action_vi(way)
+
+
+def _moves(widget: Widget | None) -> dict[str, str]:
+    """Return the actions by which a widget moves, by their way; {} where it does not."""
+    if widget is None or widget.check_consume_key("j", "j"):  # it takes letters
+        return {}
+    if isinstance(widget, DataTable):
+        return dict(zip(_WAYS, _TABLE, strict=True))
+    if isinstance(widget, OptionList):
+        return dict(zip(_WAYS, _LIST, strict=True))
+    if isinstance(widget, ScrollableContainer):
+        return dict(zip(_WAYS, _TEXT, strict=True))
+    return {}
