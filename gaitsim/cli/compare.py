@@ -17,6 +17,7 @@ from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.render.plots.convergence import plot_convergence
 from gaitsim.runs.files.folder import command, create_folder
+from gaitsim.runs.files.lock import RunLock
 from gaitsim.study.comparison import (
     FIGURE,
     REPORT,
@@ -74,12 +75,15 @@ def compare(
     name = "-against-".join(one.name for one in loaded.values())[:150]
     with cluster(dask, workers) as executor:
         folder = create_folder(out or Path("comparisons") / name, texts)
+        lock = RunLock(folder)  # shows that it is being worked on
         with all_or_nothing():
             try:
                 findings = analyse(_samples(loaded, repeats, workers, executor, quiet=json), target)
             except BaseException:
                 rmtree(folder, ignore_errors=True)
                 raise
+            finally:
+                lock.release()
     shown = f"./{folder}" if str(folder).startswith("-") else folder
     options = ["--repeats", repeats, *(["--target", target] if target is not None else [])]
     again = command("compare", *(f"{shown}/{text}" for text in texts), *options)

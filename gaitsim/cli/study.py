@@ -19,11 +19,9 @@ from gaitsim.evaluation import Executor
 from gaitsim.render.plots.surfaces import plot_surfaces
 from gaitsim.runs.files.folder import check_links, command, create_folder
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.study.file import Cell, Study, cells, read_study, resolved
+from gaitsim.study.file import STUDY, Cell, Study, cells, read_study, resolved
 from gaitsim.study.results import RULE, TABLE, summary, title, write_results
 from gaitsim.study.running import results, run_cells
-
-STUDY = "study.toml"
 
 
 def study(

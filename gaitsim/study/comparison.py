@@ -245,7 +245,8 @@ def report(findings: Findings, command: str) -> str:
     for title, columns, rows in tables(findings):
         lines += [f"## {title}", "", *markdown(columns, rows), ""]
     lines += [
-        "A12 is how often a score of the first exceeds one of the second; 0.5 means neither does.",
+        "A12 is how often a score of the first exceeds one of the second, ties half; with 0.5, "
+        "neither tends to be higher.",
         "",
         f"![Best score against evaluations]({FIGURE})",
         "",

@@ -24,6 +24,7 @@ SCHEMA = 1
 MOST_CELLS = 100_000
 MOST_SCORES = 50_000_000  # of all cells, repeats and recorded generations: 400 MB
 _MOST_PROBLEMS = 20
+STUDY = "study.toml"  # the file of a study in its folder
 EXPERIMENT = "experiment"  # the axis that every study has
 STATISTICS = ("mean", "std", "median", "q25", "q75", "min", "max")
 RESERVED = (EXPERIMENT, "generation", "evaluations", "repeats", *STATISTICS)

@@ -181,10 +181,11 @@ class GaitsimApp(ViKeys):
 
         self.push_screen(Files(run))
 
-    def begin_task(self, arguments: Sequence[str]) -> None:
+    def begin_task(self, arguments: Sequence[str]) -> Task:
         """Run a gaitsim command in the background."""
         task = self.tasks.begin(arguments)
         self.notify(task.command, title="In the background; t shows it", markup=False)
+        return task
 
     @work(group="leaving", exclusive=True)
     async def leave(self, screen: Screen[None]) -> None:

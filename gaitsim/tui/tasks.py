@@ -73,7 +73,7 @@ class Task:
         """The reason why it failed."""
         if self.error is not None:
             return visible_lines(str(self.error))
-        return "\n".join(self.notices[-8:]) or "it ended without a message"
+        return "\n".join(self.notices[-8:] or self.output[:8]) or "it ended without a message"
 
     @property
     def seconds(self) -> float:

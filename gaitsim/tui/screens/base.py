@@ -9,7 +9,7 @@ from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.tasks import Tasks
+from gaitsim.tui.tasks import Task, Tasks
 
 if TYPE_CHECKING:
     from gaitsim.tui.builder import ExperimentBuilder
@@ -51,7 +51,7 @@ class Navigator(Protocol):
         self, run: Path, generation: int | None = None, others: Sequence[Path] = ()
     ) -> object: ...
     def open_files(self, run: Path) -> None: ...
-    def begin_task(self, arguments: Sequence[str]) -> None: ...
+    def begin_task(self, arguments: Sequence[str]) -> Task: ...
     def leave(self, screen: Screen[None]) -> object: ...
     def tell(self, error: GaitsimError) -> None: ...
     def palette(self) -> Iterable[PaletteCommand]: ...
@@ -70,7 +70,11 @@ class GaitScreen(Screen[None]):
     HELP_TEXT: ClassVar[str] = ""
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "back", "Back", id="screen.back", tooltip="To the screen before this"),
-    ]
+        Binding("u", "studies", "Studies", show=False, id="screen.studies",
+                tooltip="Sweeps and comparisons over repeats"),
+        Binding("v", "verify", "Verify", show=False, id="screen.verify",
+                tooltip="Reproduce generations of the run, and compare every bit"),
+    ]  # fmt: skip
 
     @property
     def gaitsim(self) -> Navigator:
@@ -80,6 +84,11 @@ class GaitScreen(Screen[None]):
     def command_line(self) -> str:
         """Return the command line that does the same as this screen; '' for none."""
         return ""
+
+    @property
+    def run_to_verify(self) -> Path | None:
+        """The run that the screen is about, if it has a generation to reproduce."""
+        return None
 
     def palette(self) -> Iterable[PaletteCommand]:
         """Return the commands without a key that work now."""
@@ -104,6 +113,19 @@ class GaitScreen(Screen[None]):
         ours = (worker for worker in self.workers if worker.node is self)
         return any(worker.group == group and worker.is_running for worker in ours)
 
+    def action_studies(self) -> None:
+        """Show studies and comparisons."""
+        from gaitsim.tui.screens.studies import Studies
+
+        self.app.push_screen(Studies())
+
+    def action_verify(self) -> None:
+        """Reproduce generations of the run, and compare every bit."""
+        from gaitsim.tui.screens.verify import Verify
+
+        if self.run_to_verify is not None:
+            self.app.push_screen(Verify(self.run_to_verify))
+
     def action_back(self) -> None:
         """Go back to the screen before this one."""
         self.gaitsim.leave(self)
@@ -119,6 +141,8 @@ class GaitScreen(Screen[None]):
         """Return whether an action works now."""
         if action == "back":
             return len(self.app.screen_stack) > 1
+        if action == "verify":
+            return self.is_mounted and self.run_to_verify is not None
         if self.is_mounted and self.obstacle(action):
             return False
         return super().check_action(action, parameters)

@@ -1,5 +1,6 @@
 """Compare: the curves of several runs over each other, and the options in which they differ."""
 
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from textual.widgets import DataTable, Header, Static
 
 from gaitsim.render.terminal.curve_view import compared
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.study.compare_runs import (
     AXES,
     QUANTITIES,
@@ -52,6 +53,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
   population, a generation costs more.
 - Below, what became of each run, and the options in which they differ. Where one was changed on
   the way, the table names the generation, and the curves have a dotted line there.
+- Two runs are two throws of a die. **Statistics** repeats their experiments, and tests the scores.
 - Left and right choose a run; **open** it, or **replay** its champion, beside that of the other
   run where there are two.
 """
@@ -62,6 +64,8 @@ Runs over each other, as far as each has come; those that are evolved now grow.
                 tooltip="By generation, evaluations, or seconds"),
         Binding("r", "replay", "Replay", id="compare.replay",
                 tooltip="See the champion move, beside the other's where there are two"),
+        Binding("s", "statistics", "Statistics", id="compare.statistics",
+                tooltip="Repeat their experiments, with tests and intervals"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Compare {
@@ -214,11 +218,27 @@ Runs over each other, as far as each has come; those that are evolved now grow.
             others = [one.path for one in self._courses if one is not run]
             self.gaitsim.open_replay(run.path, beside=others[0] if len(others) == 1 else None)
 
+    @work(group="ask")
+    async def action_statistics(self) -> None:
+        from gaitsim.tui.screens.study_dialog import COMPARISON, StudyDialog
+
+        experiments = shlex.join(str(one.path / EXPERIMENT) for one in self._courses)
+        dialog = StudyDialog(COMPARISON, {"experiments": experiments})
+        arguments = await self.app.push_screen_wait(dialog)
+        if arguments:
+            self.gaitsim.begin_task(arguments)
+            self.action_studies()
+
     def action_quantity(self) -> None:
         self.quantity = _after(QUANTITIES, self.quantity)
 
     def action_by(self) -> None:
         self.by = _after(AXES, self.by)
+
+    @property
+    def run_to_verify(self) -> Path | None:
+        run = self._chosen
+        return run.path if run is not None and run.generation else None
 
     def command_line(self) -> str:
         first, *others = self._paths
@@ -228,6 +248,8 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         match action:
             case "quantity" | "by":
                 return any(one.history for one in self._courses)
+            case "statistics":
+                return len(self._courses) > 1
             case "replay":
                 run = self._chosen
                 return run is not None and run.champion is not None

@@ -44,6 +44,7 @@ followed as they go.
   **replay** two side by side. **Stop** and **delete** work on all that are marked.
 - **Export** gait files, plots, videos and analyses of a run in the background.
 - Give a run a **note** or another **name**.
+- **Verify** a run with `v`; `u` shows **studies** and comparisons over repeats.
 - A click on a column's title, or `s`, sorts by it.
 - `/` shows only runs that have all the words typed, in name, plugins, state or note:
   `spider running`.
@@ -191,6 +192,11 @@ followed as they go.
         box.value, box.display = "", False
         self.filter = ""
         self.set_focus(self._table)
+
+    @property
+    def run_to_verify(self) -> Path | None:
+        run = self.current()
+        return run.path if run and run.generation and run.problem is None else None
 
     def command_line(self) -> str:
         run = self.current()

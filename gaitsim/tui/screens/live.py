@@ -97,6 +97,10 @@ window or by `gaitsim attach`.
         yield Footer()
 
     @property
+    def run_to_verify(self) -> Path | None:
+        return self.run if self.snapshot.generation else None
+
+    @property
     def snapshot(self) -> Snapshot:
         """The latest snapshot."""
         return self.board.live.snapshot

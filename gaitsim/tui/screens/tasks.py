@@ -169,11 +169,12 @@ shows the list.
 def _row(task: Task) -> tuple[Text, ...]:
     glyph = f"{GLYPHS[task.state]} {task.state}"
     minutes, seconds = divmod(int(task.seconds), 60)
-    cells = (glyph, _bar(task), f"{minutes}:{seconds:02}", task.command)
+    cells = (glyph, bar(task), f"{minutes}:{seconds:02}", task.command)
     return tuple(Text(cell, no_wrap=True) for cell in cells)
 
 
-def _bar(task: Task) -> str:
+def bar(task: Task) -> str:
+    """Return how much of a task is done, as a bar with a percentage; '' while that is unknown."""
     part = 1.0 if task.state == "done" else task.part
     if part is None:
         return ""

@@ -1,0 +1,252 @@
+"""Studies and comparisons over repeats: begun, followed, stopped, continued."""
+
+import shlex
+from pathlib import Path
+from typing import ClassVar
+
+from rich.text import Text
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.widgets import DataTable, Header, Static
+
+from gaitsim.errors import GaitsimError
+from gaitsim.registry import STUDIES, entries
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.runs.files.folder import command
+from gaitsim.study.folders import PLACES, StudyFolder, list_folders
+from gaitsim.tui.formatting import age, clip_name
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.study_dialog import COMPARISON, SWEEP, StudyDialog
+from gaitsim.tui.screens.study_results import StudyResults
+from gaitsim.tui.screens.tasks import BAR
+from gaitsim.tui.tasks import Task, TaskChanged
+from gaitsim.tui.widgets.file_table import FileTable
+from gaitsim.tui.widgets.footer import Footer
+
+EVERY = 1.0  # seconds between two looks at the folders
+STATES = {
+    "running": ("● running", "success"),
+    "stopped": ("■ stopped", "warning"),
+    "finished": ("✓ finished", "primary"),
+    "damaged": ("✗ damaged", "error"),
+}
+COLUMNS = {"kind": 10, "state": 10, "done": BAR + 12, "changed": 7}  # and the name, in the rest
+LEAST = 12  # columns of a name
+
+
+class Studies(GaitScreen):
+    """The folders of studies and comparisons, and what they have come to."""
+
+    SUB_TITLE = "studies and comparisons"
+    HELP_TEXT = """
+One run says little about an option: these repeat experiments, from different random populations.
+
+- A **study** sweeps options over ranges: a table of every combination, surfaces, and the cheapest
+  that reaches a target. Stopped, it keeps the finished cells and can be **continued**.
+- A **comparison** sets experiments against each other: medians with intervals, tests of every
+  pair with effect sizes, how often and how soon a target is reached. Stopped, it leaves nothing.
+
+Both run in the background. **Open** shows tables, intervals, tests, and the files.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("n", "sweep", "New study", id="studies.new", tooltip="Sweep options over ranges"),
+        Binding("c", "compare", "New comparison", id="studies.compare",
+                tooltip="Set experiments against each other"),
+        Binding("g", "continue", "Continue", id="studies.continue", tooltip="Run the other cells"),
+        Binding("x", "stop", "Stop", id="studies.stop", tooltip="Stop it; a study keeps its cells"),
+    ]  # fmt: skip
+    DEFAULT_CSS = """
+    Studies {
+        & DataTable { height: 1fr; }
+        & #no-studies { height: 1fr; padding: 1 2; color: $text-muted; }
+        & #study-about { height: auto; max-height: 40%; padding: 0 1; background: $surface; }
+    }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._folders: list[StudyFolder] = []
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        yield FileTable(id="studies", cursor_type="row")
+        yield Static("Looking for studies …", id="no-studies")
+        yield Static(id="study-about")
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Look at the folders, now and every second."""
+        table = self.query_one(DataTable)
+        for name, width in COLUMNS.items():
+            table.add_column(name, key=name, width=width)
+        table.add_column("name", key="name", width=self._name_width)
+        table.display = False
+        self.look()
+        self.set_interval(EVERY, self._look_again)
+
+    def _look_again(self) -> None:
+        if self.is_active and not self.is_busy("look"):
+            self.look()
+
+    @work(group="look")
+    async def look(self) -> None:
+        """Show the folders as they are now."""
+        said = (
+            "No study or comparison is in studies/ or comparisons/ of this folder yet.\n\n"
+            "Press n to sweep options, c to compare experiments; or in a terminal:\n"
+            "gaitsim study millipede-operators"
+        )
+        try:
+            self._folders = await self.in_thread(list_folders)
+        except GaitsimError as error:
+            self._folders, said = [], visible_lines(str(error))
+        self.query_one("#no-studies", Static).update(Text(said))
+        self._fill()
+
+    def on_task_changed(self, event: TaskChanged) -> None:
+        """Show the progress of a task, and what it has written."""
+        self._fill()
+        if not event.task.running:
+            self._look_again()
+
+    def _fill(self) -> None:
+        table, chosen = self.query_one(DataTable), self._chosen_path()
+        rows = {str(one.path): self._row(one) for one in self._folders}
+        if [str(key.value) for key in table.rows] != [*rows]:
+            table.clear()
+            for key, cells in rows.items():
+                table.add_row(*cells, key=key)
+            if chosen in rows:
+                table.move_cursor(row=[*rows].index(chosen))
+        else:
+            for key, cells in rows.items():
+                for name, cell in zip((*COLUMNS, "name"), cells, strict=True):
+                    if table.get_cell(key, name) != cell:
+                        table.update_cell(key, name, cell)
+        table.display = bool(rows)
+        self.query_one("#no-studies").display = not rows
+        if rows and self.focused is None:
+            table.focus()
+        self._show()
+
+    @property
+    def _name_width(self) -> int:
+        rest = sum(COLUMNS.values()) + 2 * (len(COLUMNS) + 1) + 1
+        return max(self.size.width - rest, LEAST)
+
+    def on_resize(self) -> None:
+        column = self.query_one(DataTable).ordered_columns[-1]
+        if column.width != self._name_width:
+            column.width = self._name_width
+            self._fill()
+            self.query_one(DataTable).refresh(layout=True)
+
+    def _row(self, one: StudyFolder) -> tuple[Text, ...]:
+        state, colour = STATES[one.state]
+        task = self._job(one.path)
+        done = f"{one.done:,}/{one.total:,}" if one.total is not None else ""
+        part = one.done / one.total if one.total else (task.part if task else None)
+        part = 1.0 if one.state == "finished" else part
+        if part is not None:
+            full = round(part * BAR)
+            done = f"{'━' * full}{'╌' * (BAR - full)} {done or f'{part:4.0%}'}"
+        return (
+            Text(one.kind),
+            Text(state, self.app.theme_variables[colour]),
+            Text(done),
+            Text(age(self.gaitsim.clock() - one.changed)),
+            Text(clip_name(one.path.name, self._name_width)),
+        )
+
+    @on(DataTable.RowHighlighted)
+    def _show(self) -> None:
+        """Show more of the highlighted folder."""
+        one = self._chosen()
+        panel = self.query_one("#study-about", Static)
+        panel.display = one is not None
+        if one is None:
+            self.refresh_bindings()
+            return
+        colours, task = self.app.theme_variables, self._job(one.path)
+        lines = [Text(visible(str(one.path)), "bold")]
+        if one.description:
+            lines.append(Text(visible(one.description)))
+        if one.problem is not None:
+            lines.append(Text(visible_lines(str(one.problem)), colours["error"]))
+        elif task is not None and task.running:
+            lines.append(Text(task.progress or "Preparing", "dim"))
+        elif one.kind == "comparison" and one.state == "stopped":
+            lines.append(Text("It was ended before its report, and has to be begun again.", "dim"))
+        lines.append(Text(f"$ {visible(self.command_line())}", colours["secondary"]))
+        panel.update(Text("\n").join(lines))
+        self.refresh_bindings()
+
+    def _chosen(self) -> StudyFolder | None:
+        row = self.query_one(DataTable).cursor_row
+        return self._folders[row] if 0 <= row < len(self._folders) else None
+
+    def _chosen_path(self) -> str:
+        one = self._chosen()
+        return "" if one is None else str(one.path)
+
+    def _job(self, folder: Path) -> Task | None:
+        """Return the latest task of this app that works, or worked, in a folder."""
+        found = [
+            task
+            for task in self.gaitsim.tasks.all
+            if task.arguments[0] in ("study", "compare") and str(folder) in task.arguments
+        ]
+        return found[-1] if found else None  # fmt: skip
+
+    @on(DataTable.RowSelected)
+    def action_open(self) -> None:
+        one = self._chosen()
+        if one is not None:
+            self.app.push_screen(StudyResults(one.path, self.command_line()))
+
+    @work(group="ask")
+    async def action_sweep(self) -> None:
+        await self._begin(StudyDialog(SWEEP, {"study": next(iter(entries(STUDIES)), "")}))
+
+    @work(group="ask")
+    async def action_compare(self) -> None:
+        await self._begin(StudyDialog(COMPARISON))
+
+    async def _begin(self, dialog: StudyDialog) -> None:
+        arguments = await self.app.push_screen_wait(dialog)
+        if arguments:
+            self.gaitsim.begin_task(arguments)
+
+    def action_continue(self) -> None:
+        one = self._chosen()
+        if one is not None:
+            self.gaitsim.begin_task(("study", str(one.path)))
+
+    def action_stop(self) -> None:
+        task = self._job(Path(self._chosen_path()))
+        if task is not None:
+            self.gaitsim.tasks.stop(task)
+
+    def command_line(self) -> str:
+        one = self._chosen() if self.is_mounted else None
+        if one is None:
+            return shlex.join(["ls", *map(str, PLACES)])
+        if one.kind == "study":
+            return command("study", one.path)
+        task = self._job(one.path)
+        return task.command if task else shlex.join(["cat", str(one.path / "report.md")])
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        one = self._chosen() if self.is_mounted else None
+        task = self._job(one.path) if one is not None else None
+        match action:
+            case "studies":
+                return False
+            case "open":
+                return one is not None
+            case "continue":
+                return one is not None and one.kind == "study" and one.state == "stopped"
+            case "stop":
+                return task is not None and task.running
+        return super().check_action(action, parameters)

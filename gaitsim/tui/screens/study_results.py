@@ -1,0 +1,157 @@
+"""The results of a study or a comparison: tables with intervals and tests, and its files."""
+
+from pathlib import Path
+from typing import ClassVar
+
+from rich.text import Text
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.widget import Widget
+from textual.widgets import DataTable, Header, Static
+
+from gaitsim.errors import GaitsimError
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.study.folders import Section, sections
+from gaitsim.tui.formatting import age, clip, file_size
+from gaitsim.tui.opener import copy_paths, hand_over
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.files import MadeFile, made_files
+from gaitsim.tui.tasks import TaskChanged
+from gaitsim.tui.widgets.file_table import FileTable
+from gaitsim.tui.widgets.footer import Footer
+
+WIDEST = 40  # columns of a cell
+TALLEST = 14  # rows of a table before it scrolls
+
+
+class StudyResults(GaitScreen):
+    """The report, tables and files in a folder.
+
+    Args:
+        folder: of a study or a comparison.
+        line: the command line that writes or shows it.
+    """
+
+    HELP_TEXT = """
+What a study or a comparison found: medians and means with 95 % intervals, quartiles, tests of every
+pair with effect sizes, successes, and the paragraph for the methods section of a paper.
+
+Tab goes from table to table, the arrows scroll one that is wider than the screen. The files,
+report, table and figures, stand at the end: Enter, or a click on the highlighted one, **opens** it
+with your system's program for it.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("f", "files", "Files", id="results.files", tooltip="Go to the files"),
+        Binding("p", "copy_path", "Copy path", id="results.copy", tooltip="Copy the file's path"),
+    ]
+    DEFAULT_CSS = """
+    StudyResults {
+        & VerticalScroll { height: 1fr; }
+        & .heading { text-style: bold; color: $primary; padding: 1 1 0 1; }
+        & .paragraph { padding: 0 1; height: auto; color: $foreground 80%; }
+        & DataTable { height: auto; width: 1fr; }
+        & DataTable > .datatable--fixed { background: $background; color: $text-muted; }
+    }
+    """
+
+    def __init__(self, folder: Path, line: str) -> None:
+        super().__init__()
+        self._folder, self._line = folder, line
+        self._found: list[MadeFile] = []
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        yield VerticalScroll(Static("reading …", classes="paragraph"), can_focus=True)
+        yield Footer()
+
+    def on_mount(self) -> None:
+        self.sub_title = visible(str(self._folder))
+        self.look()
+
+    def on_task_changed(self, event: TaskChanged) -> None:
+        """Show what a task has written."""
+        if not event.task.running and str(self._folder) in event.task.arguments:
+            self.look()
+
+    @work(group="look", exclusive=True)
+    async def look(self) -> None:
+        """Read the folder, and show what is in it."""
+        parts: list[Widget] = []
+        try:
+            found = await self.in_thread(sections, self._folder)
+        except GaitsimError as error:
+            found = []
+            parts.append(Static(Text(visible_lines(str(error))), classes="paragraph problem"))
+        self._found = made_files(self._folder)
+        for section in found:
+            parts += _widgets(section)
+        if not parts:
+            said = "There is no result yet: the report is written at the end."
+            parts.append(Static(said, classes="paragraph"))
+        parts.append(Static("Files", classes="heading"))
+        parts.append(FileTable(id="study-files", cursor_type="row"))
+        place = self.query_one(VerticalScroll)
+        async with self.batch():
+            await place.remove_children()
+            await place.mount_all(parts)
+        self._list()
+
+    def _list(self) -> None:
+        table, now = self.query_one("#study-files", DataTable), self.gaitsim.clock()
+        for name, width in (("made", 5), ("size", 9), ("file", None)):
+            table.add_column(name, width=width)
+        for file in self._found:
+            cells = (age(now - file.changed), file_size(file.bytes), visible(file.path.name))
+            table.add_row(*map(Text, cells))
+        self.refresh_bindings()
+
+    def _file(self) -> Path | None:
+        """Return the highlighted file, while its table has the focus."""
+        tables = self.query("#study-files").results(DataTable)
+        row = next((table.cursor_row for table in tables if table.has_focus), -1)
+        return self._found[row].path if 0 <= row < len(self._found) else None
+
+    @on(DataTable.RowSelected, "#study-files")
+    @work(group="open", exclusive=True)
+    async def open(self) -> None:
+        file = self._file()
+        if file is not None:
+            await hand_over(self.app, file)
+
+    def action_files(self) -> None:
+        self.query_one("#study-files").focus()
+
+    def action_copy_path(self) -> None:
+        file = self._file()
+        if file is not None:
+            copy_paths(self.app, [file])
+
+    def command_line(self) -> str:
+        return self._line
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action in ("open", "copy_path"):
+            return self.is_mounted and self._file() is not None
+        if action == "files":
+            return bool(self._found)
+        return super().check_action(action, parameters)
+
+
+def _widgets(section: Section) -> list[Widget]:
+    """Return a section's heading, table and texts."""
+    found: list[Widget] = [Static(Text(visible(section.title)), classes="heading")]
+    if section.columns:
+        table: DataTable[Text] = DataTable(show_cursor=False, fixed_columns=1)
+        table.styles.max_height = TALLEST
+        for number, column in enumerate(section.columns):
+            cells = [column, *(row[number] for row in section.rows)]
+            width = max(len(clip(cell, WIDEST)) for cell in cells)
+            table.add_column(Text(visible(column)), width=max(width, 1))
+        for row in section.rows:
+            table.add_row(*(Text(clip(cell, WIDEST)) for cell in row))
+        found.append(table)
+    texts = [*section.texts, *([f"$ {section.command}"] if section.command else [])]
+    found += [Static(Text(visible_lines(text)), classes="paragraph") for text in texts]
+    return found

@@ -1,0 +1,138 @@
+"""Verify a run: generations reproduced in the background, with the result in place."""
+
+from pathlib import Path
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.widgets import Header, Static
+
+from gaitsim.render.terminal.text import visible
+from gaitsim.runs.files.folder import command
+from gaitsim.tui.formatting import duration
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.tasks import GLYPHS, bar
+from gaitsim.tui.tasks import Task, TaskChanged
+from gaitsim.tui.widgets.footer import Footer
+
+VERB, ALL = "verify", "--all"
+
+
+class Verify(GaitScreen):
+    """Reproduce generations of a run, and say whether every bit is the same.
+
+    Args:
+        run: its folder.
+    """
+
+    HELP_TEXT = """
+Generations are reproduced from the run's own options and compared with its files, to the last bit:
+the first and the last in full, and the best individual of others between them. **All** evolves the
+whole run again, which takes as long as the run did, up to the first difference.
+
+It runs in the background: leave the screen if you like, and come back to the result.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("g", "some", "Ten generations", id="verify.some", tooltip="Ten, first to last"),
+        Binding("a", "all", "All", id="verify.all", tooltip="Evolve the whole run again"),
+        Binding("x", "stop", "Stop", id="verify.stop", tooltip="Stop it"),
+    ]
+    DEFAULT_CSS = """
+    Verify {
+        & #verify-state { height: auto; padding: 1 2 0 2; }
+        & VerticalScroll { height: 1fr; padding: 1 2; }
+        & #verify-command { height: auto; padding: 0 1; background: $surface; }
+    }
+    """
+
+    def __init__(self, run: Path) -> None:
+        super().__init__()
+        self._run = run
+        self._job: Task | None = None
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        yield Static(id="verify-state")
+        with VerticalScroll():
+            yield Static(id="verify-result")
+        yield Static(id="verify-command", classes="command")
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Show the latest result of this run, or begin."""
+        self.sub_title = f"verify {visible(str(self._run))}"
+        own = [task for task in self.gaitsim.tasks.all
+               if task.arguments[:2] == (VERB, str(self._run))]  # fmt: skip
+        if own:
+            self._job = own[-1]
+            self._show()
+        else:
+            self._begin()
+        self.set_interval(0.5, self._tick)
+
+    def _begin(self, *options: str) -> None:
+        self._job = self.gaitsim.begin_task((VERB, str(self._run), *options))
+        self._show()
+
+    def on_task_changed(self, event: TaskChanged) -> None:
+        """Show the progress and the result."""
+        if event.task is self._job:
+            self._show()
+
+    def _tick(self) -> None:
+        if self._job is not None and self._job.running:
+            self._show()
+
+    def _show(self) -> None:
+        task = self._job
+        assert task is not None, "one has begun"
+        colours = self.app.theme_variables
+        glyph, word, colour = _verdict(task)
+        state = Text(f"{glyph} {word}", f"bold {colours[colour]}")
+        parts = [bar(task)] if task.running and bar(task) else []
+        state.append("".join(f"   {part}" for part in (*parts, duration(task.seconds))), "dim")
+        self.query_one("#verify-state", Static).update(state)
+        lines = [*task.output, *task.notices]
+        if task.error is not None:
+            lines.append(task.message)
+        elif task.running:
+            lines.append("Reproducing generations …")
+        self.query_one("#verify-result", Static).update(Text("\n".join(lines)))
+        self.query_one("#verify-command", Static).update(Text(f"$ {visible(task.command)}"))
+        self.refresh_bindings()
+
+    def action_some(self) -> None:
+        self._begin()
+
+    def action_all(self) -> None:
+        self._begin(ALL)
+
+    def action_stop(self) -> None:
+        if self._job is not None:
+            self.gaitsim.tasks.stop(self._job)
+
+    def command_line(self) -> str:
+        return self._job.command if self._job else command(VERB, self._run)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        running = self._job is not None and self._job.running
+        if action in ("some", "all"):
+            return not running
+        if action == "stop":
+            return running
+        return super().check_action(action, parameters)
+
+
+def _verdict(task: Task) -> tuple[str, str, str]:
+    """Return the sign, the word and the theme's colour of a result."""
+    if task.state == "failed" and task.error is None and task.output:
+        return "✗", "different", "error"
+    words = {
+        "running": ("working", "secondary"),
+        "done": ("identical", "success"),
+        "failed": ("could not be verified", "error"),
+        "stopped": ("stopped", "warning"),
+    }
+    return (GLYPHS[task.state], *words[task.state])

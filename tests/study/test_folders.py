@@ -1,0 +1,156 @@
+"""Folders of studies and comparisons at a glance, also those that strangers sent."""
+
+import os
+import sys
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.runs.files.lock import RunLock
+from gaitsim.study.comparison import Sample, analyse, load_experiments, report
+from gaitsim.study.file import cells, parse_study, resolved
+from gaitsim.study.folders import LARGEST_REPORT, MOST_ROWS, list_folders, read_report, sections
+from gaitsim.study.results import table, write_results
+from gaitsim.study.running import results, run_cells
+
+STUDY = """
+name = "small"
+description = "a small one"
+experiments = ["millipede-random"]
+set = { "evolution.generations" = 4 }
+repeats = 3
+target = 2.0
+[axes]
+"evolution.population" = [5, 9]
+"""
+
+
+@pytest.fixture
+def studies(tmp_path):
+    """A folder with a study of which one cell of two is finished."""
+    folder = tmp_path / "studies/small"
+    folder.mkdir(parents=True)
+    study = parse_study(STUDY, "small.toml")
+    for name, text in {"study.toml": STUDY, **resolved(study)}.items():
+        (folder / name).write_text(text)
+    list(run_cells(folder, study, cells(study)[:1], 1))
+    return tmp_path / "studies"
+
+
+def finish(folder):
+    study = parse_study(STUDY, "small.toml")
+    list(run_cells(folder, study, cells(study)[1:], 1))
+    write_results(folder, study, results(folder, study, cells(study))[0])
+    return study
+
+
+def the(studies):
+    (found,) = list_folders([studies])
+    return found
+
+
+class TestAtAGlance:
+    def test_a_study_is_stopped_running_or_finished(self, studies):
+        one = the(studies)
+        assert (one.kind, one.state, one.done, one.total) == ("study", "stopped", 1, 2)
+        assert one.description == "a small one"
+        lock = RunLock(studies / "small")
+        assert the(studies).state == "running"
+        lock.release()
+        finish(studies / "small")
+        assert (the(studies).state, the(studies).done) == ("finished", 2)
+
+    def test_a_comparison_is_finished_with_its_report(self, tmp_path):
+        (tmp_path / "a-against-b").mkdir()
+        assert list_folders([tmp_path]) == []
+        (tmp_path / "a-against-b/1.toml").write_text("")
+        (one,) = list_folders([tmp_path, tmp_path / "none"])
+        assert (one.kind, one.state, one.total) == ("comparison", "stopped", None)
+        (tmp_path / "a-against-b/report.md").write_text("# a against b\n")
+        (one,) = list_folders([tmp_path])
+        assert one.state == "finished"
+
+    def test_one_that_is_damaged_says_why(self, studies):
+        (studies / "small/study.toml").write_text("name = 3\n")
+        assert the(studies).state == "damaged"
+        assert "experiments is required" in str(the(studies).problem)
+
+    def test_other_folders_files_and_links_are_left_out(self, studies):
+        (studies / "other").mkdir()
+        (studies / "file").write_text("")
+        (studies / "link").symlink_to("small")
+        assert the(studies).path.name == "small"
+
+
+class TestResults:
+    def test_those_of_a_study_are_its_report_and_each_cell_with_its_interval(self, studies):
+        folder = studies / "small"
+        study = finish(folder)
+        first, cheapest, every = sections(folder)
+        assert first.texts == ("a small one",)
+        assert cheapest.rows[0][0] == "millipede-random"
+        assert [row[:2] for row in every.rows] == [
+            ("millipede-random", "5"),
+            ("millipede-random", "9"),
+        ]
+        (_, best), *_ = results(folder, study, cells(study))[0]
+        last = best[:, -1]
+        # 4.302653 is Student's t of 97.5 % with two degrees of freedom.
+        half = 4.302653 * last.std(ddof=1) / np.sqrt(3)
+        row = dict(zip(every.columns, every.rows[0], strict=True))
+        assert row["generations"] == "4"
+        assert row["mean ± 95 %"] == f"{last.mean():.4f} ± {half:.4f}"
+        assert row["median"] == f"{np.median(last):.4f}"
+
+    def test_those_of_a_comparison_are_all_its_tables(self):
+        loaded = load_experiments(["millipede-random", "millipede-random"], {})
+        scores = np.random.default_rng(0).random((5, 9)).cumsum(axis=1)
+        found = analyse({key: Sample(one, scores) for key, one in loaded.items()}, 2.0)
+        read = read_report(report(found, "gaitsim compare 'a b' c"))
+        titles = [one.title for one in read]
+        assert titles[1:4] == ["Final scores", "Differences", "Reaching the target"]
+        assert [len(one.rows) for one in read[1:4]] == [2, 1, 2]
+        assert read[2].columns[3] == "A12"
+        assert read[2].rows[0][-1] == "no"
+        assert read[-1].command == "gaitsim compare 'a b' c"
+
+    def test_a_bar_in_a_name_stays(self):
+        read = read_report("# x\n\n| a | b |\n| --- | --- |\n| p\\|q | 1 |\n")
+        assert read[0].rows == (("p|q", "1"),)
+
+    @pytest.mark.parametrize(
+        ("name", "content", "says"),
+        [
+            ("report.md", b"\xff\xfe", "UTF-8"),
+            ("report.md", b"x" * (LARGEST_REPORT + 1), "too large"),
+            ("results.csv", b"a,b\n1,2\n", "columns"),
+            ("results.csv", b"\xff\n", "cannot read"),
+        ],
+        ids=["no text", "too large", "other columns", "no table"],
+    )
+    def test_files_of_strangers_are_refused(self, studies, name, content, says):
+        (studies / "small" / name).write_bytes(content)
+        with pytest.raises(GaitsimError, match=says):
+            sections(studies / "small")
+
+    @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs pipes and links")
+    @pytest.mark.parametrize("name", ["report.md", "results.csv"])
+    def test_pipes_and_links_are_refused(self, studies, name):
+        for make in (os.mkfifo, lambda path: path.symlink_to("/etc/passwd")):
+            path = studies / "small" / name
+            path.unlink(missing_ok=True)
+            make(path)
+            with pytest.raises(GaitsimError, match="cannot read"):
+                sections(studies / "small")
+
+    def test_a_long_table_is_cut_and_odd_rows_are_left_out(self, studies):
+        study = parse_study(STUDY, "small.toml")
+        head = table(study, ()).strip()
+        rest = "5,4,20,3,nonsense,0,0,0,0,0,0"
+        rows = [f"e{number},{rest}" for number in range(MOST_ROWS + 9)]
+        (studies / "small/results.csv").write_text("\n".join([head, "short", *rows]))
+        (found,) = sections(studies / "small")
+        assert len(found.rows) == MOST_ROWS
+        assert "Only the first" in found.texts[0]
+        assert found.rows[0][-1] == "–"

@@ -1,0 +1,232 @@
+"""Studies, comparisons and verification in the app: begun, followed, continued, read."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from textual.widgets import DataTable, Input
+
+from gaitsim.study.folders import StudyFolder
+from gaitsim.tui.widgets.file_table import FileTable
+
+STUDY = """
+name = "small"
+description = "a [b]small[/] one \\u001b"
+experiments = ["millipede-random"]
+set = { "evolution.generations" = 3 }
+repeats = 2
+target = 1.0
+[axes]
+"evolution.population" = [5, 9]
+"""
+
+
+@pytest.fixture
+def sweep(here):
+    """A study's file, named small.toml."""
+    Path("small.toml").write_text(STUDY)
+
+
+def ended(driver):
+    return bool(driver.app.tasks.all) and not any(task.running for task in driver.app.tasks.all)
+
+
+def rows(driver):
+    table = driver.screen.query_one(FileTable)
+    return [[str(cell) for cell in table.get_row_at(row)] for row in range(table.row_count)]
+
+
+def words(driver):
+    """All that the results say."""
+    texts = [str(one.render()) for one in driver.screen.query(".heading, .paragraph")]
+    tables = driver.screen.query(DataTable)
+    cells = [table.get_row_at(row) for table in tables for row in range(table.row_count)]
+    return "\n".join([*texts, *(str(cell) for row in cells for cell in row)])
+
+
+async def write(driver, text):
+    field = driver.screen.query(Input).first()
+    field.value = text
+    await driver.pilot.pause()
+
+
+class TestStudies:
+    @pytest.mark.slow
+    def test_a_study_is_begun_followed_opened_and_continued_by_keys(self, sweep, drive):
+        async def test(driver):
+            await driver.press("u")
+            screen = await driver.at("Studies")
+            await driver.until(lambda: "No study" in driver.text("#no-studies"))
+            await driver.press("n")
+            await driver.at("StudyDialog")
+            await write(driver, "nosuch.toml")
+            await driver.press("enter")
+            await driver.until(lambda: "cannot read" in driver.text("#study-problem"))
+            await write(driver, "small.toml")
+            assert driver.text("#study-command") == "$ gaitsim study small.toml"
+            await driver.press("enter")
+            await driver.until(lambda: driver.screen is screen)
+            await driver.until(lambda: ended(driver))
+            await driver.until(lambda: rows(driver) and "finished" in rows(driver)[0][1])
+            assert driver.app.tasks.all[0].state == "done"
+            assert "a [b]small[/] one \\x1b" in driver.text("#study-about")
+            assert screen.command_line() == "gaitsim study studies/small"
+            assert "studies.continue" not in driver.offered()
+            await driver.press("enter")
+            results = await driver.at("StudyResults")
+            await driver.until(lambda: "Cells" in words(driver))
+            assert "Cheapest population" in words(driver)
+            assert "±" in words(driver)
+            assert "surface-1-millipede-random.png" in words(driver)
+            assert results.command_line() == "gaitsim study studies/small"
+            await driver.press("f", "down", "p")
+            await driver.until(lambda: "Copied" in driver.told())
+            await driver.press("escape")
+            next(Path("studies/small/cells").iterdir()).unlink()
+            await driver.until(lambda: "stopped" in rows(driver)[0][1])
+            assert "1/2" in rows(driver)[0][2]
+            await driver.press("g")
+            await driver.until(lambda: len(driver.app.tasks.all) == 2 and ended(driver))
+            await driver.until(lambda: "finished" in rows(driver)[0][1])
+
+        drive(test)
+
+    def test_one_that_runs_is_stopped(self, sweep, drive):
+        Path("small.toml").write_text(STUDY.replace("= 3", "= 100000"))
+
+        async def test(driver):
+            await driver.press("u")
+            await driver.at("Studies")
+            await driver.press("n")
+            await driver.at("StudyDialog")
+            await write(driver, "small.toml")
+            await driver.pilot.click("#begin")
+            await driver.until(lambda: driver.screen.query("#studies") and rows(driver))
+            await driver.until(lambda: "running" in rows(driver)[0][1])
+            await driver.until(lambda: "studies.stop" in driver.offered())
+            await driver.press("x")
+            await driver.until(lambda: ended(driver))
+            await driver.until(lambda: "stopped" in rows(driver)[0][1])
+            assert driver.app.tasks.all[0].state == "stopped"
+
+        drive(test)
+
+    def test_folders_that_cannot_be_read_say_why(self, sweep, drive):
+        for name in ("broken", "[red]odd\x1b"):
+            Path("studies", name).mkdir(parents=True)
+            Path("studies", name, "study.toml").write_text("name = 3")
+        Path("comparisons/a").mkdir(parents=True)
+        Path("comparisons/a/1.toml").write_text("")
+        Path("comparisons/a/report.md").write_text("# [red]x\x1b\n\n| a |\n|---|\n| [b]\x1b |\n")
+
+        async def test(driver):
+            await driver.press("u")
+            await driver.at("Studies")
+            await driver.until(lambda: len(rows(driver)) == 3)
+            for number in range(3):
+                kind, state, *_ = rows(driver)[number]
+                assert ("damaged" in state) == (kind == "study")
+                await driver.press("enter")
+                await driver.at("StudyResults")
+                await driver.until(lambda: "Files" in words(driver))
+                said = words(driver)
+                assert ("is required" in said) == (kind == "study")
+                assert ("[b]\\x1b" in said) == (kind == "comparison")
+                await driver.press("escape", "down")
+
+        drive(test)
+
+
+@pytest.mark.slow
+def test_marked_runs_are_repeated_with_statistics_by_the_mouse(walk, drive):
+    runs = [walk("one"), walk("two", 3, "seed=2")]
+
+    async def test(driver):
+        driver.app.open_compare(runs)
+        screen = await driver.at("Compare")
+        await driver.until(lambda: "compare.statistics" in driver.offered())
+        await screen.run_action("statistics")
+        await driver.at("StudyDialog")
+        fields = driver.screen.query(Input)
+        assert fields.first().value == "runs/one/experiment.toml runs/two/experiment.toml"
+        fields[1].value = "2"
+        await driver.pilot.pause()
+        await driver.pilot.click("#begin")
+        await driver.at("Studies")
+        await driver.until(lambda: ended(driver))
+        (task,) = driver.app.tasks.all
+        assert task.state == "done", task.message
+        await driver.until(lambda: rows(driver) and "finished" in rows(driver)[0][1])
+        await driver.pilot.click(FileTable, offset=(5, 1))
+        await driver.at("StudyResults")
+        await driver.until(lambda: "Methods" in words(driver))
+        assert "against" in words(driver)
+        assert "2 of 2" in words(driver)
+
+    drive(test)
+
+
+class TestVerify:
+    @pytest.mark.slow
+    def test_a_run_is_verified_where_it_is_shown(self, walk, drive):
+        run = walk()
+
+        async def test(driver):
+            await driver.press("v")
+            screen = await driver.at("Verify")
+            await driver.until(lambda: ended(driver))
+            await driver.until(lambda: "identical" in driver.text("#verify-state"))
+            assert "reproduced in full" in driver.text("#verify-result")
+            assert screen.command_line() == "gaitsim verify runs/walk"
+            await driver.press("escape", "v")
+            assert len(driver.app.tasks.all) == 1  # the result is still there
+            shutil.copy("runs/walk/bests.bin", "bests.bin")
+            data = bytearray(Path("bests.bin").read_bytes())
+            data[8] ^= 1
+            Path("runs/walk/bests.bin").write_bytes(data)
+            await driver.press("a")
+            await driver.until(lambda: "different" in driver.text("#verify-state"))
+            assert driver.text("#verify-command") == "$ gaitsim verify runs/walk --all"
+            assert "different" in driver.told()
+            driver.app.pop_screen()
+            driver.app.open_run(run)
+            live = await driver.at("Live")
+            await driver.until(lambda: live.run_to_verify == run)
+            assert "screen.verify" in driver.offered()
+
+        drive(test)
+
+    def test_one_that_cannot_be_verified_says_why(self, walk, drive):
+        walk()
+        Path("runs/walk/history.csv").write_text("nonsense")
+
+        async def test(driver):
+            from gaitsim.tui.screens.verify import Verify
+
+            driver.app.push_screen(Verify(Path("runs/walk")))
+            await driver.at("Verify")
+            await driver.until(lambda: "could not be verified" in driver.text("#verify-state"))
+            assert "history.csv ends at generation 0" in driver.text("#verify-result")
+
+        drive(test)
+
+
+@pytest.mark.parametrize(("size", "theme"), [((80, 24), None), ((120, 34), "gaitsim-light")])
+def test_looks(size, theme, here, snap_compare, monkeypatch):
+    from gaitsim.tui.app import GaitsimApp
+
+    found = [
+        StudyFolder(Path("studies/rates"), "study", "running", 90, 195, "rates of mutation", 1e5),
+        StudyFolder(Path("comparisons/a-against-b"), "comparison", "finished", changed=1e4),
+        StudyFolder(Path("studies/old"), "study", "stopped", 3, 8, "", 1e3),
+    ]
+    monkeypatch.setattr("gaitsim.tui.screens.studies.list_folders", lambda: found)
+
+    async def show(pilot):
+        await pilot.press("u")
+        await pilot.pause()
+        await pilot.app.workers.wait_for_complete()
+        await pilot.pause()
+
+    app = GaitsimApp(Path("nowhere"), theme=theme, clock=lambda: 1e5 + 30)
+    assert snap_compare(app, terminal_size=size, run_before=show)
