@@ -1,50 +1,131 @@
-"""The command palette: everything that can be done now, by name."""
+"""The command palette: everything that can be done, by name or by other words for it."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from functools import partial
+from typing import NamedTuple
 
+from textual.binding import Binding
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.content import Content
+from textual.dom import DOMNode
 
-from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.search_words import SEARCH, Search
+from gaitsim.tui.vi import PREFIX
+
+DIM = 0.7  # by which the scores of what does not work now are lower
+SYNONYM = 0.9  # by which the scores of other words are lower
+NOT_NOW = "It does not work now."
+
+
+class Command(NamedTuple):
+    """A command of the palette.
+
+    Attributes:
+        title: its name.
+        about: one line of help; of one that does not work, the reason.
+        do: the function to call; None where it does not work now.
+        words: other words that it is found by.
+    """
+
+    title: str
+    about: str
+    do: Callable[[], object] | None
+    words: str = ""
 
 
 class Commands(Provider):
-    """The keys that work now, the commands of the screen, and those of the app."""
+    """The keys of the screen, its commands and those of the app; what does not work says why."""
 
-    def _commands(self) -> Iterator[PaletteCommand]:
+    def _working(self) -> Iterator[Command]:
+        """Yield what works now."""
         screen, app = self.screen, self.app
         met: set[str] = set()
         for node, binding, enabled, tooltip in screen.active_bindings.values():
-            # Keys without a description, such as arrows and tab, are not commands.
-            if not (enabled and binding.id and binding.description) or binding.id in met:
+            if not enabled or not _is_command(binding) or binding.id in met:
                 continue
-            met.add(binding.id)
+            met.add(binding.id or "")
             about = f"{tooltip or binding.tooltip}  ({app.get_key_display(binding)})"
-            yield PaletteCommand(
+            yield Command(
                 binding.description,
                 about.strip(),
                 partial(app.run_action, binding.action, default_namespace=node),
+                _search(binding).words,
             )
         if isinstance(screen, GaitScreen):
-            yield from screen.palette()
-            yield from screen.gaitsim.palette()
+            for title, about, do in (*screen.palette(), *screen.gaitsim.palette()):
+                yield Command(title, about, do)
+
+    def _refused(self, titles: set[str]) -> Iterator[Command]:
+        """Yield what does not work here or now, and why, except what has one of the titles."""
+        titles, screen = {*titles}, self.screen
+        if not isinstance(screen, GaitScreen):  # a dialog
+            return
+        for node in (screen.focused or screen).ancestors_with_self:
+            for binding in _declared(node):
+                if binding.description in titles or binding.action == "back":
+                    continue
+                titles.add(binding.description)
+                found = _search(binding)
+                reason = screen.obstacle(binding.action) or found.why or NOT_NOW
+                yield Command(binding.description, reason, None, found.words)
+        for found in SEARCH.values():
+            if found.where and found.title not in titles:
+                yield Command(found.title, found.where, None, found.words)
 
     async def discover(self) -> Hits:
-        """Yield all commands, while nothing is typed."""
-        for title, about, do in self._commands():
-            yield DiscoveryHit(Content(title), do, title, unmarked(about))
+        """Yield all commands that work, while nothing is typed."""
+        for title, about, do, _ in self._working():
+            if do is not None:
+                yield DiscoveryHit(Content(title), do, title, unmarked(about))
 
     async def search(self, query: str) -> Hits:
-        """Yield the commands that match the query."""
-        matcher = self.matcher(query)
-        for title, about, do in self._commands():
-            score = matcher.match(title)
-            if score > 0:
-                shown = matcher.highlight(unmarked(title))
+        """Yield the commands that match the query; those that do not work now are dim."""
+        working = [*self._working()]
+        for command in (*working, *self._refused({command.title for command in working})):
+            title, about, do, words = command
+            matcher = self.matcher(query)
+            by_title = matcher.match(title)
+            score = max(by_title, SYNONYM * _score(query, f"{words} {about}"))
+            if score <= 0:
+                continue
+            shown = matcher.highlight(unmarked(title)) if by_title else Content(title)
+            if do is None:
+                tell = partial(self.app.notify, about, title=title, markup=False)
+                yield Hit(DIM * score, shown.stylize("dim"), tell, title, unmarked(about))
+            else:
                 yield Hit(score, shown, do, title, unmarked(about))
 
 
 def unmarked(text: str) -> str:
     """Escape a text for the palette, which reads markup."""
     return text.replace("[", "\\[")
+
+
+def _score(query: str, text: str) -> float:
+    """Return the score of a query each of whose words begins a word of a text, or else 0.
+
+    It is that of Textual's matcher for a title that holds the query.
+    """
+    wanted, words = query.casefold().split(), {*re.findall(r"\w+", text.casefold())}
+    if not wanted or not all(any(word.startswith(one) for word in words) for one in wanted):
+        return 0.0
+    return 2 * (len(query) + 1) * (2.0 if words.issuperset(wanted) else 1.5)
+
+
+def _search(binding: Binding) -> Search:
+    return SEARCH.get(binding.id or "", Search())
+
+
+def _is_command(binding: Binding) -> bool:
+    """Return whether a binding is a command, unlike arrows, tab and the keys of lists."""
+    return bool(binding.id and binding.description) and not (binding.id or "").startswith(PREFIX)
+
+
+def _declared(node: DOMNode) -> Iterator[Binding]:
+    """Yield the commands that a widget, a screen or the app declares, working or not."""
+    for kind in type(node).__mro__:
+        for binding in kind.__dict__.get("BINDINGS", ()):
+            if isinstance(binding, Binding) and _is_command(binding):
+                yield binding

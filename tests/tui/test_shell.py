@@ -15,12 +15,13 @@ from textual.widgets._footer import FooterKey
 from waiting import strips
 
 import gaitsim.tui
-from gaitsim.tui.commands import Commands, unmarked
+from gaitsim.tui.commands import NOT_NOW, Commands, unmarked
 from gaitsim.tui.config import read_config
 from gaitsim.tui.jump import targets
 from gaitsim.tui.keys import problems
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.home import Home
+from gaitsim.tui.search_words import SEARCH
 from gaitsim.tui.themes import THEMES
 from gaitsim.tui.widgets.footer import MORE, Footer, Item, fitting
 
@@ -35,7 +36,7 @@ def config(here):
     return config
 
 
-def everything(kind):
+def everything(kind, *, leaves=True):
     for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
         import_module(module.name)
     found, waiting = [], [kind]
@@ -43,7 +44,7 @@ def everything(kind):
         known = waiting.pop().__subclasses__()
         waiting += known
         found += [one for one in known if one.__module__.startswith("gaitsim.tui")]
-    return [one for one in found if not one.__subclasses__()]
+    return [one for one in found if not (leaves and one.__subclasses__())]
 
 
 class TestEveryScreen:
@@ -264,6 +265,72 @@ class TestPalette:
             await driver.at("Plugins")
 
         drive(test)
+
+    async def found(self, driver, query):
+        """The titles that a query finds, the best first, each with its help."""
+        hits = [hit async for hit in Commands(driver.screen).search(query)]
+        return {hit.text: hit for hit in sorted(hits, key=lambda hit: -hit.score)}
+
+    def test_other_words_find_a_command(self, walk, drive):
+        walk()
+
+        async def test(driver):
+            for query, title in (
+                ("video", "Export"),
+                ("matlab", "Export"),
+                ("gait file", "Export"),
+                ("remove", "Delete"),
+                ("speed", "Slower"),
+                ("Rate", "Change"),
+                ("rename", "Rename"),
+            ):
+                assert next(iter(await self.found(driver, query))) == title
+            assert not await self.found(driver, "zzz")
+
+        drive(test)
+
+    def test_what_does_not_work_now_says_why(self, walk, drive):
+        async def nothing(driver):
+            for query in (
+                "export",
+                "replay",
+                "delete",
+                "stop",
+                "rename",
+                "note",
+                "filter",
+                "files",
+            ):
+                hit = (await self.found(driver, query))[query.capitalize()]
+                assert hit.help != NOT_NOW
+                assert "dim" in [str(span.style) for span in hit.match_display.spans]
+
+        drive(nothing)
+        walk("a")
+        walk("b")
+
+        async def two(driver):
+            hit = (await self.found(driver, "compare"))["Compare"]
+            assert "Mark two" in hit.help
+            hit.command()
+            assert "Mark two" in driver.told()
+            await driver.press("space", "space")
+            assert "Mark two" not in (await self.found(driver, "compare"))["Compare"].help
+            await driver.press("enter")
+            await driver.at("Live")
+            await driver.until(lambda: driver.screen.snapshot.champion is not None)
+            assert "does not evolve here" in (await self.found(driver, "pause"))["Pause"].help
+            assert "At home" in (await self.found(driver, "compare"))["Compare"].help
+
+        drive(two)
+
+    def test_the_table_of_words_names_actions_that_exist(self):
+        ids = {
+            binding.id
+            for kind in everything(import_module("textual.dom").DOMNode, leaves=False)
+            for binding in kind.__dict__.get("BINDINGS", ())
+        }
+        assert {*SEARCH} <= ids
 
     @pytest.mark.parametrize("text", ["[b]x", "a[/b]", "[$error]z", "\\[x]", "[[", "]"])
     def test_titles_are_shown_as_they_are(self, text):

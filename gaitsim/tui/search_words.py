@@ -1,0 +1,139 @@
+"""By which words the command palette finds an action, besides its name, and when it works.
+
+Screens say more precisely why an action does not work now, by `GaitScreen.obstacle`.
+"""
+
+from typing import NamedTuple
+
+
+class Search(NamedTuple):
+    """How an action is found.
+
+    Attributes:
+        words: synonyms, separated by spaces.
+        why: why it does not work now, and what makes it work, where its screen does not say.
+        title: its name on other screens; '' where it is not found on these.
+        where: how to do it from other screens.
+    """
+
+    words: str = ""
+    why: str = ""
+    title: str = ""
+    where: str = ""
+
+
+_PRODUCTS = (
+    "make video movie film mp4 gif plot figure picture png pdf svg matlab mat csv servo robot gait "
+    "file save analyse analysis imitate imitation network curve"
+)
+_EXPORT = "On a run, at home, live or in a replay: e."
+_SHOWN = "No champion is shown yet: it is loading, or the run has none."
+_CHAMPION = "The run has no champion yet; let it evolve."
+
+SEARCH: dict[str, Search] = {
+    "home.open": Search("watch attach live steer continue resume show enter"),
+    "home.mark": Search("select choose several tick"),
+    "home.sort": Search("order by column"),
+    "home.turn": Search("reverse order descending ascending"),
+    "home.new": Search(
+        "start begin create evolve preset experiment body", title="New run", where="At home: n."
+    ),
+    "home.replay": Search(
+        "champion play animation motion side beside", title="Replay", where="At home: r."
+    ),
+    "home.compare": Search(
+        "differences curves overlay several versus statistics",
+        title="Compare",
+        where="At home: mark two or more runs with space, then c.",
+    ),
+    "home.export": Search(_PRODUCTS, title="Export", where=_EXPORT),
+    "home.filter": Search("search find words", title="Filter", where="At home: /."),
+    "home.delete": Search("remove erase trash several", title="Delete", where="At home: d."),
+    "home.stop": Search("end halt kill background", title="Stop", where="At home: x."),
+    "home.note": Search("comment annotate remark text", title="Note", where="At home: N."),
+    "home.rename": Search("name move folder call", title="Rename", where="At home: R."),
+    "home.files": Search(
+        "exports made open pictures videos plots", title="Files", where="At home: f."
+    ),
+    "home.plugins": Search(
+        "bodies body fitness operators packages", title="Plugins", where="At home: p."
+    ),
+    "live.pause": Search(
+        "wait halt hold", "The run does not evolve here.", "Pause", "On a live run: space."
+    ),
+    "live.go": Search(
+        "continue start run evolve attach",
+        "It evolves already, or has all its generations; g plans more.",
+    ),
+    "live.step": Search("one generation", "It has all its generations; g plans more."),
+    "live.stop": Search("end quit save halt", "The run does not evolve here."),
+    "live.change": Search(
+        "set option parameter rate mutation weight fitness selection crossover stage steer",
+        "Another process evolves it, or it is still preparing.",
+        "Change",
+        "On a live run: c.",
+    ),
+    "live.fork": Search(
+        "copy branch clone duplicate",
+        "It has no finished generation to copy.",
+        "Fork",
+        "On a live run: f.",
+    ),
+    "live.replay": Search("champion play animation motion", _CHAMPION),
+    "live.goal": Search(
+        "generations target length more further extend",
+        "Another process evolves it, or it is still preparing.",
+        "Goal",
+        "On a live run: g.",
+    ),
+    "live.export": Search(_PRODUCTS, _CHAMPION),
+    "live.log": Search("history messages terms what happened"),
+    "replay.play": Search("pause start stop animation", _SHOWN),
+    "replay.frame-back": Search("step previous", _SHOWN),
+    "replay.frame-on": Search("step next", _SHOWN),
+    "replay.generation-back": Search("previous earlier", _SHOWN),
+    "replay.generation-on": Search("next later", _SHOWN),
+    "replay.best": Search("champion", _SHOWN),
+    "replay.slower": Search("speed slow motion rate time", _SHOWN, "Slower", "In a replay: <."),
+    "replay.faster": Search("speed rate time", _SHOWN, "Faster", "In a replay: >."),
+    "replay.view": Search("camera side above front angle perspective", _SHOWN),
+    "replay.follow": Search("camera track", _SHOWN),
+    "replay.closer": Search("zoom in larger", _SHOWN, "Closer", "In a replay: +."),
+    "replay.farther": Search("zoom out smaller", _SHOWN),
+    "replay.reset": Search("camera zoom", _SHOWN),
+    "replay.measures": Search("terms score numbers values panel curve", _SHOWN),
+    "replay.split": Search("beside two compare second", title="Split", where="In a replay: s."),
+    "replay.export": Search(_PRODUCTS, _SHOWN),
+    "compare.quantity": Search(
+        "median mean diversity best axis", "None of these runs has a generation."
+    ),
+    "compare.by": Search("axis time seconds evaluations", "None of these runs has a generation."),
+    "compare.replay": Search("champion play motion", "The chosen run has no champion yet."),
+    "curves.zoom-in": Search("closer larger"),
+    "curves.zoom-out": Search("farther smaller"),
+    "curves.all": Search("reset zoom whole"),
+    "curves.log": Search("logarithmic scale axis"),
+    "curves.smooth": Search("average median noise filter"),
+    "new.run": Search("start begin evolve go"),
+    "new.search": Search("find option parameter filter rate"),
+    "new.save": Search("write toml experiment export"),
+    "new.load": Search("open toml experiment import"),
+    "new.reset": Search("undo default discard"),
+    "plugins.check": Search("test conformance contract verify"),
+    "plugins.new": Search("start begin create", "Choose a body or a preset that can be loaded."),
+    "plugins.filter": Search("search find words"),
+    "tasks.copy": Search("clipboard file", "It has made no file."),
+    "tasks.stop": Search("end cancel kill", "It has ended."),
+    "tasks.again": Search("repeat retry", "It still runs."),
+    "tasks.clear": Search("forget remove", "None has ended."),
+    "files.open": Search("show view", "Nothing was made of this run yet; e makes something."),
+    "files.copy": Search("clipboard", "Nothing was made of this run yet; e makes something."),
+    "files.make": Search(_PRODUCTS),
+    "app.help": Search("keys shortcuts manual"),
+    "app.quit": Search("exit leave close end"),
+    "app.jump": Search("focus go widget"),
+    "app.copy": Search("clipboard shell terminal cli line script", "It has no command."),
+    "app.tasks": Search(
+        "background jobs progress video", "Nothing is being made; e on a run makes something."
+    ),
+}
