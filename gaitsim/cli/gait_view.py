@@ -6,9 +6,10 @@ import numpy as np
 from rich.text import Text
 
 from gaitsim.cli.console import output, print_table
+from gaitsim.cli.score_view import print_section
 from gaitsim.gait import Footfalls, GaitAnalysis
-from gaitsim.gait.quantities import quantities
 from gaitsim.individual import Individual
+from gaitsim.render.terminal.explanation import or_dash, travel_and_stability
 from gaitsim.render.terminal.text import number, visible
 
 SIGNS = 62  # of a row of the diagram, the foot's name before it
@@ -18,7 +19,6 @@ NAME = 14  # characters of a foot's name shown at most
 DOWN, UP = "█", "·"
 COLOURS = ("cyan", "yellow")  # left and right feet; others have no colour
 UNNAMED = ("none", "standing")
-DIGITS = {"Froude number": 4, "unsupported": 1, "joint travel": 1}  # else 3
 
 
 def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
@@ -32,9 +32,7 @@ def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
         console.print(f"Likely exploit: {flag.name}. {flag.seen}", style="red")
     if gait.footfalls is not None:
         _print_footfalls(gait.footfalls, gait.frame_rate)
-    _print_travel(gait)
-    for missing in gait.missing:
-        console.print(f"Not available: {missing}.", style="yellow")
+    print_section(travel_and_stability(gait))
 
 
 def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
@@ -55,11 +53,11 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
         row = (
             _short(foot.name),
             number(foot.duty_factor, 2),
-            _or_dash(foot.stance, 3),
-            _or_dash(foot.swing, 3),
+            or_dash(foot.stance, 3),
+            or_dash(foot.swing, 3),
             str(len(foot.touch_downs)),
-            _or_dash(found.phases[index], 2),
-            _or_dash(found.consistency[index], 2),
+            or_dash(found.phases[index], 2),
+            or_dash(found.consistency[index], 2),
         )
         rows.append(row)
     numbers = "duty factor", "stance s", "swing s", "steps", "phase", "consistency"
@@ -112,18 +110,6 @@ def _start(found: Footfalls) -> int:
     """The second touch-down of the first foot that steps: past what a gait needs to settle."""
     first = next((foot for foot in found.feet if foot.steps), None)
     return first.touch_downs[1] if first and len(first.touch_downs) > STRIDES + 1 else 0
-
-
-def _print_travel(gait: GaitAnalysis) -> None:
-    rows = [
-        [name, _or_dash(value, DIGITS.get(name, 3)), unit, meaning]
-        for name, (value, unit, meaning) in quantities(gait).items()
-    ]
-    print_table(["measure", "value", "", "what it is"], rows, numbers=["value"])
-
-
-def _or_dash(value: float | None, digits: int) -> str:
-    return "–" if value is None or not math.isfinite(value) else number(value, digits)
 
 
 def _short(name: str) -> str:

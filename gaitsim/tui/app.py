@@ -150,6 +150,12 @@ class GaitsimApp(ViKeys):
 
         self.push_screen(Replay(run, generation, beside))
 
+    def open_why(self, run: Path, generation: int | None = None) -> None:
+        """Say why a champion scored, or the best of a generation."""
+        from gaitsim.tui.screens.why import Why
+
+        self.push_screen(Why(run, generation))
+
     def open_compare(self, runs: list[Path]) -> None:
         """Compare the curves of several runs."""
         from gaitsim.tui.screens.compare import Compare

@@ -1,6 +1,7 @@
 """The braille raster, the camera, bodies drawn with them, and the widget that plays bodies."""
 
 import asyncio
+import re
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
-from gaitsim.render.terminal.view import NAMED, Viewpoint
+from gaitsim.render.terminal.view import NAMED, Viewpoint, camera
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
 
@@ -189,9 +190,50 @@ class TestPicture:
         middles = []
         for seconds in (0.0, 3.0):
             _, inks = body.picture(clip, seconds, Viewpoint(follow=False).named("side"), 60, 20)
-            middles.append(np.argwhere(inks >= body.BODY).mean(axis=0)[1])
+            drawn = (inks >= body.BODY) & (inks < body.LABEL)
+            middles.append(np.argwhere(drawn).mean(axis=0)[1])
         assert 1 < middles[0] < 12
         assert 48 < middles[1] < 59
+
+    def test_the_bar_is_a_length_at_the_body(self):
+        clip = Clip(walker())
+        for view in (Viewpoint(), Viewpoint(zoom=4.0).named("side"), Viewpoint(follow=False)):
+            codes, _ = body.picture(clip, 1.0, view, 80, 20)
+            drawn = re.match(r"([⠀-⣿]+) ([0-9.]+) (mm|cm|m) ", text(codes)[-1])
+            metres = float(drawn[2]) * {"mm": 1e-3, "cm": 1e-2, "m": 1.0}[drawn[3]]
+            scale = camera(view, clip, clip.at(1.0), 160, 80).scale
+            assert -0.5 <= metres * scale - 2 * (len(drawn[1]) - 1) <= 1.5
+
+    @pytest.mark.parametrize(
+        ("degrees", "said"), [(0, "yaw ↑ 0°"), (50, "yaw ↖ 50°"), (-90, "yaw → −90°")]
+    )
+    def test_the_heading_is_seen_from_above(self, degrees, said):
+        still = walker()
+        turn = np.radians(degrees) * np.linspace(0, 1, 31)
+        cos, sin = np.cos(turn)[:, None, None], np.sin(turn)[:, None, None]
+        x, y, z = (still.segments[0] - (0, 0, 0))[None].repeat(31, 0).transpose(3, 0, 1, 2)
+        turned = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
+        clip = Clip(Skeleton(turned, still.names, 10.0))
+        assert text(body.picture(clip, 3.0, Viewpoint(), 80, 20)[0])[-1].endswith(said)
+
+    @pytest.mark.parametrize("view", [Viewpoint().named("side"), Viewpoint(follow=False)])
+    def test_a_body_that_flies_has_an_axis_of_altitude(self, view):
+        rising = walker().segments + np.linspace(0, 2, 31)[:, None, None, None] * (0, 0, 1)
+        clip = Clip(Skeleton(rising, walker().names, 10.0))
+        eye = camera(view, clip, clip.at(1.5), 160, 80)
+        rows = text(body.picture(clip, 1.5, view, 80, 20)[0])
+        assert f"altitude {clip.at(1.5).middle[2]:.2f} m" in rows[-1]
+        scale = {"m": 1.0, "cm": 1e-2}[rows[0][:6].strip()]
+        marks = {row: line.split("┤")[0] for row, line in enumerate(rows) if "┤" in line[:7]}
+        assert len(marks) >= 3
+        x, y, z = clip.at(1.5).middle
+        for row, mark in marks.items():
+            flat, _ = eye.project(np.array([x, y, float(mark.replace("−", "-")) * scale]))
+            assert int((79 - flat[1]) // 4) == row
+        own = next(row for row, line in enumerate(rows) if "▸" in line[:7])
+        assert int((79 - eye.project(np.array([x, y, z]))[0][1]) // 4) == own
+        above = body.picture(clip, 1.5, Viewpoint().named("top"), 80, 20)[0]
+        assert "┤" not in "".join(text(above))
 
     def test_the_ground_stays_while_the_camera_stands(self):
         clip = Clip(walker())

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from textual.app import App
-from waiting import strips
+from textual.color import Color
+from waiting import app_until, strips
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
@@ -21,6 +22,8 @@ from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.replay import Replay
+from gaitsim.tui.screens.replay_loading import PATIENCE, Loader
+from gaitsim.tui.themes import THEMES
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
 
@@ -37,6 +40,7 @@ class Walker(Organism):
 
     frames: int = option(31, "of its motion", ge=1)
     broken: str = option("", "what it fails at")
+    many: int = option(0, "more measures")
     feet: bool = option(True, "whether it has any")
     channels: ClassVar = {"distance": Channel((), "m", "how far")}
 
@@ -51,7 +55,8 @@ class Walker(Organism):
     def measures(self, motion):
         if self.broken == "measures":
             raise RuntimeError("no ruler")
-        return {"distance": Measure(motion["distance"], "m", "how far")}
+        names = ("distance", *(f"measure {number}" for number in range(self.many)))
+        return {name: Measure(motion["distance"], "m", "how far") for name in names}
 
     def skeleton(self, motion, individual):
         seconds = np.arange(self.frames) / 10
@@ -129,7 +134,7 @@ def replay(run, test, *, generation=None, beside=None, size=(80, 24), playing=Fa
             app.open_replay(run, generation, beside)
             await pilot.pause()
             if not playing:  # what moves keeps a pilot waiting
-                app.screen.action_play()
+                app.screen.action_pause()
             await settled(pilot)
             await test(app.screen, pilot)
 
@@ -160,6 +165,11 @@ def title(pane):
     return str(pane.query_one(".title").render())
 
 
+def space(screen):
+    """What the footer says of the space bar."""
+    return screen.active_bindings["space"].binding.description
+
+
 def words(canvas):
     return " ".join("".join(strip.text for strip in strips(canvas)).split())
 
@@ -168,8 +178,10 @@ class TestTime:
     def test_it_plays_and_pauses(self, walk):
         async def test(screen, pilot):
             assert screen.leader.playing
+            assert space(screen) == "Pause"
             await press(pilot, "space")
             assert not screen.leader.playing
+            assert space(screen) == "Play"
             assert "‖" in screen.sub_title
             await press(pilot, "space")
             assert screen.leader.playing
@@ -239,12 +251,10 @@ class TestGenerations:
         replay(walk(), test, generation=2)
 
     def test_the_slider_reads_only_the_last_one_asked_for(self, walk, monkeypatch):
-        from gaitsim.tui.screens import replay_pane
-
         read = []
-        load = replay_pane.load
+        load = Loader.load
         monkeypatch.setattr(
-            replay_pane, "load", lambda *asked: read.append(asked[1]) or load(*asked)
+            Loader, "load", lambda loader, asked: read.append(asked) or load(loader, asked)
         )
 
         async def test(screen, pilot):
@@ -258,8 +268,52 @@ class TestGenerations:
 
         replay(walk(), test, generation=1)
 
+    def test_a_number_goes_to_a_generation(self, walk):
+        async def test(screen, pilot):
+            await press(pilot, "g", "4", "enter")
+            assert screen.pane.shown.generation == 4
+            await press(pilot, "colon", "7", "enter")
+            problem = pilot.app.screen.query_one("#ask-problem")
+            assert "1 to 5" in str(problem.render())
+            await press(pilot, "escape")
+            assert screen.pane.shown.generation == 4
+            assert screen.command_line() == "gaitsim play runs/walk --generation 4"
+            await press(pilot, "e")
+            assert pilot.app.screen._texts["generation"] == "4"
+
+        replay(walk(), test)
+
+    def test_a_run_is_read_again_only_when_it_has_changed(self, walk, monkeypatch):
+        run, read, now = walk(), [], [0.0]
+        monkeypatch.setattr(
+            "gaitsim.tui.screens.replay_loading.RunSnapshot",
+            lambda path: read.append(path) or RunSnapshot(path),
+        )
+        loader = Loader(run, lambda: now[0])
+        assert [loader.load(number).generation for number in (1, 2, 5)] == [1, 2, 5]
+        assert len(read) == 1
+        with RunWriter.open(run, generations=7) as writer:
+            for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+                pass
+        assert (loader.load(3).last, len(read)) == (5, 1)
+        assert (loader.load(6).last, len(read)) == (7, 2)
+        now[0] = PATIENCE
+        assert (loader.load(3).last, len(read)) == (7, 2)
+
 
 class TestCamera:
+    def test_a_drag_turns_the_body_and_selects_no_text(self, walk):
+        async def test(screen, pilot):
+            canvas, before = screen.pane.canvas, screen.pane.canvas.view
+            await pilot.mouse_down(canvas, (5, 5))
+            await pilot.hover(canvas, (canvas.size.width + 8, 8))
+            await pilot.mouse_up(canvas, (canvas.size.width + 8, 8))
+            assert canvas.view != before
+            assert not screen.selections
+            assert screen.get_selected_text() is None
+
+        replay(walk(), test, size=(160, 48))
+
     def test_keys_work_wherever_the_focus_is(self, walk):
         async def test(screen, pilot):
             screen.query_one("#frame", Scrubber).focus()
@@ -324,13 +378,32 @@ class TestRoom:
 
         replay(walk(), test, size=(160, 48))
 
-    def test_and_else_when_asked_for(self, walk):
+    def test_and_else_when_asked_for_with_a_scroll_bar_to_the_last_term(self, walk):
         async def test(screen, pilot):
-            assert not screen.pane.measures_shown
+            pane = screen.pane
+            assert not pane.measures_shown
             await press(pilot, "m")
-            assert screen.pane.measures_shown
+            assert pane.measures_shown
+            scroll = pane.query_one(".side VerticalScroll")
+            said = str(pane.query_one(".measures").render())
+            assert all(f"measure {number} " in said for number in range(30))
+            assert "terms of the score\ndistance" in said
+            assert scroll.show_vertical_scrollbar
+            assert scroll.max_scroll_y + scroll.size.height == 35
+            scroll.focus()
+            await press(pilot, "end")
+            await app_until(pilot, lambda: scroll.scroll_y == scroll.max_scroll_y)
 
-        replay(walk(), test)
+        replay(walk("walk", "organism.many=30"), test)
+
+    def test_of_two_narrow_ones_measures_take_the_place_of_the_bodies(self, walk):
+        async def test(screen, pilot):
+            await press(pilot, "m")
+            assert [pane.canvas.display for pane in screen.panes] == [False, False]
+            await press(pilot, "m")
+            assert [pane.canvas.display for pane in screen.panes] == [True, True]
+
+        replay(walk(), test, beside=walk("other"))
 
     def test_a_body_without_feet_has_no_footfalls(self, walk):
         async def test(screen, pilot):
@@ -404,7 +477,7 @@ def test_looks(size, walk, snap_compare):
     async def show(pilot):
         pilot.app.open_replay(run)
         await pilot.pause()
-        pilot.app.screen.action_play()
+        pilot.app.screen.action_pause()
         await settled(pilot)
         pilot.app.screen.query_one("#frame", Scrubber).choose(13)
         await settled(pilot)
@@ -418,7 +491,7 @@ def test_looks_of_two(walk, snap_compare):
     async def show(pilot):
         pilot.app.open_replay(one, 1, other)
         await pilot.pause()
-        pilot.app.screen.action_play()
+        pilot.app.screen.action_pause()
         await settled(pilot)
         pilot.app.screen.query_one("#frame", Scrubber).choose(13)
         await settled(pilot)
@@ -450,6 +523,12 @@ class TestFootfalls:
             for frame in (0, 10, 200, 210, 399)
         ]
         assert columns[0] < columns[1] < columns[2] == columns[3] < columns[4]
+
+    def test_a_row_more_has_the_seconds(self):
+        touching = np.ones((90, 1))
+        rows, _ = self.drawn(touching, 0, 49, names=("L1",), rate=10.0)
+        assert re.findall(r"\d+ s", rows[1]) == ["0 s", "5 s"]
+        assert rows[1].index("5 s") - rows[1].index("0 s") == 25
 
     def test_feet_share_rows_where_there_are_few(self):
         touching = np.zeros((8, 4))
@@ -483,6 +562,37 @@ class TestFootfalls:
 class Slider(App):
     def compose(self):
         yield Scrubber("time", 0, 100, 50)
+
+
+class TestColours:
+    @pytest.mark.parametrize("theme", [theme.name for theme in THEMES])
+    def test_labels_are_legible_and_the_moment_is_of_neither_side(self, walk, theme):
+        async def test(screen, pilot):
+            pilot.app.theme = theme
+            await settled(pilot)
+            background = screen.background_colors[1]
+            for slider in screen.query(Scrubber):
+                label = slider.get_component_rich_style("scrubber--label", partial=True)
+                colour = Color.from_rich_color(label.color)
+                assert contrast(background, colour) >= 4.5
+            styles = screen.pane.feet.ink_styles()
+            sides = [styles[FIRST + side].color for side in (LEFT, RIGHT)]
+            assert styles[CURSOR].color not in sides
+
+        replay(walk(), test)
+
+
+def contrast(one, other):
+    """The contrast ratio of two colours (WCAG 2.1)."""
+
+    def luminance(colour):
+        parts = [part / 255 for part in colour.rgb]
+        linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
+                  for part in parts]  # fmt: skip
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
 
 
 class TestScrubber:

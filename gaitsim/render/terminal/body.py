@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
+from gaitsim.render.terminal.scales import annotate
 from gaitsim.render.terminal.view import Viewpoint, camera
 from gaitsim.render.ticks import round_step
 
@@ -18,6 +19,7 @@ MIDDLE, LEFT, RIGHT = range(3)
 _SIDES = {"L": LEFT, "left": LEFT, "R": RIGHT, "right": RIGHT}
 SIDES, SHADES = 3, 3  # the last shade is the nearest
 FOOT = BODY + SIDES * SHADES  # + side
+LABEL = FOOT + SIDES
 
 STANCE = ord("●")
 APART, LINES = 12.0, 12  # dots between two lines of the ground, and lines across it, about
@@ -62,6 +64,7 @@ def picture(
         side = sides(names)[pose.touching][inside]
         codes[at[:, 1], at[:, 0]] = STANCE
         inks[at[:, 1], at[:, 0]] = FOOT + side
+    annotate(codes, inks, LABEL, eye, clip, pose, seconds)
     return codes, inks
 
 

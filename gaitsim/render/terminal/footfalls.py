@@ -5,9 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.render.terminal.body import SIDES
 from gaitsim.render.terminal.braille import SPACE, Inks
+from gaitsim.render.ticks import labels, ticks
 
 QUIET, CURSOR, FIRST = 1, 2, 3  # inks: of swing, of the moment, and of the side of a bar
+TIME = FIRST + SIDES
 WINDOW = 4.0  # seconds shown, about: some strides of most bodies
 WIDEST = 6  # halves of a cell that a frame takes at most, where there is room
 SWING = "·"
@@ -28,7 +31,8 @@ def strip(
     """The diagram: characters as code points, and their inks, both (rows, columns).
 
     It stands still where all of the motion has room, and else moves under the moment, which
-    stays in the middle. Feet for which there are too few rows share a row, two in each.
+    stays in the middle. Feet for which there are too few rows share a row, two in each. A row more
+    than there are feet shows the time in seconds.
 
     Args:
         touching: (frames, feet).
@@ -53,6 +57,7 @@ def strip(
     wider = min(max(steps // frames, 1), WIDEST)
     if wider > 1:  # a short motion
         touching, frame, frames, each = touching.repeat(wider, 0), frame * wider, frames * wider, 1
+    rate = frame_rate * max(wider, 1) / each  # steps a second
     count = -(-frames // each)
     at = frame // each
     start = max(0, min(at - steps // 2, count - steps))
@@ -80,7 +85,24 @@ def strip(
         name = name[: gutter - 1]
         codes[line, : len(name)] = [ord(character) for character in name]
         inks[line, : len(name)] = FIRST + sides[line]
+    if rows > lines:
+        _write_time(codes[lines], inks[lines], gutter, start / rate, rate / (1 if stacked else 2))
     return codes, inks
+
+
+def _write_time(
+    codes: NDArray[np.uint32], inks: Inks, gutter: int, first: float, rate: float
+) -> None:
+    """Write seconds below the diagram, whose columns are 1 / `rate` seconds each."""
+    columns = len(codes)
+    last = first + (columns - gutter) / rate
+    at = ticks(first, last, max((columns - gutter) // 10, 2))
+    words = [f"{label} s" for label in labels(at)]
+    for value, word in zip(at, words, strict=True):
+        start = gutter + round((value - first) * rate)
+        if start + len(word) <= columns:
+            codes[start : start + len(word)] = [ord(sign) for sign in word]
+            inks[start : start + len(word)] = TIME
 
 
 def _shares(touching: NDArray[np.bool_], each: int) -> NDArray[np.float64]:

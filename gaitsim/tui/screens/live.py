@@ -72,6 +72,7 @@ window or by `gaitsim attach`.
         Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run under other options"),
         Binding("r", "replay", "Replay", id="live.replay", tooltip="See any generation move"),
         Binding("g", "goal", "Goal", id="live.goal", tooltip="How many generations it has"),
+        Binding("w", "why", "Why", id="live.why", tooltip="Why the champion scored"),
         Binding("e", "export", "Export", id="live.export", tooltip="Gait files, plots, videos, …"),
         Binding("l", "log", "Events", id="live.log", tooltip="What happened, or the terms"),
     ]
@@ -248,6 +249,9 @@ window or by `gaitsim attach`.
     def action_replay(self) -> None:
         self.gaitsim.open_replay(self.run)
 
+    def action_why(self) -> None:
+        self.gaitsim.open_why(self.run)
+
     def action_export(self) -> None:
         self.gaitsim.open_export(self.run)
 
@@ -294,6 +298,6 @@ window or by `gaitsim attach`.
                 return steered if here else state in (*RESTING, "finished")
             case "fork":
                 return state != "failed" or self.snapshot.generation > 0
-            case "replay" | "export":
+            case "replay" | "why" | "export":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)

@@ -1,17 +1,20 @@
 """Replay: the best of any generation as it moves, alone or beside another."""
 
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
-from textual import on
+from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Header
 
+from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import command
 from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.questions import Ask
 from gaitsim.tui.screens.replay_pane import ReplayPane
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.footer import Footer
@@ -42,12 +45,17 @@ The best individual of any generation, as it moves.
   goes from the corner to the side, above and the front. *Follow* shows the whole way instead.
 - Filled dots are feet on the ground. Below, a bar is a foot on the ground (Hildebrand 1965).
   Left and right differ in colour.
+- The bar below the body is a length at the body; the arrow its heading from above, which is up
+  at the start; a body that flies has its altitude at the left.
+- **Go to** shows a generation by its number, **Export** makes plots, videos and gait files of the
+  generation that is shown, **Why** says why it scored.
 - **Split** shows a second body: the other run that was asked for, or generation 1 of this one.
   Both keep step, and share the camera. The generation keys change the one that has the focus.
 - ★ is the champion of the run.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("space", "play", "Play", id="replay.play", tooltip="Play or pause"),
+        Binding("space", "play", "Play", id="replay.play", tooltip="Let it move"),
+        Binding("space", "pause", "Pause", id="replay.pause", tooltip="Hold it"),
         Binding("comma", "frame(-1)", "Frame", id="replay.frame-back", key_display=",",
                 group=Binding.Group("Frame", compact=True), tooltip="One frame back"),
         Binding("full_stop", "frame(1)", "Frame", id="replay.frame-on", key_display=".",
@@ -58,6 +66,8 @@ The best individual of any generation, as it moves.
         Binding("right_square_bracket", "generation(1)", "Generation", key_display="]",
                 id="replay.generation-on",
             group=Binding.Group("Generation", compact=True), tooltip="One generation on"),
+        Binding("g,colon", "go_to", "Go to", key_display="g", id="replay.go-to",
+                tooltip="A generation by its number"),
         Binding("b", "best", "Best", id="replay.best", tooltip="The champion of the run"),
         Binding("less_than_sign", "speed(-1)", "Slower", show=False, key_display="<",
                 id="replay.slower", tooltip="At half the speed"),
@@ -77,16 +87,19 @@ The best individual of any generation, as it moves.
                 tooltip="Measures, terms and the curve of the best score"),
         Binding("s", "split", "Split", id="replay.split",
                 tooltip="A second body beside this one, or one alone"),
-        Binding("e", "export", "Export", show=False, id="replay.export",
-                tooltip="Gait files, plots, videos, …"),
+        Binding("w", "why", "Why", id="replay.why", tooltip="Why it scored, and which gait it is"),
+        Binding("e", "export", "Export", id="replay.export",
+                tooltip="Plots, videos, gait files, … of this generation"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Replay {
         & #panes { height: 1fr; }
         & ReplayPane.second { border-left: solid $border-blurred; }
-        & > Scrubber { margin: 0 1; }
+        & > Scrubber { padding: 0 1; }
     }
     """
+
+    AUTO_FOCUS = "#frame"
 
     speed: reactive[float] = reactive(1.0, init=False)
 
@@ -110,7 +123,6 @@ The best individual of any generation, as it moves.
 
     def on_mount(self) -> None:
         self._state()
-        self._time.focus()
 
     # Bodies
 
@@ -160,7 +172,7 @@ The best individual of any generation, as it moves.
 
     @on(Scrubber.Changed, "#frame")
     def _scrubbed(self, event: Scrubber.Changed) -> None:
-        self._pause()
+        self._play(False)
         self.leader.show_frame(event.value)
         self._keep_step()
 
@@ -174,7 +186,8 @@ The best individual of any generation, as it moves.
         return f"{seconds:6.2f} s  {frame:>{len(str(last))}}/{last}"
 
     def _state(self) -> None:
-        """Show in the title what plays, how fast, and the camera."""
+        """Show in the title what plays, how fast, and the camera; offer what space does now."""
+        self.refresh_bindings()
         view = self.panes[0].canvas.view
         sign = "▶" if self._playing else "‖"
         speed = _WORDS.get(self.speed, f"{self.speed:g}")
@@ -184,17 +197,18 @@ The best individual of any generation, as it moves.
     # What keys do
 
     def action_play(self) -> None:
-        self._playing = not self._playing
-        self.leader.playing = self._playing
-        self._state()
+        self._play(True)
 
-    def _pause(self) -> None:
-        self._playing = True
-        self.action_play()
+    def action_pause(self) -> None:
+        self._play(False)
+
+    def _play(self, playing: bool) -> None:
+        self._playing = self.leader.playing = playing
+        self._state()
 
     def action_frame(self, steps: int) -> None:
         """Go some frames on, round the ends."""
-        self._pause()
+        self._play(False)
         leader = self.leader
         leader.show_frame((leader.frame + steps) % max(leader.frames, 1))
         self._keep_step()
@@ -212,6 +226,20 @@ The best individual of any generation, as it moves.
         pane = self.pane
         if pane.generation is not None:
             pane.ask(pane.generation + steps)
+
+    @work(group="ask", exclusive=True)
+    async def action_go_to(self) -> None:
+        """Ask for a generation's number, and show it."""
+        pane = self.pane
+        shown = pane.shown
+        if shown is None:
+            return
+        about = f"1 to {shown.last:,}; the champion is of {shown.champion or '–'}"
+        answer = await self.app.push_screen_wait(
+            Ask("Go to generation", check=partial(_generation, last=shown.last), about=about)
+        )
+        if answer is not None:
+            pane.ask(_generation(answer, shown.last))
 
     def action_best(self) -> None:
         self.pane.ask(None)
@@ -235,8 +263,14 @@ The best individual of any generation, as it moves.
         self.panes.append(pane)
         await self.query_one("#panes").mount(pane)
 
+    def action_why(self) -> None:
+        pane = self.pane
+        self.gaitsim.open_why(pane.run, pane.generation)
+
     def action_export(self) -> None:
-        self.gaitsim.open_export(self.pane.run)
+        pane = self.pane
+        others = {one.run for one in self.panes if one.run != pane.run}
+        self.gaitsim.open_export(pane.run, pane.generation, tuple(others))
 
     def command_line(self) -> str:
         pane = self.pane
@@ -249,10 +283,24 @@ The best individual of any generation, as it moves.
             return super().check_action(action, parameters)
         pane = self.pane
         match action:
-            case "play" | "frame" | "speed" | "camera":
+            case "play" | "pause":
+                return self.leader.skeleton is not None and self._playing == (action == "pause")
+            case "frame" | "speed" | "camera":
                 return self.leader.skeleton is not None
-            case "measures" | "export":
+            case "measures" | "export" | "why" | "go_to":
                 return pane.shown is not None
             case "generation" | "best":
                 return pane.shown is not None or pane.problem is not None
         return super().check_action(action, parameters)
+
+
+def _generation(text: str, last: int) -> int:
+    """Return the number of a generation that there is.
+
+    Raises:
+        GaitsimError: the text is none.
+    """
+    digits = text.replace(",", "").strip()
+    if digits.isdecimal() and 1 <= int(digits[:9]) <= last and len(digits) < 10:
+        return int(digits)
+    raise GaitsimError(f"there is no generation {text}", allowed=f"1 to {last:,}")

@@ -1,27 +1,33 @@
 """One run in the replay: its body, feet, measures, and the generation that is shown."""
 
 import asyncio
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from rich.cells import cell_len, set_cell_size
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.containers import Horizontal, Vertical
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.message import Message
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.render.terminal.text import number, visible, visible_lines
+from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.formatting import clip, clip_name
-from gaitsim.tui.screens.replay_loading import Shown, load
+from gaitsim.tui.screens.replay_loading import Loader, Shown
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
 
 ROOMY = 110  # columns of a pane from which measures stand beside the body
-WORDY = 60  # columns from which its title says what the numbers are
+WORDY = 48  # columns from which its title says what the numbers are
+BESIDE = 64  # columns from which measures, where asked for, leave room for the body
+TALL, HIGH = 16, 28  # rows beside the body from which the curve has room, and much room
+WIDTH = 39  # columns of the measures beside the body
+UNIT = 8  # columns of a unit, at most
 
 
 class ReplayPane(Vertical):
@@ -42,13 +48,18 @@ class ReplayPane(Vertical):
     DEFAULT_CSS = """
     ReplayPane {
         width: 1fr; height: 1fr;
-        & > .title { height: 1; padding: 0 1; }
+        & > .title { height: 1; width: 1fr; padding: 0 1; }
+        &:focus-within > .title { background: $surface; }
         & > Horizontal { height: 1fr; }
-        & FootfallStrip { margin: 0 1; }
-        & > Scrubber { margin: 0 1; }
-        & .side { width: 34; padding: 0 1; border-left: solid $border-blurred; }
-        & .side > Static { height: auto; max-height: 70%; }
-        & .side > Curves { height: 1fr; min-height: 7; max-height: 14; }
+        & FootfallStrip { padding: 0 1; }
+        & > Scrubber { padding: 0 1; }
+        & .side { width: 39; border-left: solid $border-blurred; }
+        & .side > VerticalScroll { height: 1fr; padding: 0 0 0 1; }
+        & .side > VerticalScroll:focus { background: $surface; }
+        & .side > .curve-title { height: 1; padding: 0 1; text-style: bold; }
+        & .side > Curves { height: 7; padding: 0 1; }
+        &.-high .side > Curves { height: 12; }
+        &.-narrow .side { width: 1fr; border-left: none; }
     }
     """
 
@@ -63,12 +74,14 @@ class ReplayPane(Vertical):
         self.generation = generation
         self.loading_now = False
         self._measures: bool | None = None
-        self.canvas = BodyCanvas(message="moving the body …")
+        self._loader = Loader(run)
+        self.canvas = BodyCanvas(message="reading the run …")
         self.feet = FootfallStrip()
         self.slider = Scrubber("generation", 1, 1, 1)
         self._heading = Static(classes="title")
         self._side = Vertical(classes="side")
         self._numbers = Static(classes="measures")
+        self._curve_title = Static("best score by generation", classes="curve-title")
         self._curve = Curves(legend=False)
 
     def compose(self) -> ComposeResult:
@@ -76,7 +89,9 @@ class ReplayPane(Vertical):
         with Horizontal():
             yield self.canvas
             with self._side:
-                yield self._numbers
+                with VerticalScroll():
+                    yield self._numbers
+                yield self._curve_title
                 yield self._curve
         yield self.feet
         yield self.slider
@@ -93,6 +108,7 @@ class ReplayPane(Vertical):
         self.generation = generation
         if generation is not None:
             self.slider.value = generation
+        self.canvas.say(f"reading {self._wanted} …")
         if not self.loading_now:
             self.loading_now = True
             self._load(generation)
@@ -103,7 +119,7 @@ class ReplayPane(Vertical):
         """Show a generation, then the one asked for meanwhile."""
         while self.loading_now:
             try:
-                shown = await asyncio.to_thread(load, self.run, asked)
+                shown = await asyncio.to_thread(self._loader.load, asked)
             except GaitsimError as error:
                 self._fail(error)
             except Exception as error:  # shown as well, rather than ending the app
@@ -122,7 +138,10 @@ class ReplayPane(Vertical):
         self.canvas.set_skeleton(shown.individual.skeleton)
         self.feet.set_skeleton(shown.individual.skeleton)
         self.feet.frame = self.canvas.frame
-        self._fill()
+        history = shown.history
+        best = Series("best", history["generation"], history["best"])
+        self._curve.set_series([best], [shown.generation])
+        self.call_after_refresh(self._make_room)  # when the footfalls have their rows
         self.post_message(self.Changed())
 
     def _fail(self, error: GaitsimError) -> None:
@@ -138,22 +157,26 @@ class ReplayPane(Vertical):
         self.feet.frame = self.canvas.frame
 
     def _title(self) -> None:
-        title = Text(no_wrap=True, overflow="ellipsis")
         width = max(self.size.width - 2, 12)
-        title.append(clip_name(self.run.name, max(width // 3, 8)), "bold")
+        wide = width >= WORDY
+        rest = Text(no_wrap=True, overflow="ellipsis")
         shown = self.shown
         if shown is not None:
-            wide = width >= WORDY
-            title.append(f"  {'generation ' if wide else ''}{shown.generation}")
-            title.append(f"/{shown.last}", "dim")
-            title.append(" ★" if shown.generation == shown.champion else "")
-            title.append(f"  {'score ' if wide else ''}{number(shown.individual.score, 4)}")
+            rest.append(f"  {'generation ' if wide else ''}{shown.generation}")
+            rest.append(f"/{shown.last}", "dim")
+            rest.append(" ★" if shown.generation == shown.champion else "")
+            rest.append(f"  {'score ' if wide else ''}{number(shown.individual.score, 4)}")
             if shown.stage[1] > 1 and wide:
-                title.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
+                rest.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
         if self.loading_now:
-            wanted = "the champion" if self.generation is None else f"generation {self.generation}"
-            title.append(f"  reading {wanted} …", "dim")
-        self._heading.update(title)
+            rest.append(f"  reading {self._wanted} …", "dim")
+        name = clip_name(self.run.name, max(width - rest.cell_len, 8))
+        self._heading.update(Text.assemble((name, "bold"), rest, no_wrap=True, overflow="ellipsis"))
+
+    @property
+    def _wanted(self) -> str:
+        """What is read, in words."""
+        return "the champion" if self.generation is None else f"generation {self.generation}"
 
     def show_measures(self, wanted: bool) -> None:
         """Show or hide the measures beside the body, at any width."""
@@ -172,35 +195,44 @@ class ReplayPane(Vertical):
     def _make_room(self) -> None:
         roomy = self.size.width >= ROOMY
         wanted = roomy if self._measures is None else self._measures
-        self._side.display = wanted and self.shown is not None
+        shown = self._side.display = wanted and self.shown is not None
+        narrow = self.size.width < BESIDE
+        self.set_class(narrow, "-narrow")
+        self.canvas.display = not (shown and narrow)
+        rows = self.size.height - 2 - (self.feet.outer_size.height if self.feet.display else 0)
+        self._curve.display = self._curve_title.display = rows >= TALL
+        self.set_class(rows >= HIGH, "-high")
+        self._list()
 
-    def _fill(self) -> None:
-        """Show measures, terms, and the generation on the curve."""
+    def _list(self) -> None:
+        """List the measures and terms, as wide as there is room."""
         shown = self.shown
-        assert shown is not None, "something was read"
-        rows = [
-            (name, f"{number(one.value, 4)} {one.unit}".rstrip())
-            for name, one in shown.measurements.items()
-        ]
-        terms = [(name, number(value, 4)) for name, value in shown.individual.terms.items()]
+        if shown is None:
+            return
+        measures = [(name, one.value, one.unit) for name, one in shown.measurements.items()]
+        terms = [(name, value, "") for name, value in shown.individual.terms.items()]
+        width = min(self.content_size.width, WIDTH) - 4  # border, padding, scroll bar
         text = Text(no_wrap=True, overflow="ellipsis")
-        for heading, lines in (("measures", rows), ("terms of the score", terms)):
-            if lines:
-                text.append("\n" if text else "")
-                text.append(f"{heading}\n", "bold")
-            for name, value in lines:
-                room = 31 - len(value)
-                text.append(f"{clip(name, room - 1).ljust(room)}{visible(value)}\n")
+        for heading, rows in (("measures", measures), ("terms of the score", terms)):
+            if rows:
+                text.append("\n\n" if text else "").append(heading, "bold")
+                text.append("".join(f"\n{line}" for line in _lines(rows, width)))
         self._numbers.update(text)
-        history = shown.history
-        best = Series("best", history["generation"], history["best"])
-        self._curve.set_series([best], [shown.generation])
-        self._make_room()
 
     @on(Scrubber.Changed)
     def _scrubbed(self, event: Scrubber.Changed) -> None:
         event.stop()
         self.ask(event.value)
+
+
+def _lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator[str]:
+    """Yield lines of a name, a number and its unit, each below the other, so many cells wide."""
+    numbers = [number(value, 4) for _, value, _ in rows]
+    units = [clip(unit, UNIT) for _, _, unit in rows]
+    wide, unit = max(map(len, numbers)), max(map(cell_len, units))
+    room = max(width - wide - unit - 2, 4)
+    for (name, *_), value, after in zip(rows, numbers, units, strict=True):
+        yield f"{set_cell_size(clip(name, room), room)} {value.rjust(wide)} {after}".rstrip()
 
 
 def _unexpected(error: Exception) -> GaitsimError:

@@ -46,6 +46,7 @@ class BodyCanvas(Cells, can_focus=True):
         "canvas--middle",
         "canvas--left",
         "canvas--right",
+        "canvas--label",
     }
     DEFAULT_CSS = """
     BodyCanvas {
@@ -55,6 +56,7 @@ class BodyCanvas(Cells, can_focus=True):
         & > .canvas--middle { color: $foreground; }
         & > .canvas--left { color: $primary; }
         & > .canvas--right { color: $warning; }
+        & > .canvas--label { color: $foreground 80%; }
     }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -128,6 +130,12 @@ class BodyCanvas(Cells, can_focus=True):
             self.seconds = self.seconds % self.duration if self.duration else 0.0
         self.redraw()
 
+    def say(self, message: str) -> None:
+        """Show a message as long as there is no body, such as what is being read."""
+        self._message = message
+        if self._body is None:
+            self.redraw()
+
     @property
     def skeleton(self) -> Skeleton | None:
         """What is shown."""
@@ -195,7 +203,7 @@ class BodyCanvas(Cells, can_focus=True):
         return body.picture(self._body, self.seconds, self.view, columns, rows)
 
     def ink_styles(self) -> list[Style]:
-        """Of ground, track, limbs by shade and side, feet by side."""
+        """Of ground, track, limbs by shade and side, feet by side, labels."""
         parts = [f"canvas--{side}" for side in _SIDES]
         return [
             self.ink_style(),
@@ -203,6 +211,7 @@ class BodyCanvas(Cells, can_focus=True):
             self.ink_style("canvas--track"),
             *(self.ink_style(part, fog) for fog in FOG for part in parts),
             *(self.ink_style(part) + Style(bold=True) for part in parts),
+            self.ink_style("canvas--label"),
         ]
 
     def action_turn(self, across: int, up: int) -> None:

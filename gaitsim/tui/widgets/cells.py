@@ -23,6 +23,8 @@ class Cells(Widget):
     A subclass provides the cells and the style of each ink, and calls `redraw` after changes.
     """
 
+    ALLOW_SELECT = False  # else a drag that turns a body selects the texts that it passes
+
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         self._drawn: Picture | None = None

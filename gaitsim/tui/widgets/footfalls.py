@@ -14,6 +14,7 @@ from gaitsim.render.terminal.footfalls import strip
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 SHARE = 0.36  # of the terminal's height, at most
+TIMED = 30  # rows of a terminal from which on the seconds stand below
 
 
 class FootfallStrip(Cells):
@@ -25,15 +26,17 @@ class FootfallStrip(Cells):
         "footfalls--middle",
         "footfalls--left",
         "footfalls--right",
+        "footfalls--time",
     }
     DEFAULT_CSS = """
     FootfallStrip {
         width: 1fr; height: auto;
         & > .footfalls--swing { color: $foreground 25%; }
-        & > .footfalls--moment { color: $accent; }
+        & > .footfalls--moment { color: $secondary; }
         & > .footfalls--middle { color: $foreground; }
         & > .footfalls--left { color: $primary; }
         & > .footfalls--right { color: $warning; }
+        & > .footfalls--time { color: $foreground 80%; }
     }
     """
 
@@ -71,9 +74,10 @@ class FootfallStrip(Cells):
         self.redraw()
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
-        """Return a row for each foot, or for two where room is short."""
+        """Return a row for each foot, or for two where room is short, and one for the time."""
         most = max(int(SHARE * viewport.height), 2)
-        return min(self.feet if self.feet <= most else -(-self.feet // 2), most)
+        rows = min(self.feet if self.feet <= most else -(-self.feet // 2), most)
+        return rows + (self.feet <= most and viewport.height >= TIMED)
 
     def picture(self, columns: int, rows: int) -> Picture:
         return strip(
@@ -81,8 +85,8 @@ class FootfallStrip(Cells):
         )
 
     def ink_styles(self) -> list[Style]:
-        """Return the styles of swing, the moment, and bars by side."""
-        parts = ("swing", "moment", "middle", "left", "right")
+        """Return the styles of swing, the moment, bars by side, and the time."""
+        parts = ("swing", "moment", "middle", "left", "right", "time")
         return [self.ink_style(), *(self.ink_style(f"footfalls--{part}") for part in parts)]
 
 

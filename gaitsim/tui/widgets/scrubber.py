@@ -25,6 +25,7 @@ class Scrubber(Widget, can_focus=True):
         say: formats the number after the slider.
     """
 
+    ALLOW_SELECT = False
     COMPONENT_CLASSES: ClassVar[set[str]] = {
         "scrubber--label",
         "scrubber--done",
@@ -34,7 +35,7 @@ class Scrubber(Widget, can_focus=True):
     DEFAULT_CSS = """
     Scrubber {
         height: 1; width: 1fr;
-        & > .scrubber--label { color: $text-muted; }
+        & > .scrubber--label { color: $foreground; }
         & > .scrubber--done { color: $primary; }
         & > .scrubber--rest { color: $foreground 30%; }
         & > .scrubber--knob { color: $foreground; text-style: bold; }

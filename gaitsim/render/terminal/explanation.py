@@ -1,0 +1,110 @@
+"""Why an individual scored, and which gait it is, as tables and sentences for a terminal."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait import GaitAnalysis
+from gaitsim.gait.quantities import quantities
+from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
+from gaitsim.individual import Individual
+from gaitsim.render.terminal.text import number
+
+TIMES = 4  # columns of the terms over time
+DIGITS = {"Froude number": 4, "unsupported": 1, "joint travel": 1}  # else 3
+_MOVED = 1e-9  # relative tolerance between the recorded and the replayed score
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table with what is said above and below it.
+
+    Attributes:
+        title: a heading; '' for none.
+        failure: why the motion fails; '' where it does not.
+        warning: what to know about the table.
+        columns: heads of the table; () for none.
+        rows: its cells.
+        numbers: the columns of numbers.
+        notes: sentences below it.
+    """
+
+    title: str = ""
+    failure: str = ""
+    warning: str = ""
+    columns: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    numbers: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def explanation(
+    individual: Individual, history: Mapping[str, NDArray[np.float64]]
+) -> Iterator[Section]:
+    """Yield the terms of the score over time and over the generations, and a summary.
+
+    Raises:
+        PluginError: the body or the fitness fails.
+    """
+    yield _over_time(individual)
+    if individual.generation:
+        yield _over_generations(individual, history)
+    told = summarise(individual.replayed_terms, history, individual.generation or None)
+    if told:
+        yield Section(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in told))
+
+
+def travel_and_stability(gait: GaitAnalysis) -> Section:
+    """Return the travel, slip and stability of a gait."""
+    rows = tuple(
+        (name, or_dash(value, DIGITS.get(name, 3)), unit, meaning)
+        for name, (value, unit, meaning) in quantities(gait).items()
+    )
+    notes = tuple(f"Not available: {missing}." for missing in gait.missing)
+    columns = ("measure", "value", "", "what it is")
+    return Section(columns=columns, rows=rows, numbers=("value",), notes=notes)
+
+
+def or_dash(value: float | None, digits: int) -> str:
+    """Return a number, or a dash for none that is finite."""
+    return "–" if value is None or not math.isfinite(value) else number(value, digits)
+
+
+def _over_time(individual: Individual) -> Section:
+    title = f"Why it scored {number(individual.replayed_score, 4)}"
+    failure = individual.replayed_failure
+    if failure:
+        failure = f"The motion fails: {failure}"
+    recorded, warning = individual.score, ""
+    if abs(individual.replayed_score - recorded) > _MOVED * max(1.0, abs(recorded)):
+        warning = (
+            f"The run recorded {number(recorded, 4)}: the body or the fitness has changed since."
+        )
+    try:
+        found = terms_over_time(individual)
+    except GaitsimError as error:
+        warning = f"{warning}\nTerms over time are not available: {error.what}".strip()
+        terms = tuple((name, number(value)) for name, value in individual.replayed_terms.items())
+        return Section(title, failure, warning, ("term", "value"), terms, ("value",))
+    chosen = np.unique(np.linspace(0, len(found.seconds) - 1, TIMES + 1).astype(int)[1:])
+    heads = tuple(f"{found.seconds[index]:.1f} s" for index in chosen)
+    rows = tuple((name, *map(number, values[chosen])) for name, values in found.terms.items())
+    notes = () if found.timed else ("The fitness reads nothing over time: terms are of the whole "
+                                    "motion.",)  # fmt: skip
+    return Section(title, failure, warning, ("term, had it ended at", *heads), rows, heads, notes)
+
+
+def _over_generations(
+    individual: Individual, history: Mapping[str, NDArray[np.float64]]
+) -> Section:
+    first, found = term_changes(history, individual.generation)
+    heads = (f"best of {first}", f"of {individual.generation}", f"mean of {first}", "mean then")
+    rows = tuple(
+        (one.name, *map(number, (one.first, one.last, one.mean_first, one.mean_last)))
+        for one in found
+    )
+    return Section(columns=("term, generation", *heads), rows=rows, numbers=heads)

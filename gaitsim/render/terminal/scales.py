@@ -1,0 +1,130 @@
+"""What a picture of a body is read by: a scale bar, an altitude axis, the heading."""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Skeleton
+from gaitsim.gait.intervals import Floats
+from gaitsim.gait.trunk import heading, trunk
+from gaitsim.render.scene.camera import Camera
+from gaitsim.render.scene.clip import Clip, Pose
+from gaitsim.render.terminal.braille import HIGH, SPACE, WIDE, Inks, cells, empty
+from gaitsim.render.ticks import labels, round_step
+
+LEAST = 24, 6  # columns and rows of a picture from which it has them
+BAR = 6  # columns of a scale bar, at least
+APART = 3  # rows between two ticks of altitude, at least
+STEEP = 0.9  # sine of the camera's elevation from which on altitude cannot be seen
+ARROWS = "↑↖←↙↓↘→↗"  # as seen from above, the starting heading upwards
+UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
+
+Codes = NDArray[np.uint32]
+
+
+def annotate(
+    codes: Codes, inks: Inks, ink: int, eye: Camera, clip: Clip, pose: Pose, seconds: float
+) -> None:
+    """Write the scale, the heading and, of a body that flies, its altitude onto a picture.
+
+    Args:
+        codes: the picture's characters, (rows, columns), changed.
+        inks: their inks, changed.
+        ink: of what is written.
+        eye: the camera, in dots.
+        clip: the body.
+        pose: the body at the moment.
+        seconds: the moment.
+    """
+    rows, columns = codes.shape
+    if columns < LEAST[0] or rows < LEAST[1]:
+        return
+
+    def write(row: int, column: int, signs: list[int]) -> None:
+        end = min(column + len(signs), columns)
+        codes[row, column:end] = signs[: end - column]
+        inks[row, column:end] = ink
+
+    said = []
+    if clip.flies:
+        said.append(f"altitude {_number(pose.middle[2] + clip.floor)} m")
+        if abs(float(eye.ahead[2])) < STEEP:
+            for row, word in _altitudes(eye, clip, pose, rows - 1):
+                write(row, 0, _signs(word))
+    turned = headings(clip.skeleton)
+    if turned is not None:
+        frame = min(int(seconds * clip.skeleton.frame_rate + 1e-6), len(turned) - 1)
+        said.append(yaw(float(turned[frame])))
+    bar = _bar(eye, columns // 2)
+    write(rows - 1, 0, [*bar, SPACE] if bar else bar)
+    word = " " + "  ".join(said)
+    if said and len(bar) + 1 + len(word) <= columns:
+        write(rows - 1, columns - len(word), _signs(word))
+
+
+def yaw(turned: float) -> str:
+    """Return a turn to the left, radians, in words: 'yaw ↖ 40°'."""
+    arrow = ARROWS[round(turned / (np.pi / 4)) % len(ARROWS)]
+    return f"yaw {arrow} {np.degrees(turned):z.0f}°".replace("-", "−")
+
+
+@lru_cache(8)
+def headings(skeleton: Skeleton) -> Floats | None:
+    """Return the turn of a body's trunk to the left since the start, (frames,), radians."""
+    return heading(trunk(skeleton))
+
+
+def length(metres: float) -> str:
+    """Return a round length in the largest unit in which it is 1 or more: '20 cm'."""
+    size, unit = next((one for one in UNITS if metres >= one[0] * 0.999), UNITS[-1])
+    return f"{metres / size:g} {unit}"
+
+
+def _bar(eye: Camera, widest: int) -> list[int]:
+    """Return a bar of a round length at the camera's target, and that length."""
+    metres = round_step(BAR * WIDE / eye.scale)
+    width = round(metres * eye.scale)  # dots
+    if width > widest * WIDE:
+        return []
+    dots = empty(width // WIDE + 1, 1)
+    dots[2, : width + 1] = 1
+    dots[1:, [0, width]] = 1
+    return [*cells(dots)[0][0].tolist(), *_signs(" " + length(metres))]
+
+
+def _altitudes(eye: Camera, clip: Clip, pose: Pose, rows: int) -> list[tuple[int, str]]:
+    """Return rows and words of an axis of altitude, where the body is; a mark at its own."""
+    place = pose.middle
+    height = int(2 * eye.centre[1]) + 1
+
+    def row_of(altitude: float) -> int:
+        flat, _ = eye.project(np.array([place[0], place[1], altitude - clip.floor]))
+        return int((height - 1 - float(flat[1])) // HIGH)
+
+    scale = float(eye.scale_at(eye.project(place)[1])) * max(float(eye.up[2]), 0.1)
+    step = round_step(APART * HIGH / scale)
+    size, unit = next((one for one in UNITS if step >= one[0] * 0.999), UNITS[-1])
+    own = float(place[2]) + clip.floor
+    count = int(rows * HIGH / scale / step) + 1
+    at = (np.arange(-count, count + 1) + round(own / step)) * step
+    # Below the drawn ground there is nothing.
+    at = at[at >= clip.floor - step / 2]
+    shown = [(row_of(float(value)), value) for value in at]
+    seen = [(row, value) for row, value in shown if 0 < row < rows]
+    words = labels(np.array([value for _, value in seen]) / size)
+    wide = max((len(word) for word in words), default=0)
+    found = [(row, word.rjust(wide) + "┤") for (row, _), word in zip(seen, words, strict=True)]
+    mark = row_of(own)
+    if 0 < mark < rows:
+        found = [one for one in found if one[0] != mark]
+        found.append((mark, " " * wide + "▸"))
+    return [(0, unit.rjust(wide)), *found] if seen else []
+
+
+def _number(value: float) -> str:
+    return f"{value:z.2f}".replace("-", "−")
+
+
+def _signs(word: str) -> list[int]:
+    return [ord(sign) for sign in word]

@@ -1,0 +1,114 @@
+"""Why it scored: the terms of a best individual, and which gait it is."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.table import Table
+from rich.text import Text
+from textual import work
+from textual.app import ComposeResult
+from textual.containers import VerticalScroll
+from textual.widgets import Header, Static
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait import GaitAnalysis, analyse_individual
+from gaitsim.render.terminal.explanation import Section, explanation, travel_and_stability
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.widgets.footer import Footer
+
+
+class Why(GaitScreen):
+    """The breakdown of a score.
+
+    Args:
+        run: the folder of a run.
+        generation: whose best; None is the champion of all.
+    """
+
+    HELP_TEXT = """
+Why the best of a generation scored, and which gait it is.
+
+- **Over time**: the terms of the score, had the motion ended after so many seconds.
+- **Over the generations**: the terms of the first generation's best and of this one's, and the
+  means of their populations.
+- A term dominates with 60 % of all that the terms add and take.
+- Below: the gait's name, signs of exploits, travel, slip and stability.
+- *Analysis with late and inexact servos* in **Export** says whether the gait is robust.
+"""
+    DEFAULT_CSS = """
+    Why {
+        & VerticalScroll { height: 1fr; padding: 0 1; }
+        & Static { height: auto; margin-bottom: 1; }
+        & .heading, & .failure, & .warning { margin: 0; }
+        & .heading { text-style: bold; }
+        & .failure { color: $error; }
+        & .warning { color: $warning; }
+    }
+    """
+
+    def __init__(self, run: Path, generation: int | None = None) -> None:
+        super().__init__()
+        self._run, self._generation = run, generation
+        self.sub_title = "why it scored"
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        with VerticalScroll():
+            which = self._generation
+            wanted = "the champion" if which is None else f"generation {which}"
+            yield Static(f"reading {wanted} …", id="why-state")
+        yield Footer()
+
+    @work(group="read")
+    async def on_mount(self) -> None:
+        scroll = self.query_one(VerticalScroll)
+        scroll.focus()
+        state = self.query_one("#why-state", Static)
+        try:
+            heading, sections, gait = await self.in_thread(_explained, self._run, self._generation)
+        except GaitsimError as error:
+            state.update(Text(visible_lines(str(error))))
+            return
+        state.update(Text(visible(heading), style="bold"))
+        await scroll.mount(
+            *(part for section in sections for part in _shown(section)), *_gait(gait)
+        )
+
+    def command_line(self) -> str:
+        generation = [] if self._generation is None else ["--generation", self._generation]
+        return command("analyse", self._run, *generation)
+
+
+def _explained(path: Path, generation: int | None) -> tuple[str, tuple[Section, ...], GaitAnalysis]:
+    """Return who it is, why it scored, and its gait."""
+    run = RunSnapshot(path)
+    found = run.individual(generation)
+    return found.title, tuple(explanation(found, run.history)), analyse_individual(found)
+
+
+def _gait(gait: GaitAnalysis) -> Iterator[Static]:
+    yield Static(Text(visible(f"Gait: {gait.name.name}")), classes="heading")
+    yield Static(Text(visible(gait.name.reason)))
+    for flag in gait.flags:
+        yield Static(Text(visible(f"Likely exploit: {flag.name}. {flag.seen}")), classes="failure")
+    yield from _shown(travel_and_stability(gait))
+
+
+def _shown(section: Section) -> Iterator[Static]:
+    """Yield a section's heading, what to know, its table and its notes."""
+    above = (("heading", section.title), ("failure", section.failure), ("warning", section.warning))
+    for kind, words in above:
+        if words:
+            yield Static(Text(visible_lines(words)), classes=kind)
+    if section.columns:
+        table = Table(box=None, pad_edge=False, header_style="bold")
+        for name in section.columns:
+            table.add_column(Text(name), justify="right" if name in section.numbers else "left")
+        for row in section.rows:
+            table.add_row(*(Text(visible(cell)) for cell in row))
+        yield Static(table)
+    if section.notes:
+        yield Static(Text("\n".join(map(visible, section.notes))))

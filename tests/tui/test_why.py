@@ -1,0 +1,35 @@
+"""The screen that says why a champion scored."""
+
+from gaitsim.tui.screens.why import Why
+
+
+def words(screen):
+    """All that the screen says, as text."""
+    console = screen.app.console
+    with console.capture() as said:
+        for part in screen.query("VerticalScroll > Static"):
+            console.print(part._Static__content if hasattr(part, "_Static__content") else "")
+    return said.get()
+
+
+def test_it_says_which_terms_the_score_has_and_which_gait_it_is(walk, drive):
+    run = walk()
+
+    async def test(driver):
+        driver.app.open_why(run)
+        screen = await driver.at("Why")
+        await driver.until(lambda: len(screen.query("VerticalScroll > Static")) > 4)
+        said = words(screen)
+        for text in ("Why it scored", "reach", "price", "best of 1", "Gait: none", "speed"):
+            assert text in said
+        assert screen.command_line() == f"gaitsim analyse {run}"
+        await driver.press("escape")
+        driver.app.open_why(run, 2)
+        await driver.until(lambda: "generation 2" in words(driver.screen))
+        assert driver.screen.command_line() == f"gaitsim analyse {run} --generation 2"
+        await driver.press("escape")
+        driver.app.open_why(run, 9)
+        await driver.until(lambda: "has no generation 9" in words(driver.screen))
+        assert isinstance(driver.screen, Why)
+
+    drive(test)
