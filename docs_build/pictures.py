@@ -84,7 +84,7 @@ def bodies() -> None:
     several = Video(
         RunSnapshot(Path("runs/spider")),
         (1, 20, champion),
-        RenderSettings(size=(960, 320), intro=False),
+        RenderSettings(size=(960, 480), intro=False),
     )
     _smaller(Image.fromarray(list(several.pictures())[-1]), HERE / "spider-generations.png")
 

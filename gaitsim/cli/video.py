@@ -27,7 +27,7 @@ def video(
     generation: BestOf = None,
     generations: Annotated[
         str | None,
-        typer.Option(metavar="N,N,…", help="The best of several generations, side by side."),
+        typer.Option(metavar="N,N,…", help="The best of several generations, in a race."),
     ] = None,
     view: Annotated[VideoView, typer.Option(help="Direction of the camera.")] = "iso",
     theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",

@@ -118,7 +118,7 @@ class RunViews:
 
         Args:
             path: the file.
-            generations: whose best to show side by side; () for the champion.
+            generations: whose best to show, several in a race; () for the champion.
             view: 'iso', 'side', 'top' or 'orbit'.
             size: width and height, pixels.
             fps: pictures a second.

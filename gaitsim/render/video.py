@@ -17,7 +17,7 @@ from gaitsim.render.encoder import encode
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import numeral
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
-from gaitsim.render.scene.layout import tiles
+from gaitsim.render.scene.labels import ROW, ROWS, small_letters
 from gaitsim.render.tempo import rhythm, shows, speed_words, usual_speed
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -26,7 +26,6 @@ FPS = {"mp4": 30.0, "gif": 25.0}
 SIZES = {"mp4": (1280, 720), "gif": (640, 360)}
 FASTEST = {"mp4": 120.0, "gif": 50.0}  # browsers slow a GIF down that is faster
 SMALLEST, LARGEST = 64, 4096  # pixels
-PANEL = 120  # pixels: a body in less cannot be seen
 SPEEDS = 0.01, 100.0
 
 INTRO, CROSSFADE = 1.5, 0.4  # seconds, the latter the last of the former
@@ -111,7 +110,7 @@ class RenderSettings:
 
 
 class Video:
-    """A video of champions of a run.
+    """A video of a champion of a run, or of a race of several.
 
     Args:
         run: whose champions are shown.
@@ -120,7 +119,7 @@ class Video:
 
     Raises:
         RunError: there is no such generation, or no champion.
-        GaitsimError: so many bodies do not fit.
+        GaitsimError: there is no room to name so many bodies.
     """
 
     def __init__(
@@ -133,15 +132,19 @@ class Video:
         shown = [run.individual(generation) for generation in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
         self._check_room(len(shown))
-        clips = [_clip(one, alone=len(shown) == 1) for one in shown]
+        clips = [_clip(one, len(shown) > 1) for one in shown]
         # A motion whose frames all have a picture is shown as it is.
         fast = [clip.skeleton for clip in clips if clip.skeleton.frame_rate > self.settings.rate]
         self._rhythm = max(map(rhythm, fast), default=0.0)
         self.speed = self.settings.speed or self._usual_speed
-        if self.speed != 1:
-            said = speed_words(self.speed)
-            clips = [replace(clip, details=f"{clip.details}   {said}") for clip in clips]
-        self.scene = Scene(clips, self.settings.pixels, self.settings.view, self.settings.theme)
+        self.scene = Scene(
+            clips,
+            self.settings.pixels,
+            self.settings.view,
+            self.settings.theme,
+            (shown[0].name, self._details(shown)),
+            leader=int(np.argmax([one.score for one in shown])),
+        )
         ratio = float(self.settings.rate) / self.speed
         # What is a frame but for rounding is one.
         self._moving = int(self.scene.seconds * ratio + 1e-6) + 1
@@ -150,6 +153,16 @@ class Video:
     def __len__(self) -> int:
         """Return the number of pictures."""
         return self._intro + self._moving
+
+    def _details(self, shown: Sequence[Individual]) -> str:
+        """Return the second line of the picture."""
+        one = shown[0]
+        details = ["   ".join(_words(one)) if len(shown) == 1 else "the best of each generation"]
+        if (trials := count_trials(one)) > 1:
+            details.append(f"first of {trials} trials")
+        if self.speed != 1:
+            details.append(speed_words(self.speed))
+        return "   ".join(details)
 
     @property
     def _usual_speed(self) -> float:
@@ -257,31 +270,32 @@ class Video:
         return framed
 
     def _check_room(self, bodies: int) -> None:
-        _, _, wide, tall = tiles(bodies, *self.settings.pixels)[0]
-        if bodies > 1 and min(wide, tall) < PANEL:
+        width, height = self.settings.pixels
+        most = int(ROWS * height / (ROW * small_letters((width, height))))
+        if bodies > max(most, 1):
             raise GaitsimError(
-                f"{bodies} bodies do not fit side by side into "
-                f"{self.settings.pixels[0]}x{self.settings.pixels[1]} pixels",
+                f"{bodies} bodies do not fit into {width}x{height} pixels",
                 where="--generations",
-                allowed=f"{PANEL} pixels or more for each",
+                allowed=f"{most} of them at this size",
                 remedy="show fewer of them, or make the picture larger with --size",
             )
 
 
-def _clip(shown: Individual, alone: bool) -> Clip:
+def _clip(shown: Individual, several: bool) -> Clip:
     """Return the clip of a champion, which may be shown alone or beside others."""
-    name, generation = shown.name, f"generation {shown.generation}"
-    score = f"score {numeral(shown.score)}"
-    title, *details = (name, generation, score) if alone else (generation, score, name)
-    if (trials := count_trials(shown)) > 1:
-        details.append(f"first of {trials} trials")
     try:
-        return Clip(shown.skeleton, title, "   ".join(details))
+        if several:
+            return Clip(shown.skeleton, *_words(shown), tag=str(shown.generation))
+        return Clip(shown.skeleton)
     except GaitsimError as error:
         entry, reason = shown.experiment.entries["organism"], error.what
         raise contract_error(
             entry, f"has a skeleton that cannot be drawn: {reason}", error.allowed
         ) from None
+
+
+def _words(shown: Individual) -> tuple[str, str]:
+    return f"generation {shown.generation}", f"score {numeral(shown.score)}"
 
 
 def _mixed(one: Picture, other: Picture, share: float) -> Picture:

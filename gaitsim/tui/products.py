@@ -101,11 +101,14 @@ class Video(Settings):
     format: Annotated[VideoFormat, Field(description="H.264, or GIF for slides.")] = "mp4"
     generation: Generation = None
     generations: Annotated[
-        str | None, Field(description="The best of several, side by side, as 1,50,300.")
+        str | None, Field(description="The best of several, in a race, as 1,50,300.")
     ] = None
     view: Annotated[VideoView, Field(description="Direction of the camera.")] = "iso"
     theme: Annotated[Theme, Field(description="Colours.")] = "light"
-    speed: Annotated[float, Field(gt=0, description="0.25 is slow motion, 4 is time lapse.")] = 1.0
+    speed: Annotated[
+        float | None,
+        Field(gt=0, description="0.25 is slow motion. None: real time, or slow for wing beats."),
+    ] = None
     intro: Annotated[bool, Field(description="Begin with the fitness curve.")] = True
     size: Annotated[str | None, Field(description="Pixels, as 1280x720.")] = None
     fps: Annotated[float | None, Field(gt=0, description="Pictures a second.")] = None

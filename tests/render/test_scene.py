@@ -1,3 +1,4 @@
+import itertools
 from dataclasses import replace
 
 import matplotlib as mpl
@@ -8,12 +9,12 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, draw
+from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, captions, draw
 from gaitsim.render.scene.anatomy import anatomy
 from gaitsim.render.scene.camera import Camera, axes, steadied
 from gaitsim.render.scene.ground import grid
 from gaitsim.render.scene.labels import DPI, Labels
-from gaitsim.render.scene.layout import inner_edges, tiles
+from gaitsim.render.scene.race import Race
 from gaitsim.render.scene.shapes import hull
 
 FRAMES = 21
@@ -25,8 +26,8 @@ def camera(view, scale=100.0):
     )
 
 
-def walker(lifted=False):
-    """A square table that slides 1 m in 2 s on four legs."""
+def walker(lifted=False, far=1.0):
+    """A square table that slides 1 m in 2 s on four legs, or as far as is said."""
     x, y = np.array([0.1, 0.1, -0.1, -0.1]), np.array([0.1, -0.1, -0.1, 0.1])
     top = np.stack([x, y, np.full(4, 0.15)], axis=1)
     edges = np.stack([top, np.roll(top, -1, axis=0)], axis=1)
@@ -34,11 +35,12 @@ def walker(lifted=False):
     feet = hips * (2.0, 2.0, 0.0)
     body = np.concatenate([edges, np.stack([hips, feet], axis=1)])
     along = np.zeros((FRAMES, 1, 1, 3))
-    along[..., 0] = np.linspace(0, 1, FRAMES)[:, None, None]
+    along[..., 0] = np.linspace(0, far, FRAMES)[:, None, None]
     segments = body + along
     names = tuple(f"edge {n}" for n in range(4)) + tuple(f"leg {n}" for n in range(4))
     touching = np.full((FRAMES, 4), not lifted)
-    return Skeleton(segments, names, 10.0, segments[:, 4:, 1].copy(), touching)
+    feet = ("L1", "R1", "R2", "L2")
+    return Skeleton(segments, names, 10.0, segments[:, 4:, 1].copy(), touching, feet)
 
 
 def cuboid(at=(0.0, 0.0, 0.0)):
@@ -155,15 +157,22 @@ def test_what_limbs_are_hinged_on_is_a_trunk():
     assert seen.radii[0].min() > seen.radii[1:].max()
 
 
+def filled(picture, colour):
+    """The share of the marks of a colour that remains without their rims."""
+    where = coloured(picture, colour, 40)
+    inner = where[1:-1, 1:-1] & where[:-2, 1:-1] & where[2:, 1:-1] & where[1:-1, :-2]
+    return inner.sum() / where.sum()
+
+
 @pytest.mark.parametrize("view", ["iso", "top"])
 def test_feet_on_the_ground_are_marked_and_span_the_support(view):
     colours = THEMES["light"]
     stands = draw(walker(), 1.0, view=view, size=(640, 480))[40:440]
     lifted = draw(walker(lifted=True), 1.0, view=view, size=(640, 480))[40:440]
-    assert coloured(stands, colours.stance).sum() > 25
-    assert coloured(stands, colours.swing).sum() == 0
-    assert coloured(lifted, colours.stance).sum() == 0
-    assert coloured(lifted, colours.swing).sum() > 20
+    for side in (colours.left, colours.right):
+        assert coloured(stands, side).sum() > 20
+        assert coloured(lifted, side).sum() > 10
+        assert filled(stands, side) > 1.5 * filled(lifted, side)  # a ring has its middle free
 
 
 HILLS = np.array([[-10.0, 0.0], [0.03, 0.0], [0.33, 0.2], [0.61, 0.1], [20.0, 0.1]])
@@ -182,15 +191,15 @@ def test_on_uneven_ground_lines_bend_at_its_corners():
 
 def test_feet_shadow_and_path_are_on_uneven_ground():
     level, high = (
-        Scene([Clip(replace(walker(), ground=ground))], (640, 480), "side", "light").panels[0]
+        Scene([Clip(replace(walker(), ground=ground))], (640, 480), "side", "light").world
         for ground in (None, np.array([[0.0, 0.1]]))
     )
-    for panel in (level, high):
-        panel.show(1.0)
+    for world in (level, high):
+        world.show(1.0)
     for name in ("stance", "support", "shadow", "trail"):
         below, above = (
-            np.concatenate([path.vertices for path in getattr(panel, name).get_paths()])
-            for panel in (level, high)
+            np.concatenate([path.vertices for path in getattr(world.runners[0], name).get_paths()])
+            for world in (level, high)
         )
         assert len(below) > 3
         assert (above - below)[:, 1].mean() == pytest.approx(0.1 * level.scale, rel=0.05)
@@ -205,17 +214,18 @@ def test_ground_that_is_none_is_refused(ground):
 
 
 def test_the_path_is_behind_the_body():
-    picture = draw(walker(), 1.5, view="top", size=(640, 480))
-    red, green, blue = picture[..., :3].astype(int).transpose(2, 0, 1)
-    columns = np.flatnonzero(((green > red + 40) & (green > blue + 10)).any(axis=0))
-    assert len(columns) > 20
-    assert columns.max() < 330  # the middle, where the body is
+    scene = Scene([Clip(walker())], (640, 480), "top", "light")
+    scene.draw(1.5)
+    trail = scene.world.runners[0].trail.get_paths()
+    across = np.concatenate([path.vertices for path in trail])[:, 0]
+    assert across.min() < 200
+    assert across.max() == pytest.approx(320, abs=10)  # the middle, where the body is
 
 
 def test_the_body_stays_in_the_middle_and_the_ground_moves():
     scene = Scene([Clip(walker())], (640, 480), "side", "light")
     one, other = scene.draw(0.4), scene.draw(1.13)
-    body = THEMES["light"].body
+    body = np.round(scene.world.runners[0]._colours["body_light"], 3)
     assert coloured(one, body, 40).sum() > 2000
     agree = coloured(one, body, 40) == coloured(other, body, 40)
     assert agree.mean() > 0.999
@@ -226,16 +236,14 @@ def test_of_what_flies_the_altitude_is_beside_it_and_the_ground_below():
     rising = cuboid(at=(0.0, 0.0, 0.5))
     assert Clip(rising).floor == 0.0
     scene = Scene([Clip(rising)], (640, 480), "side", "light")
-    pointer = coloured(scene.draw(1.0), THEMES["light"].path)[:, 600:]
+    pointer = coloured(scene.draw(1.0), THEMES["light"].body(0))[:, 600:]
     assert pointer.sum() > 30
     falling = Clip(cuboid(at=(0.0, 0.0, -0.5)))
     assert falling.floor == -10.0
     assert falling.at(2.0).segments[..., 2].min() == 0.0
     texts = [Scene([falling], (640, 480), "iso", "dark")]
     texts[0].draw(2.0)
-    assert texts[0].panels[0].labels.clock.get_text() == (
-        "2.00 s   distance 0.00 m   altitude −9.50 m"
-    )
+    assert texts[0].world.labels.clock.get_text() == ("2.00 s   distance 0.00 m   altitude −9.50 m")
 
 
 @pytest.mark.parametrize("theme", THEMES)
@@ -270,16 +278,86 @@ def test_feet_in_a_line_span_nothing(points):
     assert len(hull(np.array(points, float).reshape(-1, 2))) == 0
 
 
-def test_panels_share_the_picture():
-    for count in (1, 2, 3, 5, 12):
-        places = tiles(count, 1280, 720)
-        assert len({place[:2] for place in places}) == count
-        assert all(x >= 0 and x + w <= 1280.001 for x, _, w, _ in places)
-        assert all(y >= -0.001 and y + h <= 720.001 for _, y, _, h in places)
-    assert [place[0] for place in tiles(2, 1280, 720)] == [0, 640]
-    assert [place[1] for place in tiles(2, 400, 900)] == [450, 0]
-    assert inner_edges(tiles(1, 640, 480), 480) == []
-    assert inner_edges(tiles(2, 640, 480), 480) == [[(320, 0), (320, 480)]]
+def flier(climb, span=0.3):
+    """A bar that climbs so far in 2 s."""
+    segments = np.zeros((FRAMES, 1, 2, 3))
+    segments[:, 0, :, 1] = span / 2, -span / 2
+    segments[..., 2] += np.linspace(0, climb, FRAMES)[:, None, None]
+    return Skeleton(segments, ("bar",), 10.0)
+
+
+def planar(far):
+    """A walker in the plane y = 0."""
+    flat = walker(far=far)
+    segments, contacts = flat.segments.copy(), flat.contacts.copy()
+    segments[..., 1] = contacts[..., 1] = 0
+    return replace(flat, segments=segments, contacts=contacts)
+
+
+@pytest.mark.parametrize("body", [walker, planar])
+def test_bodies_race_in_lanes_on_one_ground(body):
+    race = Race([Clip(body(far=far)) for far in (0.2, 2.0, 1.0)], leader=1)
+    poses = [clip.at(2.0) for clip in race.clips]
+    assert [
+        pose.middle[0] - clip.path[0, 0] for pose, clip in zip(poses, race.clips, strict=True)
+    ] == (pytest.approx([0.2, 2.0, 1.0]))
+    lanes = [clip.path[0, 1] for clip in race.clips]
+    assert lanes[0] > lanes[1] > lanes[2]
+    edges = [(p.segments[..., 1].min(), p.segments[..., 1].max()) for p in poses]
+    assert all(left[0] > right[1] for left, right in itertools.pairwise(edges))
+    for pose in poses:
+        assert np.ptp(np.concatenate([pose.contacts, pose.segments[4:, 1]]), axis=0).max() < 1
+    assert race.aim(poses)[0] == pytest.approx(
+        np.mean([min(p.aim[0] for p in poses), max(p.aim[0] for p in poses)])
+    )
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("bodies", [(walker(far=0.2), walker(far=3.0)), (flier(-2), flier(1))])
+def test_the_whole_race_is_in_the_picture(view, bodies):
+    scene = Scene([Clip(body, "name", tag="1") for body in bodies], (640, 480), view, "light")
+    for seconds in (0.0, 1.0, 2.0):
+        scene.draw(seconds)
+        for runner in scene.world.runners:
+            corners = np.concatenate([path.vertices for path in runner.body.get_paths()])
+            assert (corners > 0).all()
+            assert (corners < (640, 480)).all()
+
+
+def test_who_falls_behind_leaves_the_picture_and_the_leader_stays():
+    clips = [Clip(flier(climb), tag=str(climb)) for climb in (-300, 2)]
+    scene = Scene(clips, (640, 480), "side", "light", leader=1)
+    scene.draw(2.0)
+    lost, leader = (
+        np.concatenate([path.vertices for path in runner.body.get_paths()])
+        for runner in scene.world.runners
+    )
+    assert ((leader > 0) & (leader < (640, 480))).all()
+    assert (lost[:, 1] < 0).all()
+    assert np.ptp(leader[:, 1]) > 0
+    (tag,) = scene.world.runners[0].tag.get_paths()
+    assert (tag.vertices >= 0).all()
+    altitudes = [captions.progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
+    assert altitudes == ["altitude −300.00 m", "altitude 2.00 m"]
+
+
+def test_a_race_ends_for_all_together():
+    short = walker()
+    short = replace(
+        short, **{name: getattr(short, name)[:11] for name in ("segments", "contacts", "touching")}
+    )
+    scene = Scene([Clip(short), Clip(walker())], (640, 480), "iso", "light")
+    assert scene.seconds == 2.0
+    said = [captions.progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
+    assert said == ["distance 0.50 m, ended at 1.00 s", "distance 1.00 m"]
+
+
+def test_a_planar_body_is_seen_from_the_side_instead_of_from_above():
+    seen = [
+        Scene([Clip(planar(1.0))], (320, 240), view, "light").draw(1.0) for view in ("top", "side")
+    ]
+    assert np.array_equal(*seen)
+    assert not Clip(walker()).planar
 
 
 @pytest.mark.parametrize("name", ["n" * 300, "w o r d s " * 20, "short", "名前 \t $a_{b$ \x07"])
@@ -288,7 +366,8 @@ def test_texts_stay_in_their_panel(name, size):
     figure = Figure((size[0] / DPI, size[1] / DPI), dpi=DPI)
     canvas = FigureCanvasAgg(figure)
     clip = Clip(walker(), name, f"generation 1000000   score −0.0001   {name}")
-    made = Labels(figure, (0, 0, *size), clip, THEMES["light"], 0.05)
+    heading = (clip.title, clip.details)
+    made = Labels(figure, size, [clip], THEMES["light"], ["#009e73"], 0.05, heading)
     boxes = [text.get_window_extent(canvas.get_renderer()) for text in (*made.still, made.clock)]
     for box in boxes:
         assert box.x0 >= 0

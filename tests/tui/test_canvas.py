@@ -12,6 +12,7 @@ from waiting import app_until, strips
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
@@ -167,17 +168,24 @@ class TestPicture:
         codes, inks = body.picture(clip, 0.0, Viewpoint(), 60, 20)
         standing = int(clip.skeleton.touching[0].sum())
         assert (codes == body.STANCE).sum() == standing == 2
-        assert set(inks[codes == body.STANCE]) == {body.FOOT + body.LEFT, body.FOOT + body.RIGHT}
+        assert set(inks[codes == body.STANCE]) == {
+            body.FOOT + LEFT,
+            body.FOOT + RIGHT,
+        }
 
     def test_left_and_right_have_their_inks(self):
         _, inks = body.picture(Clip(walker()), 0.4, Viewpoint(), 60, 20)
         limbs = inks[(inks >= body.BODY) & (inks < body.FOOT)]
-        assert set((limbs - body.BODY) % body.SIDES) == {body.MIDDLE, body.LEFT, body.RIGHT}
+        assert set((limbs - body.BODY) % body.SIDES) == {
+            MIDDLE,
+            LEFT,
+            RIGHT,
+        }
 
     def test_sides_are_told_by_names_and_not_guessed(self):
         names = ("L1 femur", "R", "left wing", "right side", "leg 1", "rear", "Lower", "spine")
-        expected = [body.LEFT, body.RIGHT, body.LEFT, body.RIGHT] + [body.MIDDLE] * 4
-        assert body.sides(names).tolist() == expected
+        expected = [LEFT, RIGHT, LEFT, RIGHT] + [MIDDLE] * 4
+        assert sides(names).tolist() == expected
 
     def test_a_body_that_is_followed_stays_in_the_middle(self):
         clip = Clip(walker(speed=5.0))

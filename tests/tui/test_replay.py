@@ -14,7 +14,7 @@ from waiting import app_until, strips
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import parse_assignments, parse_experiment
-from gaitsim.render.terminal.body import LEFT, RIGHT
+from gaitsim.render.colours import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, QUIET, strip
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import create_run

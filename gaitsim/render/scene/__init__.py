@@ -1,4 +1,4 @@
-"""Render bodies in three dimensions: a still of one, or pictures of several side by side."""
+"""Render bodies in three dimensions: a still of one, or pictures of one or several."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.scene.camera import VIEWS, fitting
+from gaitsim.render.scene.camera import VIEWS
 from gaitsim.render.scene.clip import Clip
-from gaitsim.render.scene.layout import inner_edges, tiles
+from gaitsim.render.scene.race import Race
 from gaitsim.render.scene.themes import THEMES, Theme
 
 __all__ = ["THEMES", "VIEWS", "Clip", "Picture", "Scene", "draw"]
@@ -20,55 +20,56 @@ Picture = NDArray[np.uint8]
 Stamp = tuple[tuple[slice, slice], NDArray[np.uint16], NDArray[np.uint16]]
 """The place of an overlay in each picture, its colours times opacity, and its transparency."""
 
-FILLED = 0.56, 0.52  # shares of a panel's width and height that a body may fill
-
 
 class Scene:
-    """Bodies side by side, from one viewpoint and at one scale.
+    """A body, or several that race in lanes on one ground, from one viewpoint.
 
     Args:
-        clips: what to show, a panel each.
+        clips: what to show.
         size: width and height, pixels.
         view: one of `VIEWS`.
         theme: one of `THEMES`.
+        heading: the first and the second line; None takes those of a single clip.
+        leader: the clip that stays in sight where they are too far apart to show all.
     """
 
-    def __init__(self, clips: Sequence[Clip], size: tuple[int, int], view: str, theme: str) -> None:
+    def __init__(
+        self,
+        clips: Sequence[Clip],
+        size: tuple[int, int],
+        view: str,
+        theme: str,
+        heading: tuple[str, str] | None = None,
+        leader: int = -1,
+    ) -> None:
         from matplotlib import style
 
+        race = Race(clips, leader)
+        self.heading = heading or (clips[0].title, clips[0].details)
         # Independent of the user's settings of matplotlib.
         with style.context({}, after_reset=True):
-            self._build(clips, size, view, THEMES[theme])
-        self.seconds = max(clip.seconds for clip in clips)
+            self._build(race, size, view, THEMES[theme])
+        self.seconds = race.seconds
 
-    def _build(self, clips: Sequence[Clip], size: tuple[int, int], view: str, theme: Theme) -> None:
+    def _build(
+        self,
+        race: Race,
+        size: tuple[int, int],
+        view: str,
+        theme: Theme,
+    ) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.collections import LineCollection
         from matplotlib.figure import Figure
-        from matplotlib.transforms import IdentityTransform
 
         from gaitsim.render.scene.labels import DPI
-        from gaitsim.render.scene.panel import Panel
+        from gaitsim.render.scene.world import World
 
         width, height = size
         figure = Figure((width / DPI, height / DPI), dpi=DPI, facecolor=theme.ground)
         self._canvas: Any = FigureCanvasAgg(figure)
-        places = tiles(len(clips), width, height)
-        box = np.concatenate([clip.box for clip in clips])
-        _, _, wide, tall = places[0]
-        scale, middle = fitting(box, view, FILLED[0] * wide, FILLED[1] * tall)
-        self.panels = [
-            Panel(figure, place, clip, theme, view, scale, middle)
-            for place, clip in zip(places, clips, strict=True)
-        ]
-        edges = inner_edges(places, height)
-        figure.add_artist(
-            LineCollection(edges, colors=theme.faint, transform=IdentityTransform(), zorder=9)
-        )
+        self.world = World(figure, size, race, theme, view, self.heading)
         self._still = list(self._stamps())
-        # The figure's background, then its artists in order, as the figure would draw them.
-        self._artists = sorted(figure.get_children(), key=lambda artist: artist.zorder)
-        self._artists.remove(figure.patch)
+        self._artists = [one for one in figure.get_children() if one is not figure.patch]
         self._renderer = self._canvas.renderer
         self._renderer.clear()
         figure.patch.draw(self._renderer)
@@ -78,19 +79,18 @@ class Scene:
         """Remove the texts that never change, which take 1 to 3 ms each to draw."""
         figure, height = self._canvas.figure, self._canvas.get_width_height()[1]
         figure.patch.set_alpha(0)
-        for panel in self.panels:
-            panel.labels.clock.set_visible(False)
+        labels = self.world.labels
+        labels.clock.set_visible(False)
         self._canvas.draw()
         drawn = np.array(self._canvas.buffer_rgba())
-        for panel in self.panels:
-            for artist in panel.labels.still:
-                box = artist.get_window_extent(self._canvas.get_renderer())
-                top, bottom = (max(height - int(y), 0) for y in (box.y1 + 3, box.y0 - 2))
-                place = (slice(top, bottom), slice(max(int(box.x0) - 2, 0), int(box.x1) + 3))
-                artist.remove()
-                opacity = drawn[place][..., 3:].astype(np.uint16)
-                yield place, drawn[place][..., :3] * opacity, 255 - opacity
-            panel.labels.clock.set_visible(True)
+        for artist in labels.still:
+            box = artist.get_window_extent(self._canvas.get_renderer())
+            top, bottom = (max(height - int(y), 0) for y in (box.y1 + 3, box.y0 - 2))
+            place = (slice(top, bottom), slice(max(int(box.x0) - 2, 0), int(box.x1) + 3))
+            artist.remove()
+            opacity = drawn[place][..., 3:].astype(np.uint16)
+            yield place, drawn[place][..., :3] * opacity, 255 - opacity
+        labels.clock.set_visible(True)
         figure.patch.set_alpha(1)
 
     def draw(self, seconds: float, turned: float = 0.0) -> Picture:
@@ -100,10 +100,10 @@ class Scene:
             seconds: since the clips began; one that has ended keeps its last pose.
             turned: angle of the camera around the bodies, degrees.
         """
-        for panel in self.panels:
-            panel.show(seconds, turned)
+        self.world.show(seconds, turned)
         self._renderer.restore_region(self._background)
-        for artist in self._artists:
+        # In order, as the figure would draw them.
+        for artist in sorted(self._artists, key=lambda artist: artist.zorder):
             artist.draw(self._renderer)
         picture = np.array(self._renderer.buffer_rgba())
         for place, ink, clear in self._still:

@@ -1,6 +1,7 @@
 """Draw a body as filled outlines, the farthest first."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,9 @@ from gaitsim.render.scene.themes import Colour, mixed
 FOG = 0.3  # how much the far side of a body takes of the background
 EDGE = 1.1  # width of an outline
 LIGHT = np.array([0.3, -0.5, 0.81])  # to where the light is
+
+
+Fog = Callable[[float | Points], NDArray[np.float64]]
 
 
 class Part(NamedTuple):
@@ -37,10 +41,12 @@ def body(
         colours: of the theme, by their names there.
         line: pixels of a line of width 1.
     """
+    middle = float(camera.project(segments.mean(axis=(0, 1)))[1])
+    fog = partial(_fog, middle, anatomy.span)
     drawn = [
-        *_limbs(camera, segments[anatomy.limbs], anatomy, colours, line),
-        *_plates(camera, segments.reshape(-1, 3), anatomy, colours, line),
-        *_solids(camera, segments.reshape(-1, 3), anatomy, colours, line),
+        *_limbs(camera, segments[anatomy.limbs], anatomy, colours, line, fog),
+        *_plates(camera, segments.reshape(-1, 3), anatomy, colours, line, fog),
+        *_solids(camera, segments.reshape(-1, 3), anatomy, colours, line, fog),
     ]
     drawn.sort(key=lambda one: -one[0])
     return [part for _, parts in drawn for part in parts]
@@ -64,14 +70,19 @@ def shadow(camera: Camera, flat: Points, anatomy: Anatomy) -> list[Points]:
 
 
 def _limbs(
-    camera: Camera, segments: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
+    camera: Camera,
+    segments: Points,
+    anatomy: Anatomy,
+    colours: Mapping[str, Colour],
+    line: float,
+    fog: Fog,
 ) -> Iterator[tuple[float, list[Part]]]:
     """Draw limbs as round bars with a light upper side."""
     sides, depth = _capsules(camera, segments, anatomy.radii)
     lights, _ = _capsules(camera, segments, anatomy.radii, 0.42, 0.36)
-    fog, trunk = _fog(camera, depth, anatomy), anatomy.trunks[:, None]
+    share, trunk = fog(depth), anatomy.trunks[:, None]
     side, light, edge = (
-        mixed(np.where(trunk, colours[thick], colours[thin]), colours["ground"], fog)
+        mixed(np.where(trunk, colours[thick], colours[thin]), colours["ground"], share)
         for thick, thin in (
             ("body", "limb"),
             ("body_light", "limb_light"),
@@ -91,7 +102,12 @@ def _limbs(
 
 
 def _plates(
-    camera: Camera, ends: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
+    camera: Camera,
+    ends: Points,
+    anatomy: Anatomy,
+    colours: Mapping[str, Colour],
+    line: float,
+    fog: Fog,
 ) -> Iterator[tuple[float, list[Part]]]:
     """Draw plates as slabs with rounded corners."""
     for plate, radius in zip(anatomy.plates, anatomy.plate_radii, strict=True):
@@ -100,9 +116,9 @@ def _plates(
         normal *= -np.sign(normal @ camera.ahead)
         front, depth = camera.project(corners + radius * normal)
         back, _ = camera.project(corners - radius * normal)
-        fog = _fog(camera, depth.mean(), anatomy)
+        share = fog(depth.mean())
         side, light, edge = (
-            mixed(colours[name], colours["ground"], fog)
+            mixed(colours[name], colours["ground"], share)
             for name in ("body", "body_light", "limb_edge")
         )
         around = hull(np.concatenate([front, back]))
@@ -118,7 +134,12 @@ def _plates(
 
 
 def _solids(
-    camera: Camera, ends: Points, anatomy: Anatomy, colours: Mapping[str, Colour], line: float
+    camera: Camera,
+    ends: Points,
+    anatomy: Anatomy,
+    colours: Mapping[str, Colour],
+    line: float,
+    fog: Fog,
 ) -> Iterator[tuple[float, list[Part]]]:
     """Draw the faces towards the camera, the lighter the more they face the light."""
     for faces in anatomy.solids:
@@ -131,13 +152,13 @@ def _solids(
             if _turns_left(outline) <= 0:
                 continue
             shine = 0.5 + 0.5 * float(_normal(corners) @ LIGHT)
-            fog = _fog(camera, depth.mean(), anatomy)
+            share = fog(depth.mean())
             colour = mixed(colours["limb"], colours["limb_light"], shine)
             parts.append(
                 Part(
                     outline,
-                    mixed(colour, colours["ground"], fog),
-                    mixed(colours["limb_edge"], colours["ground"], fog),
+                    mixed(colour, colours["ground"], share),
+                    mixed(colours["limb_edge"], colours["ground"], share),
                     EDGE * line,
                 )
             )
@@ -158,9 +179,9 @@ def _capsules(
     return capsules(ends, share * pixels), depth.mean(axis=1)
 
 
-def _fog(camera: Camera, depth: float | Points, anatomy: Anatomy) -> NDArray[np.float64]:
-    """Return the share of background colour at a depth."""
-    return np.asarray(FOG * np.clip((depth - camera.distance) / anatomy.span + 0.5, 0.0, 1.0))
+def _fog(middle: float, span: float, depth: float | Points) -> NDArray[np.float64]:
+    """Return the share of background colour at a depth, of a body whose middle is at another."""
+    return np.asarray(FOG * np.clip((depth - middle) / span + 0.5, 0.0, 1.0))
 
 
 def _normal(corners: Points) -> Points:

@@ -58,19 +58,22 @@ def axes(azimuth: float, elevation: float) -> tuple[Points, Points, Points]:
     return right, np.cross(right, ahead), ahead
 
 
-def fitting(box: Points, view: str, width: float, height: float) -> tuple[float, Points]:
+def fitting(
+    box: Points, angles: tuple[float, float], width: float, height: float, view: str
+) -> tuple[float, Points]:
     """Return the scale at which a body fills its share of a picture, and its middle.
 
     Args:
         box: the body's points about its path, (points, 3) m.
-        view: one of `VIEWS`.
+        angles: azimuth and elevation of the camera, degrees.
         width: of the part of the picture that it may fill, pixels.
         height: of that part.
+        view: one of `VIEWS`.
 
     Returns:
         Pixels a metre, and the middle of what is seen about the path, (3,) m.
     """
-    right, up, _ = axes(*VIEWS[view])
+    right, up, _ = axes(*angles)
     if view == "orbit":
         wide, tall, middle = all_round(box, up)
         tall += 0.2 * wide

@@ -15,6 +15,11 @@ def step(metres: float) -> str:
     return f"{metres * 1000:g} mm"
 
 
+def time(seconds: float) -> str:
+    """Format a moment."""
+    return f"{seconds:.2f} s"
+
+
 def moment(clip: Clip, pose: Pose, seconds: float) -> str:
     """Format time, distance and, of a flying body, altitude, at constant width."""
     away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
@@ -28,11 +33,21 @@ def longest_moment(clip: Clip) -> str:
     return _moment(clip, clip.seconds, away, float(altitude[np.abs(altitude).argmax()]))
 
 
-def _moment(clip: Clip, seconds: float, away: float, altitude: float) -> str:
+def progress(clip: Clip, pose: Pose, seconds: float) -> str:
+    """Format how far a body of several is, and when its motion ended."""
+    away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
+    altitude = float(pose.middle[2]) + clip.floor
+    said = f"altitude {length(clip, altitude)}" if clip.flies else f"distance {length(clip, away)}"
+    return said + (f", ended at {clip.seconds:.2f} s" if seconds > clip.seconds + 1e-6 else "")
+
+
+def length(clip: Clip, metres: float) -> str:
+    """Format a length at the scale of a body."""
     # Digits are of one width, so nothing jumps as long as the unit stays.
     small = clip.anatomy.span < SMALL
-    lengths = [away, altitude] if clip.flies else [away]
-    said = [f"{100 * x:.1f} cm" if small else f"{x:.2f} m" for x in lengths]
-    said = [x.replace("-", "−") for x in said]
-    words = (f"{name} {x}" for name, x in zip(("distance", "altitude"), said, strict=False))
-    return "   ".join([f"{seconds:.2f} s", *words])
+    return (f"{100 * metres:.1f} cm" if small else f"{metres:.2f} m").replace("-", "−")
+
+
+def _moment(clip: Clip, seconds: float, away: float, altitude: float) -> str:
+    words = [time(seconds), f"distance {length(clip, away)}"]
+    return "   ".join([*words, f"altitude {length(clip, altitude)}"][: 3 if clip.flies else 2])

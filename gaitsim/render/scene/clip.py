@@ -42,6 +42,9 @@ class Clip:
         skeleton: whose numbers are finite.
         title: the first line.
         details: the second.
+        tag: a word beside the body, where there are others.
+        lane: how far it is moved to the left, m.
+        depth: height of the drawn ground, m; None for its own.
 
     Raises:
         GaitsimError: the skeleton cannot be drawn.
@@ -50,6 +53,9 @@ class Clip:
     skeleton: Skeleton
     title: str = ""
     details: str = ""
+    tag: str = ""
+    lane: float = 0.0
+    depth: float | None = None
 
     def __post_init__(self) -> None:
         segments, contacts = self.skeleton.segments, self.skeleton.contacts
@@ -80,10 +86,15 @@ class Clip:
         """How to draw it."""
         return anatomy(self.skeleton)
 
+    @property
+    def planar(self) -> bool:
+        """Whether it moves in a vertical plane along x, so that it is a line from above."""
+        return float(np.ptp(self.box[:, 1])) < 1e-6 * self.anatomy.span
+
     @cached_property
     def path(self) -> Points:
-        """Its path above the floor, (frames, 3) m."""
-        return np.asarray(self.skeleton.path, dtype=np.float64) - (0.0, 0.0, self.floor)
+        """Its path in its lane above the floor, (frames, 3) m."""
+        return np.asarray(self.skeleton.path, dtype=np.float64) + self._shift
 
     @cached_property
     def seconds(self) -> float:
@@ -93,6 +104,8 @@ class Clip:
     @cached_property
     def floor(self) -> float:
         """Height of the drawn ground, m: below a flying body, whose zero is its start."""
+        if self.depth is not None:
+            return self.depth
         return min(0.0, float(self.skeleton.segments[..., 2].min())) if self.flies else 0.0
 
     def grounded(self, points: Points) -> Points:
@@ -111,9 +124,12 @@ class Clip:
     def box(self) -> Points:
         """Its points about its path at up to 100 moments, (points, 3) m."""
         every = np.unique(np.linspace(0, len(self.path) - 1, 100).astype(int))
-        about = self.skeleton.segments[every] - (0.0, 0.0, self.floor)
-        about -= self._aims[every][:, None, None]
+        about = self.skeleton.segments[every] + self._shift - self._aims[every][:, None, None]
         return np.asarray(about, dtype=np.float64).reshape(-1, 3)
+
+    @property
+    def _shift(self) -> Points:
+        return np.array([0.0, self.lane, -self.floor])
 
     @cached_property
     def _aims(self) -> Points:
@@ -137,8 +153,8 @@ class Clip:
         if skeleton.contacts is not None and skeleton.touching is not None:
             contacts, touching = between(skeleton.contacts), skeleton.touching[before]
         return Pose(
-            between(skeleton.segments) - (0.0, 0.0, self.floor),
-            contacts,
+            between(skeleton.segments) + self._shift,
+            contacts + self._shift,
             touching,
             middle,
             between(self._aims),

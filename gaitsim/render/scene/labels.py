@@ -1,16 +1,21 @@
-"""The texts of a panel, none wider than the panel."""
+"""The texts of a picture, none wider than the picture."""
 
 from bisect import bisect_left
-from functools import cache
+from collections.abc import Sequence
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.render.colours import LEFT, side_words
 from gaitsim.render.scene import captions
 from gaitsim.render.scene.clip import Clip, Pose
-from gaitsim.render.scene.layout import Place
 from gaitsim.render.scene.themes import Theme
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.path import Path
 
 DPI = 64  # a power of two, so that a size in pixels is exact in inches
 POINT = 72 / DPI  # points of a pixel, in which widths and letters are given
@@ -18,88 +23,150 @@ SMALLEST = 9.0  # pixels: smaller letters cannot be read
 FONT = "DejaVu Sans"  # comes with matplotlib; its digits are all of one width
 
 
+ROW = 1.45  # of several bodies, in heights of letters
+ROWS = 0.5  # of the picture's height, that they may take
+
+
 class Labels:
-    """A panel's title, details, clock and legend.
+    """A picture's title, details, clock and legend, and a row for each of several bodies.
 
     Args:
         figure: to write in, at `DPI`.
-        place: the panel's left, bottom, width and height, pixels.
-        clip: what the panel shows.
+        size: width and height of the picture, pixels.
+        clips: what the picture shows.
         theme: its colours.
+        colours: of the bodies.
         grid: distance between the lines on the ground, m.
+        heading: the title and the details.
 
     Attributes:
         still: the artists that stay as they are.
         clock: the one that changes.
+        progress: how far each of several bodies is, glyphs that change.
     """
 
     def __init__(
-        self, figure: "Figure", place: Place, clip: Clip, theme: Theme, grid: float
+        self,
+        figure: "Figure",
+        size: tuple[int, int],
+        clips: Sequence[Clip],
+        theme: Theme,
+        colours: Sequence[str],
+        grid: float,
+        heading: tuple[str, str],
     ) -> None:
-        self._figure, self._clip, self._theme = figure, clip, theme
+        self._figure, self._clips, self._theme = figure, clips, theme
         self.still: list[Any] = []
-        left, bottom, width, height = place
-        self._unit = unit_of(width, height)
-        pad = 22 * self._unit
-        big, small = (max(size * self._unit, SMALLEST) for size in (21, 15))
-        room, top = width - 2 * pad, bottom + height - pad
-        title = self._text(left + pad, top, clip.title, big, weight="bold", va="top")
+        width, height = size
+        unit = unit_of(width, height)
+        pad, several = 22 * unit, len(clips) > 1
+        self._pad, self._small, big = pad, small_letters(size), max(21 * unit, SMALLEST)
+        room, top = width - 2 * pad, height - pad
+        title = self._text(pad, top, heading[0], big, weight="bold", va="top")
         self._fit(title, room)
         under = top - 1.35 * _size(title)
-        details = self._text(left + pad, under, clip.details, small, colour="faint", va="top")
+        details = self._text(pad, under, heading[1], self._small, colour="faint", va="top")
         self._fit(details, room)
-        self.clock = self._text(left + pad, bottom + pad, captions.longest_moment(clip), big)
+        longest = captions.time(max(clip.seconds for clip in clips))
+        if not several:
+            longest = captions.longest_moment(clips[0])
+        self.clock = self._text(pad, pad, longest, big)
         self._fit(self.clock, room)
         self.still.remove(self.clock)
         used = self._box(self.clock).width + 2 * pad
-        self._legend(left + width - pad, bottom + pad, room - used, small, grid)
+        self._legend(width - pad, pad, room - used, self._small, grid)
+        self.progress: list[tuple[Any, tuple[float, float]]] = []
+        if several:
+            self._rows(under - 1.9 * self._small, room, colours)
 
-    def set_clock(self, pose: Pose, seconds: float) -> None:
-        """Set the clock to a moment."""
-        self.clock.set_text(captions.moment(self._clip, pose, seconds))
+    def set_clock(self, poses: Sequence[Pose], seconds: float) -> None:
+        """Set the clock, and the rows of several bodies, to a moment."""
+        if not self.progress:
+            self.clock.set_text(captions.moment(self._clips[0], poses[0], seconds))
+            return
+        self.clock.set_text(captions.time(min(seconds, max(one.seconds for one in self._clips))))
+        for clip, pose, (artist, at) in zip(self._clips, poses, self.progress, strict=True):
+            said = captions.progress(clip, pose, seconds)
+            artist.set_paths([glyphs(said, self._small, at)])
+
+    def _rows(self, top: float, room: float, colours: Sequence[str]) -> None:
+        """Write which colour is whose, and leave room for how far each is."""
+        from matplotlib.collections import PathCollection
+        from matplotlib.transforms import IdentityTransform
+
+        size = self._small
+        bottoms = [top - ROW * size * (number + 0.5) for number in range(len(self._clips))]
+        for bottom, colour in zip(bottoms, colours, strict=True):
+            self._sign(self._pad + 0.4 * size, bottom + 0.36 * size, size, "s", colour, True)
+        left, last = self._pad + 1.3 * size, width_of("altitude −000.00 m", size)
+        for column in ("title", "details"):
+            rest = self._pad + room - left - last - size
+            written = []
+            for clip, bottom in zip(self._clips, bottoms, strict=True):
+                text = self._text(left, bottom, getattr(clip, column), size)
+                self._fit(text, max(rest, size))
+                written.append(float(self._box(text).x1))
+            left = max(written) + size
+        for bottom in bottoms:
+            artist = PathCollection([], facecolors=self._theme.ink, edgecolors="none", zorder=9)
+            artist.set_transform(IdentityTransform())
+            self._figure.add_artist(artist, clip=False)
+            self.progress.append((artist, (left, bottom)))
 
     def _legend(self, right: float, bottom: float, room: float, size: float, grid: float) -> None:
         """Write the meaning of the markers and the step of the grid, as far as there is room.
 
         A flying body has a scale of altitude instead: its grid varies with the altitude.
         """
-        if self._clip.flies:
+        skeleton = self._clips[0].skeleton
+        if skeleton.contacts is None:
             return
-        scale = [(f"grid {captions.step(grid)}", "")]
-        feet = [("on the ground", "stance"), ("in the air", "swing")]
-        for entries in [*feet, *scale], feet:
+        theme = self._theme
+        scale = [(f"grid {captions.step(grid)}", "", True)]
+        feet = [("on the ground", theme.faint, True), ("in the air", theme.faint, False)]
+        words = side_words(skeleton.contact_names)
+        sides = [
+            (word, {LEFT: theme.left}.get(side, theme.right), True) for side, word in words.items()
+        ]
+        for entries in [*sides, *feet, *scale], [*feet, *scale], feet, scale:
             before, at = len(self.still), right
-            for words, marker in reversed(entries):
-                at = self._entry(at, bottom, words, marker, size)
+            for word, colour, filled in reversed(entries):
+                at = self._entry(at, bottom, word, colour, filled, size)
             if right - at <= room:
                 return
             while len(self.still) > before:
                 self.still.pop().remove()
 
-    def _entry(self, right: float, bottom: float, words: str, marker: str, size: float) -> float:
+    def _entry(
+        self, right: float, bottom: float, words: str, colour: str, filled: bool, size: float
+    ) -> float:
         """Write an entry of the legend from the right; return where the next one can end."""
+        text = self._text(right, bottom, words, size, colour="faint", ha="right")
+        left = float(self._box(text).x0) - 0.6 * size
+        if colour:
+            self._sign(left - 0.2 * size, bottom + 0.36 * size, size, "o", colour, filled)
+            left -= 0.8 * size
+        return left - 0.6 * size
+
+    def _sign(
+        self, x: float, y: float, size: float, marker: str, colour: str, filled: bool
+    ) -> None:
         from matplotlib.lines import Line2D
         from matplotlib.transforms import IdentityTransform
 
-        text = self._text(right, bottom, words, size, colour="faint", ha="right")
-        left = float(self._box(text).x0) - 0.6 * size
-        if marker:
-            filled = marker == "stance"
-            colour = getattr(self._theme, marker)
-            sign = Line2D(
-                [left - 0.2 * size],
-                [bottom + 0.36 * size],
-                linestyle="none",
-                marker="o",
-                markersize=(0.75 if filled else 0.62) * size * POINT,
-                markerfacecolor=colour if filled else "none",
-                markeredgecolor=self._theme.limb_edge if filled else colour,
-                markeredgewidth=(0.05 if filled else 0.15) * size * POINT,
-                transform=IdentityTransform(),
-            )
-            self.still.append(self._figure.add_artist(sign))
-            left -= 0.8 * size
-        return left - 0.6 * size
+        sign = Line2D(
+            [x],
+            [y],
+            linestyle="none",
+            marker=marker,
+            markersize=(0.75 if filled else 0.62) * size * POINT,
+            markerfacecolor=colour if filled else "none",
+            markeredgecolor=self._theme.limb_edge if filled else colour,
+            markeredgewidth=(0.05 if filled else 0.15) * size * POINT,
+            transform=IdentityTransform(),
+            zorder=9,
+        )
+        self.still.append(self._figure.add_artist(sign))
 
     def _text(
         self,
@@ -154,8 +221,44 @@ class Labels:
 
 
 def unit_of(width: float, height: float) -> float:
-    """Return the size of a panel relative to one of 960 × 720 pixels."""
+    """Return the size of a picture relative to one of 960 × 720 pixels."""
     return max(min(width / 960, height / 720), 0.36)
+
+
+def small_letters(size: tuple[int, int]) -> float:
+    """Return the height of small letters in a picture of a size, pixels."""
+    return max(15 * unit_of(*size), SMALLEST)
+
+
+def width_of(words: str, size: float) -> float:
+    """Return the width of a text whose letters have a size, pixels."""
+    return size / 100 * float(_large_glyphs(words)[0][:, 0].max(initial=0.0))
+
+
+def glyphs(words: str, size: float, at: tuple[float, float], share: float = 0.0) -> "Path":
+    """Return a text as a path; drawing it takes a tenth of the time of a text.
+
+    Args:
+        words: the text.
+        size: of its letters, pixels.
+        at: a place on its base line, pixels.
+        share: of its width that is to the left of that place.
+    """
+    from matplotlib.path import Path
+
+    large, codes = _large_glyphs(words)
+    left = at[0] - share * width_of(words, size)
+    return Path(size / 100 * large + np.array([left, at[1]]), codes)
+
+
+@lru_cache(1024)
+def _large_glyphs(words: str) -> tuple[NDArray[np.float64], Any]:
+    """Return the corners and the codes of a text of 100 pixels."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    path = TextPath((0, 0), _printable(words), size=100, prop=FontProperties(family=FONT))
+    return np.asarray(path.vertices, dtype=np.float64), path.codes
 
 
 def _size(text: Any) -> float:

@@ -1,10 +1,19 @@
-"""Colours of a scene; those of markers suit colour-blind readers (Okabe & Ito 2008)."""
+"""Colours of a scene."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gaitsim.render.colours import (
+    LEFT_COLOUR,
+    LEFT_ON_DARK,
+    LINES,
+    LINES_ON_DARK,
+    RIGHT_COLOUR,
+    RIGHT_ON_DARK,
+)
 
 Colour = NDArray[np.float64]
 """Red, green, blue, each 0 to 1, (3,)."""
@@ -18,12 +27,11 @@ class Theme:
         ground: the ground and the background.
         grid: lines on the ground.
         ink: text.
-        faint: text of less weight, and lines between panels.
+        faint: text of less weight.
         shadow: of the body on the ground.
         limb, limb_light, limb_edge: a limb's side, its light upper side, its outline.
-        body, body_light: the same of trunks, plates and solids.
-        stance, swing: feet on the ground and in the air.
-        path: of the body.
+        middle, left, right: feet, by their side.
+        bodies: of trunks, plates and the path, of one body after the other.
     """
 
     ground: str
@@ -34,23 +42,21 @@ class Theme:
     limb: str
     limb_light: str
     limb_edge: str
-    body: str
-    body_light: str
-    stance: str
-    swing: str
-    path: str
+    middle: str
+    left: str
+    right: str
+    bodies: tuple[str, ...]
 
-    @property
-    def colours(self) -> dict[str, Colour]:
-        """Its colours by name."""
-        from matplotlib.colors import to_rgb
-
-        return {name: np.array(to_rgb(colour)) for name, colour in vars(self).items()}
+    def body(self, number: int) -> str:
+        """Return the colour of a body, counted from 0."""
+        return self.bodies[number % len(self.bodies)]
 
     @property
     def exact(self) -> NDArray[np.uint8]:
         """Its colours, (colours, 3), 0 to 255."""
-        return np.round(255 * np.array([*self.colours.values()])).astype(np.uint8)
+        named = [value for value in vars(self).values() if isinstance(value, str)]
+        every = [rgb(colour) for colour in (*named, *self.bodies)]
+        return np.round(255 * np.array(every)).astype(np.uint8)
 
 
 THEMES = {
@@ -60,14 +66,13 @@ THEMES = {
         ink="#1c252e",
         faint="#6a7682",
         shadow="#d9d6cf",
-        limb="#43586b",
-        limb_light="#7d94a8",
+        limb="#5b656f",
+        limb_light="#97a2ad",
         limb_edge="#1b2631",
-        body="#2f6f8f",
-        body_light="#5b9dbd",
-        stance="#d55e00",
-        swing="#0072b2",
-        path="#009e73",
+        middle="#1c252e",
+        left=LEFT_COLOUR,
+        right=RIGHT_COLOUR,
+        bodies=LINES,
     ),
     "dark": Theme(
         ground="#12161c",
@@ -75,16 +80,22 @@ THEMES = {
         ink="#eef1f5",
         faint="#8d99a8",
         shadow="#07090c",
-        limb="#8396aa",
-        limb_light="#c6d2de",
+        limb="#8b949e",
+        limb_light="#cbd3db",
         limb_edge="#05070a",
-        body="#3f86a8",
-        body_light="#84c3e0",
-        stance="#e69f00",
-        swing="#56b4e9",
-        path="#2fc79b",
+        middle="#eef1f5",
+        left=LEFT_ON_DARK,
+        right=RIGHT_ON_DARK,
+        bodies=LINES_ON_DARK,
     ),
 }
+
+
+def rgb(colour: str) -> Colour:
+    """Return the red, green and blue of a colour."""
+    from matplotlib.colors import to_rgb
+
+    return np.array(to_rgb(colour))
 
 
 def mixed(one: Colour, other: Colour, share: Any) -> NDArray[np.float64]:

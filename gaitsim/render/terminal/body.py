@@ -1,10 +1,9 @@
 """A body on the ground at one moment, in braille dots."""
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.render.colours import sides
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
@@ -15,8 +14,6 @@ from gaitsim.render.ticks import round_step
 # Inks, the higher over the lower.
 GROUND, TRACK = 1, 2
 BODY = 3  # + SIDES × shade + side: the near over the far
-MIDDLE, LEFT, RIGHT = range(3)
-_SIDES = {"L": LEFT, "left": LEFT, "R": RIGHT, "right": RIGHT}
 SIDES, SHADES = 3, 3  # the last shade is the nearest
 FOOT = BODY + SIDES * SHADES  # + side
 LABEL = FOOT + SIDES
@@ -28,16 +25,6 @@ REACH = 0.75  # of the ground around the body, in widths of the picture
 DENSEST = 1.5  # dots between lines of the ground: nearer to each other they are left out
 BOLD = 150  # dots of a picture's height from which lines are two dots wide
 TRAIL = 80  # points of a path that are drawn, at most
-
-
-@lru_cache(16)
-def sides(names: tuple[str, ...]) -> NDArray[np.intp]:
-    """Return the side of each thing by the first word of its name, such as 'L1 femur'.
-
-    A skeleton says nothing else of sides; names without one are in the middle.
-    """
-    words = [name.replace("_", " ").replace("-", " ").partition(" ")[0] for name in names]
-    return np.array([_SIDES.get(word.rstrip("0123456789"), MIDDLE) for word in words], np.intp)
 
 
 def picture(

@@ -37,7 +37,7 @@ def strip(
     Args:
         touching: (frames, feet).
         names: of the feet, as far as they have any; of characters one column wide.
-        sides: of the feet, as `gaitsim.render.terminal.body.sides` gives them.
+        sides: of the feet, as `gaitsim.render.colours.sides` gives them.
         frame: the moment.
         frame_rate: Hz.
         columns: of the picture.

@@ -9,7 +9,7 @@ from textual.geometry import Size
 from textual.reactive import reactive
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.terminal.body import sides
+from gaitsim.render.colours import sides
 from gaitsim.render.terminal.footfalls import strip
 from gaitsim.tui.widgets.cells import Cells, Picture
 

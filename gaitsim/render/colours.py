@@ -1,0 +1,47 @@
+"""What colours mean, alike in plots, videos and the terminal.
+
+Blue is left and orange is right; a filled mark is on the ground, a hollow one in the air. Green,
+the first of the colours of lines, is the body and its path; compared individuals and other lines
+take the next ones, none of them blue or orange. Blue, orange, green and pink are those of Okabe and
+Ito (2008), wine and olive of Tol's muted scheme: colour-blind readers tell them apart.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+MIDDLE, LEFT, RIGHT = range(3)
+# The camera stands on a body's right: of a planar body, that side is the near one.
+_SIDES = {
+    **dict.fromkeys(("L", "left", "far"), LEFT),
+    **dict.fromkeys(("R", "right", "near"), RIGHT),
+}
+
+LEFT_COLOUR, RIGHT_COLOUR = "#0072B2", "#D55E00"
+LINES = ("#009E73", "#882255", "#1A1A1A", "#CC79A7", "#999933")
+# On a dark ground.
+LEFT_ON_DARK, RIGHT_ON_DARK = "#56B4E9", "#E69F00"
+LINES_ON_DARK = ("#2FC79B", "#D67BB3", "#FFFFFF", "#8A63C9", "#F3EE9B")
+
+
+@lru_cache(16)
+def sides(names: tuple[str, ...]) -> NDArray[np.intp]:
+    """Return the side of each thing by the first word of its name, such as 'L1 femur'.
+
+    A skeleton says nothing else of sides; names without one are in the middle.
+    """
+    return np.array([_SIDES.get(_word(name), MIDDLE) for name in names], np.intp)
+
+
+def side_words(names: Sequence[str]) -> dict[int, str]:
+    """Return what the sides that things have are called: left and right, or near and far."""
+    whole = {"L": "left", "R": "right"}
+    found = {_SIDES[word]: whole.get(word, word) for word in map(_word, names) if word in _SIDES}
+    return dict(sorted(found.items()))
+
+
+def _word(name: str) -> str:
+    word = name.replace("_", " ").replace("-", " ").partition(" ")[0]
+    return word.rstrip("0123456789")

@@ -1,0 +1,72 @@
+"""Several bodies in lanes on one ground, and where the camera looks to see them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gaitsim.render.scene.camera import Points
+from gaitsim.render.scene.clip import Clip, Pose
+
+MOMENTS = 100  # at which the bodies are measured
+APART = 0.15  # between bodies side by side, in their widths
+STEEP = 0.7  # between lanes at least, in heights of a body: flat ones must not hide each other
+WIDEST = 3.0  # of a lane, in widths of a body: who drifts farther crosses into another
+
+
+class Race:
+    """Bodies in lanes, the first the farthest from the camera; or a single one.
+
+    Args:
+        clips: what they do.
+        leader: whom the camera keeps in sight where they are too far apart to show all.
+
+    Attributes:
+        clips: in their lanes, on a common ground.
+        room: how far the leader may be from where the camera looks, m.
+    """
+
+    def __init__(self, clips: Sequence[Clip], leader: int) -> None:
+        self.clips = _lined_up(clips) if len(clips) > 1 else list(clips)
+        self.leader, self.room = leader, np.inf
+        self.seconds = max(clip.seconds for clip in clips)
+        self.span = max(clip.anatomy.span for clip in clips)
+
+    def aim(self, poses: Sequence[Pose]) -> Points:
+        """Return where the camera looks: at the middle of the bodies, near the leader."""
+        aims = np.stack([pose.aim for pose in poses])
+        middle = (aims.min(axis=0) + aims.max(axis=0)) / 2
+        away = aims[self.leader] - middle
+        far = float(np.linalg.norm(away))
+        return np.asarray(middle + away * (1 - self.room / far) if far > self.room else middle)
+
+    @property
+    def box(self) -> Points:
+        """The points of all bodies about where the camera looks, (points, 3) m."""
+        if len(self.clips) == 1:
+            return self.clips[0].box
+        points = []
+        for seconds in np.linspace(0, self.seconds, MOMENTS):
+            poses = [clip.at(seconds) for clip in self.clips]
+            segments = np.concatenate([pose.segments.reshape(-1, 3) for pose in poses])
+            points.append(segments - self.aim(poses))
+        return np.concatenate(points)
+
+
+def _lined_up(clips: Sequence[Clip]) -> list[Clip]:
+    """Return the clips side by side, each as far from the next as it needs."""
+    floor = min(clip.floor for clip in clips)
+    wide, tall = np.max([np.ptp(clip.box, axis=0)[1:] for clip in clips], axis=0)
+    moments = np.linspace(0, max(clip.seconds for clip in clips), MOMENTS)
+    # The right and the left edge of each body at each moment, (clips, moments).
+    sides = [[clip.at(seconds).segments[..., 1] for seconds in moments] for clip in clips]
+    right, left = np.array(sides).min(axis=(2, 3)), np.array(sides).max(axis=(2, 3))
+    lanes = [0.0]
+    for farther, nearer in zip(right[:-1], left[1:], strict=True):
+        step = float((nearer - farther).max()) + APART * wide
+        lanes.append(lanes[-1] - max(min(step, WIDEST * wide), STEEP * tall))
+    middle = (lanes[0] + lanes[-1]) / 2
+    return [
+        replace(clip, lane=lane - middle, depth=floor)
+        for clip, lane in zip(clips, lanes, strict=True)
+    ]

@@ -1,0 +1,144 @@
+"""One body in a picture: its artists are created once, then moved."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
+from gaitsim.render.scene.bodies import body, shadow
+from gaitsim.render.scene.camera import Camera, Points
+from gaitsim.render.scene.clip import Clip, Pose
+from gaitsim.render.scene.ground import SHADES
+from gaitsim.render.scene.labels import POINT, SMALLEST, glyphs
+from gaitsim.render.scene.shapes import discs, hull
+from gaitsim.render.scene.themes import Theme, mixed, rgb
+
+FOOT = 1.55  # radius of a foot's mark, in those of limbs
+TRAIL = 240  # pieces of the path behind a body
+_CIRCLE = np.linspace(0, 2 * np.pi, 25)
+
+
+class Runner:
+    """A body with its feet, its shadow, its path and, in a race, its tag.
+
+    Args:
+        add: adds an artist of an order to the picture.
+        clip: what it does.
+        theme: the colours of the picture.
+        colour: of this body.
+        unit: pixels of the picture that a pixel at 720 lines would be.
+        picture: its width and height, pixels.
+    """
+
+    def __init__(
+        self,
+        add: Callable[[Any, int], Any],
+        clip: Clip,
+        theme: Theme,
+        colour: str,
+        unit: float,
+        picture: tuple[int, int],
+    ) -> None:
+        from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+
+        self.clip, self._picture = clip, np.array(picture)
+        self._line, self._size = 1.3 * unit, max(15 * unit, SMALLEST)
+        line = self._line * POINT
+        own, ground = rgb(colour), rgb(theme.ground)
+        names = ("ground", "limb", "limb_light", "limb_edge")
+        self._colours = {name: rgb(getattr(theme, name)) for name in names}
+        self._colours["body"] = mixed(own, rgb("#000000"), 0.2)
+        self._colours["body_light"] = mixed(own, rgb("#ffffff"), 0.3)
+        shades = mixed(ground, own, np.arange(1, SHADES + 1) / SHADES)
+        self.shadow = add(PolyCollection([], facecolors=theme.shadow, edgecolors="none"), 1)
+        self.support = add(
+            PolyCollection([], facecolors=(*rgb(theme.ink), 0.09), edgecolors=theme.faint), 3
+        )
+        self.support.set_linewidths([0.8 * line])
+        self.trail = add(PathCollection([], facecolors="none", edgecolors=shades), 4)
+        self.trail.set_linewidths([2.2 * line])
+        self.stance = add(PolyCollection([], edgecolors=theme.limb_edge), 5)
+        self.stance.set_linewidths([0.6 * line])
+        self.swing = add(LineCollection([], linewidths=1.8 * line), 6)
+        self.body = add(PolyCollection([], joinstyle="round"), 7)
+        self.tag = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
+        feet = len(clip.skeleton.contact_names) or clip.at(0).contacts.shape[0]
+        colours = {MIDDLE: theme.middle, LEFT: theme.left, RIGHT: theme.right}
+        side = sides(clip.skeleton.contact_names or ("",) * feet)
+        self._feet = np.array([rgb(colours[one]) for one in side.tolist()]).reshape(-1, 3)
+
+    def show(self, camera: Camera, pose: Pose, reach: float, place: int) -> None:
+        """Move everything to a pose.
+
+        Args:
+            camera: of the picture.
+            pose: of the body.
+            reach: how far the path is drawn from where the camera looks, pixels.
+            place: of the body among others, the farthest 0.
+        """
+        clip = self.clip
+        for step, artist in enumerate((self.stance, self.swing, self.body)):
+            artist.set_zorder(5 + (place + step / 3) / 100)
+        self.shadow.set_verts(shadow(camera, clip.grounded(pose.segments), clip.anatomy))
+        self._show_trail(camera, pose, reach)
+        self._show_feet(camera, pose)
+        parts = body(camera, pose.segments, clip.anatomy, self._colours, self._line)
+        self.body.set_verts([part.outline for part in parts])
+        self.body.set_facecolors(np.array([part.face for part in parts]))
+        self.body.set_edgecolors(np.array([part.edge for part in parts]))
+        self.body.set_linewidths([part.width * POINT for part in parts])
+        if clip.tag:
+            self._show_tag(camera, pose)
+
+    def _show_tag(self, camera: Camera, pose: Pose) -> None:
+        """Write the tag above the body, or with an arrow where the body has left the picture."""
+        places, _ = camera.project(pose.segments.reshape(-1, 3))
+        low, high = places.min(axis=0), places.max(axis=0)
+        at = np.array([(low[0] + high[0]) / 2, high[1] + 0.5 * self._size])
+        outside = [low[0] > self._picture[0], high[1] < 0, high[0] < 0, low[1] > self._picture[1]]
+        arrow = next((arrow for arrow, out in zip("→↓←↑", outside, strict=True) if out), "")
+        edge = 2.5 * self._size
+        across, above = np.clip(at, edge, self._picture - edge).tolist()
+        self.tag.set_paths([glyphs(arrow + self.clip.tag, self._size, (across, above), 0.5)])
+
+    def _show_trail(self, camera: Camera, pose: Pose, reach: float) -> None:
+        clip = self.clip
+        trail = pose.trail if clip.flies else clip.grounded(pose.trail)
+        seen = np.linalg.norm(trail - camera.target, axis=1) * camera.scale < reach
+        since = int(np.flatnonzero(~seen)[-1]) + 1 if not seen.all() else 0
+        since = min(since, len(trail) - 1)
+        every = np.unique(np.linspace(since, len(trail) - 1, TRAIL + 1).astype(int))
+        trail = trail[every]
+        pieces = np.stack([trail[:-1], trail[1:]], axis=1)
+        away = np.linalg.norm(pieces.mean(axis=1) - camera.target, axis=1) * camera.scale / reach
+        self.trail.set_paths(layers(camera, pieces, 1 - away))
+
+    def _show_feet(self, camera: Camera, pose: Pose) -> None:
+        clip, touching = self.clip, pose.touching
+        standing = clip.grounded(pose.contacts[touching])
+        support = clip.grounded(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
+        self.support.set_verts([camera.project(support)[0]])
+        size = FOOT * clip.anatomy.thickness
+        self.stance.set_verts(list(camera.project(clip.grounded(discs(standing, size)))[0]))
+        self.stance.set_facecolors(self._feet[touching])
+        swinging, depth = camera.project(pose.contacts[~touching])
+        radius = 0.75 * size * camera.scale_at(depth)
+        circle = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
+        self.swing.set_segments(list(swinging[:, None] + radius[:, None, None] * circle))
+        self.swing.set_colors(self._feet[~touching])
+
+
+def layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
+    """Return pieces of lines (pieces, 2, 3) as one path for each shade."""
+    from matplotlib.path import Path
+
+    ends, depth = camera.project(pieces)
+    shade = np.round(np.clip(strength, 0, 1) * SHADES) * camera.in_front(depth).all(axis=1)
+    paths = []
+    for wanted in range(1, SHADES + 1):
+        points = ends[shade == wanted].reshape(-1, 2)
+        codes = np.full(len(points), Path.LINETO, dtype=Path.code_type)
+        codes[::2] = Path.MOVETO
+        paths.append(Path(points, codes))
+    return paths

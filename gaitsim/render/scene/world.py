@@ -1,0 +1,130 @@
+"""The ground with the bodies on it, seen by one camera."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitsim.render.scene.altitude_scale import AltitudeScale
+from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, axes, fitting
+from gaitsim.render.scene.clip import Pose
+from gaitsim.render.scene.ground import SHADES, fine_step, grid
+from gaitsim.render.scene.labels import POINT, ROW, Labels, small_letters, unit_of
+from gaitsim.render.scene.race import Race
+from gaitsim.render.scene.runner import Runner, layers
+from gaitsim.render.scene.themes import Theme, mixed, rgb
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FILLED = 0.56, 0.52  # shares of the picture's width and height that a body may fill
+FILLED_BY_ALL = 0.8, 0.6  # the same of several
+SMALLEST = 0.08  # of the picture's height, that a body of several is at least
+AHEAD = 0.3  # of the same height, that the leader may be from the middle
+STEEP = 24.0  # degrees that the camera looks down at several bodies, at least
+
+
+class World:
+    """Everything in a picture but its background.
+
+    Args:
+        figure: to draw in, at `DPI`.
+        size: width and height, pixels.
+        race: the bodies.
+        theme: its colours.
+        view: one of `VIEWS`.
+        heading: the first and the second line in it.
+    """
+
+    def __init__(
+        self,
+        figure: "Figure",
+        size: tuple[int, int],
+        race: Race,
+        theme: Theme,
+        view: str,
+        heading: tuple[str, str],
+    ) -> None:
+        from matplotlib.collections import PathCollection
+        from matplotlib.transforms import IdentityTransform
+
+        width, height = size
+        self.race, self.clips = race, race.clips
+        self._figure, self._identity = figure, IdentityTransform()
+        self._unit = unit_of(width, height)
+        self._reach = 0.75 * float(np.hypot(width, height))
+        if view == "top" and all(clip.planar for clip in self.clips):
+            view = "side"
+        several = len(self.clips) > 1
+        rows = ROW * small_letters(size) * len(self.clips) if several else 0.0
+        self._centre = np.array([width / 2, (height - rows) / 2])
+        azimuth, elevation = VIEWS[view]
+        self.angles = azimuth, max(elevation, STEEP) if several else elevation
+        box, (across, above) = race.box, FILLED_BY_ALL if several else FILLED
+        self.scale, self.middle = fitting(
+            box, self.angles, across * width, above * height - rows / 2, view
+        )
+        self._extent = max(float(np.ptp(box, axis=0).max()), race.span) if several else race.span
+        if several and self.scale * race.span < SMALLEST * height:
+            self.scale = SMALLEST * height / race.span
+            race.room = AHEAD * height / self.scale
+            self.middle = np.zeros(3)
+            self._extent = height / self.scale
+        ground = rgb(theme.ground)
+        shades = mixed(ground, rgb(theme.grid), np.arange(1, SHADES + 1) / SHADES)
+        self.grid = self._add(PathCollection([], facecolors="none", edgecolors=shades), 2)
+        self.grid.set_linewidths([0.8 * 1.3 * self._unit * POINT])
+        colours = [theme.body(number) for number in range(len(self.clips))]
+        self.runners = [
+            Runner(self._add, clip, theme, colour, self._unit, size)
+            for clip, colour in zip(self.clips, colours, strict=True)
+        ]
+        rise = self.scale * float(np.cos(np.radians(self.angles[1])))
+        upright = any(clip.flies for clip in self.clips) and rise > 0.5 * self.scale
+        self.altitude_scale = (
+            AltitudeScale(figure, size, theme, colours, rise, self._unit) if upright else None
+        )
+        step = fine_step(self.scale, self._unit)
+        self.labels = Labels(figure, size, self.clips, theme, colours, step, heading)
+
+    def _add(self, artist: Any, order: int) -> Any:
+        artist.set_transform(self._identity)
+        self._figure.add_artist(artist, clip=False)
+        artist.set_zorder(order)
+        return artist
+
+    def show(self, seconds: float, turned: float = 0.0) -> None:
+        """Move everything to a moment.
+
+        Args:
+            seconds: since the clips began.
+            turned: angle of the camera around the bodies, degrees.
+        """
+        poses = [clip.at(seconds) for clip in self.clips]
+        azimuth, elevation = self.angles
+        camera = Camera(
+            self.race.aim(poses) + self.middle,
+            *axes(azimuth + turned, elevation),
+            distance=DISTANCE * self._extent,
+            scale=self.scale,
+            centre=self._centre,
+        )
+        lead = self.clips[self.race.leader]
+        ends, strength = grid(camera, self._extent, self._reach, self._unit, lead.corners)
+        self.grid.set_paths(layers(camera, lead.grounded(ends), strength))
+        self._show_runners(camera, poses)
+        if self.altitude_scale:
+            altitudes = [
+                float(pose.middle[2]) + clip.floor
+                for clip, pose in zip(self.clips, poses, strict=True)
+            ]
+            at = float(camera.project(poses[self.race.leader].middle)[0][1])
+            self.altitude_scale.show(altitudes, altitudes[self.race.leader], at)
+        self.labels.set_clock(poses, seconds)
+
+    def _show_runners(self, camera: Camera, poses: Sequence[Pose]) -> None:
+        """Show the bodies, the nearer ones over the farther ones."""
+        depths = [float(camera.project(pose.middle)[1]) for pose in poses]
+        order = np.argsort(np.argsort(depths)[::-1]) if len(poses) > 1 else [0]
+        for runner, pose, place in zip(self.runners, poses, order, strict=True):
+            runner.show(camera, pose, self._reach, int(place))
