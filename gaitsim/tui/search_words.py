@@ -26,6 +26,7 @@ _PRODUCTS = (
     "make video movie film mp4 gif plot figure picture png pdf svg matlab mat csv servo robot gait "
     "file save analyse analysis imitate imitation network curve"
 )
+_REASONS = "score terms analyse analysis gait name explain breakdown"
 _EXPORT = "On a run, at home, live or in a replay: e."
 _SHOWN = "No champion is shown yet: it is loading, or the run has none."
 _CHAMPION = "The run has no champion yet; let it evolve."
@@ -47,6 +48,7 @@ SEARCH: dict[str, Search] = {
         where="At home: mark two or more runs with space, then c.",
     ),
     "home.export": Search(_PRODUCTS, title="Export", where=_EXPORT),
+    "home.why": Search(_REASONS, title="Why", where="On a run, at home, live or in a replay: w."),
     "home.filter": Search("search find words", title="Filter", where="At home: /."),
     "home.delete": Search("remove erase trash several", title="Delete", where="At home: d."),
     "home.stop": Search("end halt kill background", title="Stop", where="At home: x."),
@@ -86,13 +88,16 @@ SEARCH: dict[str, Search] = {
         "Goal",
         "On a live run: g.",
     ),
+    "live.why": Search(_REASONS, _CHAMPION),
     "live.export": Search(_PRODUCTS, _CHAMPION),
     "live.log": Search("history messages terms what happened"),
-    "replay.play": Search("pause start stop animation", _SHOWN),
+    "replay.play": Search("start go animation", f"It moves already, or: {_SHOWN}"),
+    "replay.pause": Search("stop hold halt animation", f"It is held already, or: {_SHOWN}"),
     "replay.frame-back": Search("step previous", _SHOWN),
     "replay.frame-on": Search("step next", _SHOWN),
     "replay.generation-back": Search("previous earlier", _SHOWN),
     "replay.generation-on": Search("next later", _SHOWN),
+    "replay.go-to": Search("generation number jump", _SHOWN, "Go to", "In a replay: g."),
     "replay.best": Search("champion", _SHOWN),
     "replay.slower": Search("speed slow motion rate time", _SHOWN, "Slower", "In a replay: <."),
     "replay.faster": Search("speed rate time", _SHOWN, "Faster", "In a replay: >."),
@@ -103,6 +108,7 @@ SEARCH: dict[str, Search] = {
     "replay.reset": Search("camera zoom", _SHOWN),
     "replay.measures": Search("terms score numbers values panel curve", _SHOWN),
     "replay.split": Search("beside two compare second", title="Split", where="In a replay: s."),
+    "replay.why": Search(_REASONS, _SHOWN),
     "replay.export": Search(_PRODUCTS, _SHOWN),
     "compare.quantity": Search(
         "median mean diversity best axis", "None of these runs has a generation."

@@ -16,7 +16,7 @@ def test_it_says_which_terms_the_score_has_and_which_gait_it_is(walk, drive):
     run = walk()
 
     async def test(driver):
-        driver.app.open_why(run)
+        await driver.press("w")
         screen = await driver.at("Why")
         await driver.until(lambda: len(screen.query("VerticalScroll > Static")) > 4)
         said = words(screen)

@@ -21,7 +21,19 @@ if TYPE_CHECKING:
 
 EVERY = 1.0  # seconds between two looks at the folder
 ACTIONS = (
-    *("delete", "stop", "rename", "note", "files", "replay", "compare", "export", "filter", "back"),
+    *(
+        "delete",
+        "stop",
+        "rename",
+        "note",
+        "files",
+        "replay",
+        "why",
+        "compare",
+        "export",
+        "filter",
+        "back",
+    ),
 )
 
 

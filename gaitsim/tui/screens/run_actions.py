@@ -34,6 +34,7 @@ class RunActions(GaitScreen):
         Binding("N", "note", "Note", id="home.note", tooltip="A text kept with the run"),
         Binding("R", "rename", "Rename", id="home.rename", tooltip="Give it another name"),
         Binding("f", "files", "Files", id="home.files", tooltip="What was made of it"),
+        Binding("w", "why", "Why", id="home.why", tooltip="Why the champion scored"),
         Binding("p", "plugins", "Plugins", id="home.plugins", tooltip="What is installed"),
     ]
 
@@ -56,7 +57,7 @@ class RunActions(GaitScreen):
 
     def obstacle(self, action: str) -> str:
         run, chosen = self.current(), self._chosen()
-        needs_run = ("select_cursor", "mark", "replay", "export", "note", "rename", "files")
+        needs_run = ("select_cursor", "mark", "replay", "why", "export", "note", "rename", "files")
         if action in (*needs_run, "delete", "stop") and not chosen:
             return "There is no run here; n assembles one."
         match action:
@@ -66,9 +67,9 @@ class RunActions(GaitScreen):
                 return "It does not evolve now."
             case "rename" if run is not None and run.evolves:
                 return "It evolves; stop it first, with x."
-            case "replay" | "export" if run is not None and run.problem is not None:
+            case "replay" | "why" | "export" if run is not None and run.problem is not None:
                 return "It cannot be read; the lines below the list say why."
-            case "replay" | "export" if run is not None and run.generation == 0:
+            case "replay" | "why" | "export" if run is not None and run.generation == 0:
                 return "It has no generation yet; open it, and let it evolve."
             case "compare" if len(self.marked()) < 2:
                 return "Mark two or more runs first, with space."
@@ -105,6 +106,11 @@ class RunActions(GaitScreen):
         if run is not None:
             others = [one.path for one in self.marked() if one.path != run.path]
             self.gaitsim.open_export(run.path, others=others)
+
+    def action_why(self) -> None:
+        run = self.current()
+        if run is not None:
+            self.gaitsim.open_why(run.path)
 
     def action_files(self) -> None:
         run = self.current()
