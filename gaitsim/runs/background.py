@@ -103,6 +103,14 @@ def runtime_file(run: Path, kind: str, folder: Path | None = None) -> Path:
     return (folder or runtime_folder()) / (key + kind)
 
 
+def runtime_names() -> frozenset[str]:
+    """Return the names of all files of background processes."""
+    try:
+        return frozenset(os.listdir(runtime_folder()))  # noqa: PTH208
+    except OSError:
+        return frozenset()
+
+
 def identity(run: Path) -> list[int] | None:
     """Return what distinguishes a run folder from a later one of the same path; None where gone."""
     try:

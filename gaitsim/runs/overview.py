@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -11,7 +11,14 @@ from typing import Any, Literal
 import numpy as np
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.runs.background import background_process, last_failure
+from gaitsim.runs.background import (
+    FAILURE,
+    STATUS,
+    background_process,
+    last_failure,
+    runtime_file,
+    runtime_names,
+)
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.files.safe_pickle import NewerVersionError, SchemaVersionError
@@ -140,12 +147,13 @@ class RunsWatcher:
         """
         paths = list_runs(self._root)
         self._watched = {path: self._watched.get(path) or _Watched(path) for path in paths}
-        return [found for path in paths if (found := self._watched[path].look()) is not None]
+        names = runtime_names()
+        return [found for path in paths if (found := self._watched[path].look(names)) is not None]
 
 
 def overview(path: Path) -> Overview | None:
     """Return one run at a glance; None where it is gone."""
-    return _Watched(path).look()
+    return _Watched(path).look(runtime_names())
 
 
 class _Watched:
@@ -158,8 +166,10 @@ class _Watched:
         self._overview: Overview | None = None
         self._finished = False
         self._not_before = 0.0
+        self._background = {runtime_file(path, kind).name for kind in (STATUS, FAILURE)}
 
-    def look(self) -> Overview | None:
+    def look(self, names: Collection[str]) -> Overview | None:
+        """Return the run as it is now, given the names of the files of background processes."""
         if not os.path.lexists(self._path / EXPERIMENT):
             return None
         now = time.monotonic()
@@ -175,7 +185,7 @@ class _Watched:
             found = self._overview = replace(found, note=note)
         if found.problem is not None:
             return found
-        state, failure = self._state()
+        state, failure = self._state(self._background.isdisjoint(names))
         if found.state != state or str(found.failure) != str(failure):
             found = self._overview = replace(found, state=state, failure=failure)
         return found
@@ -186,13 +196,13 @@ class _Watched:
         except RunError as error:
             return f"({error.what})"
 
-    def _state(self) -> tuple[State, GaitsimError | None]:
-        process = background_process(self._path)
+    def _state(self, alone: bool) -> tuple[State, GaitsimError | None]:
+        process = None if alone else background_process(self._path)
         if process is not None and process.state in ("queued", "paused"):
             return process.state, None
         if process is not None or is_locked(self._path):
             return "running", None
-        failure = last_failure(self._path)
+        failure = None if alone else last_failure(self._path)
         state: State = "failed" if failure else "finished" if self._finished else "stopped"
         return state, failure
 
