@@ -5,6 +5,7 @@ from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.opening import is_folder
+from gaitsim.runs.background import forget_failure
 from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.drafts import draft_name, locked, remove, sweep
 from gaitsim.runs.files.folder import own_run
@@ -26,6 +27,7 @@ def delete_run(path: Path) -> None:
             gone = path.rename(draft_name(path.parent))
         finally:
             lock.release()
+        forget_failure(path)
         try:
             remove(gone)
             if is_folder(gone):  # again, for the reason

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,7 +12,8 @@ from pathlib import Path
 import pytest
 from waiting import until
 
-from gaitsim.live.background import evolving, last_failure
+from gaitsim.live.background import evolving, last_failure, send
+from gaitsim.live.protocol import Command
 from gaitsim.runs.background import background_process
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
@@ -66,6 +68,7 @@ def test_a_detached_run_is_watched_and_stopped(gaitsim, detached, start):
     assert RunSnapshot(Path("whole")).fingerprint() == done.fingerprint(), whole.stderr
 
 
+@pytest.mark.slow
 def test_attaching_ends_with_the_summary(detached, start, gaitsim):
     path = detached("run", "--generations", 150, "--set", "organism.pause=0.01")
     pid = background_process(path).pid
@@ -92,6 +95,7 @@ def test_a_run_of_another_program_is_watched_but_not_stopped(gaitsim, puppet_fil
     assert watching.returncode == 130
 
 
+@pytest.mark.slow
 def test_all_runs_are_stopped_in_a_folder_or_everywhere(gaitsim, detached, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     paths = [detached(f"{folder}/{name}") for folder in ("a", "b") for name in "xy"]
@@ -106,6 +110,17 @@ def test_all_runs_are_stopped_in_a_folder_or_everywhere(gaitsim, detached, monke
     gaitsim("stop", "--all")
     assert not any(evolving(path) for path in paths)
     assert "No run" in gaitsim("stop", "--all").stdout
+
+
+def test_a_paused_run_continues_by_resume(gaitsim, detached):
+    path = detached()
+    send(path, Command("pause"))
+    until(lambda: evolving(path) == "paused")
+    assert "paused" in gaitsim("runs", ".").stdout
+    refused = gaitsim("resume", path, "--detach", "--generations", 200_000, code=2).stderr
+    assert "is paused in the background" in refused
+    gaitsim("resume", path, "--detach")
+    until(lambda: evolving(path) == "running")
 
 
 def test_mistakes_are_reported_at_once(gaitsim, puppet_file, detached, runtime_folder):
@@ -152,11 +167,13 @@ def test_why_a_run_failed_is_kept_until_it_is_evolved_again(
     assert "failed" in listed.stdout
     assert "faulty 1.0" in listed.stderr
     assert "faulty" in json.loads(gaitsim("runs", ".", "--json").stdout)["failure"]
+    shutil.copytree("run", "copy")
     (folder / "faulty.py").write_text(FAULTY.replace("> 1", "> 1000"))
     monkeypatch.delitem(sys.modules, "faulty", raising=False)
     gaitsim("resume", "run", "--generations", 2)
     assert last_failure(Path("run")) is None
     assert "failed" not in gaitsim("runs", ".").stdout
+    assert last_failure(Path("copy")) is None  # a copy has not failed
 
 
 def test_a_folder_deleted_under_a_run_ends_it(gaitsim, detached, monkeypatch, start):

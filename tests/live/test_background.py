@@ -101,13 +101,13 @@ def test_two_clients_are_told_the_same_and_may_both_command(begun, connect):
 
 def test_three_runs_at_once_are_what_plain_runs_are(begun, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "3")
-    paths = [begun(f"run-{seed}", *SLOW, f"seed={seed}", generations=25) for seed in range(3)]
+    paths = [begun(f"run-{seed}", *SLOW, f"seed={seed}", generations=15) for seed in range(3)]
     for path in paths:
         start_detached(path, workers=1)
     assert {process.run.name for process in background_processes()} <= {path.name for path in paths}
     until(lambda: not background_processes())
     for seed, path in enumerate(paths):
-        assert fingerprint(path) == plain(begun, 25, *SLOW, f"seed={seed}")
+        assert fingerprint(path) == plain(begun, 15, *SLOW, f"seed={seed}")
 
 
 def test_a_killed_process_loses_a_generation_at_most_and_its_socket_does_no_harm(begun):

@@ -1,0 +1,87 @@
+"""How the snapshots of a run are shown by `gaitsim attach`, row by row."""
+
+import asyncio
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitsim.cli.attach import _Follower
+from gaitsim.cli.progress import Display
+from gaitsim.live.protocol import Event, Snapshot
+from gaitsim.live.watching import RunWatcher
+from gaitsim.runs.snapshot import RunSnapshot
+
+
+class Noted(Display):
+    """Keeps what it is to show."""
+
+    def __init__(self, path, known):
+        super().__init__(path, known)
+        self.rows, self.states, self.stages = [], [], []
+
+    def begin_stage(self, number, first, changes, rescored):
+        self.stages.append((number, first, changes, rescored is not None))
+
+    def update(self, snapshot, rows):
+        self.rows += rows
+        self.states.append(snapshot.state)
+
+
+@pytest.fixture
+def shown():
+    """Shows snapshots of a run, of which generations up to `seen` are known."""
+
+    def shown(path, snapshots, seen=0):
+        known = Snapshot("running", generation=seen)
+        noted = Noted(path, known)
+
+        async def all_of_them():
+            for snapshot in snapshots:
+                yield snapshot
+
+        asyncio.run(_Follower(path, noted, known).follow(all_of_them()))
+        return noted
+
+    return shown
+
+
+def part(whole, first, last, **more):
+    """A snapshot with the rows of some generations."""
+    rows = {name: values[first - 1 : last] for name, values in whole.rows.items()}
+    return replace(whole, state="running", generation=last, rows=rows, events=(), **more)
+
+
+def test_every_generation_is_shown_once(puppet_run, shown):
+    puppet_run("evolution.generations=9")
+    path = Path("run")
+    whole = RunWatcher(path).look()
+    empty = replace(whole, state="paused", generation=4, rows={}, events=())
+    # 1 to 2 are known, 5 comes twice, 7 was left out.
+    parts = [part(whole, 2, 4), empty, part(whole, 5, 5), part(whole, 5, 6), part(whole, 8, 9)]
+    noted = shown(path, parts, seen=2)
+    assert [row["generation"] for row in noted.rows] == [3, 4, 5, 6, 7, 8, 9]
+    assert [type(row["evaluations"]) for row in noted.rows] == [int] * 7
+    best = RunSnapshot(path).history["best"][2:]
+    np.testing.assert_array_equal([row["best"] for row in noted.rows], best)
+    assert noted.states == ["running", "paused", *["running"] * 3]
+
+
+def test_each_row_has_the_best_of_its_islands(puppet_run, shown):
+    puppet_run("islands.number=2", "islands.migrants=1", "evolution.generations=5")
+    path = Path("run")
+    whole, bests = RunWatcher(path).look(), RunSnapshot(path).islands
+    noted = shown(path, [part(whole, 1, 3), part(whole, 4, 4, islands=tuple(bests[3]))])
+    np.testing.assert_array_equal([row["islands"] for row in noted.rows], bests[:4])
+
+
+@pytest.mark.parametrize("scored_from", [1, 4])
+def test_a_stage_is_announced(puppet_run, shown, scored_from):
+    puppet_run("evolution.generations=5")
+    path = Path("run")
+    whole = RunWatcher(path).look()
+    event = Event(4, "stage", "mutation.rate: 0.1, now 0.2")
+    begun = replace(part(whole, 4, 4, stage=2, scored_from=scored_from), events=(event,))
+    noted = shown(path, [part(whole, 1, 3), begun, part(whole, 5, 5, stage=2)])
+    assert noted.stages == [(2, 4, [event.text], scored_from == 4)]
