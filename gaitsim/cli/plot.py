@@ -13,9 +13,11 @@ from gaitsim.cli.options import BestOf, RunName
 from gaitsim.cli.parsing import asked_generations, file_format, seconds
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
+from gaitsim.render.plots.channel import OWN, usual_channel
 from gaitsim.render.plots.kinds import KINDS, OF_ALL, file_stem
 from gaitsim.render.plots.request import NothingToPlotError, Request
 from gaitsim.render.plots.style import FORMATS, THEMES, check_target, save
+from gaitsim.runs.files.atomic import writing
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -48,7 +50,7 @@ def plot(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Component of the channel, as z, 2 or 'L1 coxa'; may be repeated. Default: all.",
+            help="Component of the channel, as z, 3 or 'L1 coxa'; may be repeated. Default: all.",
         ),
     ] = None,
     window: Annotated[
@@ -62,7 +64,8 @@ def plot(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="File to write; a folder for --kind all. Default: in the run's exports folder."
+            help="File to write; for --kind all a folder, made if missing. Default: in the run's "
+            "exports folder."
         ),
     ] = None,
 ) -> None:
@@ -125,17 +128,21 @@ def _plot_all(
     request: Request, numbers: Sequence[int], out: Path | None, format: PlotFormat
 ) -> None:
     """Plot every kind that the body has; report the others with the reason."""
-    if out is not None and not out.is_dir():
+    if out is not None and out.exists() and not out.is_dir():
         raise GaitsimError(
-            f"--kind all writes several files; folder not found: {out}",
+            f"--kind all writes several files, and {out} is a file",
             where="--out",
-            allowed="a folder that exists",
+            allowed="a folder, which is made where it is missing",
         )
     request = _with_individuals(request, numbers)
     folder = out or exports_folder(request.run.path)
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
     with Progress("plots", "kinds", len(KINDS)) as progress:
         for kind in KINDS:
             try:
+                if kind == "channel" and request.channel is None:
+                    _check_channel(request)
                 figure = KINDS[kind].draw(request)
             except NothingToPlotError as error:
                 notice(f"No plot of the kind {kind}: {error.what}")
@@ -145,6 +152,13 @@ def _plot_all(
                 wrote(path)
                 echo(path)
             progress.advance()
+
+
+def _check_channel(request: Request) -> None:
+    """Refuse a default channel that another kind draws already."""
+    name = usual_channel(request.individual)
+    if name in OWN:
+        raise NothingToPlotError(f"{OWN[name]} draws {name}; --channel chooses another")
 
 
 def _with_individuals(request: Request, numbers: Sequence[int]) -> Request:

@@ -12,9 +12,11 @@ class Fitness(Plugin):
 
     Attributes:
         needs: names of the channels that it reads.
+        unit: the unit of the score and of all its terms as printed, `''` for pure numbers.
     """
 
     needs: ClassVar[tuple[str, ...]]
+    unit: ClassVar[str] = ""
 
     @abstractmethod
     def terms(self, motion: Motion) -> dict[str, Array]:

@@ -32,13 +32,13 @@ def write_results(results: Sequence[Result], files: Files) -> None:
         RunError: a file cannot be written.
     """
     from gaitsim.render.plots.imitation import errors_figure
-    from gaitsim.render.plots.labels import heading_of_experiment
+    from gaitsim.render.plots.labels import heading_of_run
     from gaitsim.render.plots.style import save
 
     first = results[0]
     save_imitator(first.imitation, files["imitator"])
     write_gait(first.imitation.gait, files["gait"], files["gait"].suffix[1:])
-    heading = f"imitator of {heading_of_experiment(first.expert.experiment)}"
+    heading = f"imitator of {heading_of_run(first.expert.name, first.expert.experiment)}"
     errors = {result.settings.activation: result.errors for result in results}
     one = {first.settings.activation: first.errors}
     save(errors_figure(one, f"{heading}, {first.settings.activation}"), files["error"])

@@ -15,7 +15,7 @@ from gaitsim.individual import Individual
 from gaitsim.registry import contract_error
 from gaitsim.render.encoder import encode
 from gaitsim.render.plots.channels import count_trials
-from gaitsim.render.plots.labels import numeral
+from gaitsim.render.plots.labels import score_words
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
 from gaitsim.render.scene.labels import ROW, ROWS, small_letters
 from gaitsim.render.tempo import rhythm, shows, speed_words, usual_speed
@@ -295,7 +295,7 @@ def _clip(shown: Individual, several: bool) -> Clip:
 
 
 def _words(shown: Individual) -> tuple[str, str]:
-    return f"generation {shown.generation}", f"score {numeral(shown.score)}"
+    return f"generation {shown.generation}", score_words(shown)
 
 
 def _mixed(one: Picture, other: Picture, share: float) -> Picture:

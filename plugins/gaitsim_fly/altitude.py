@@ -11,6 +11,7 @@ class MeanAltitude(Fitness):
     """Mean altitude over the flight."""
 
     needs: ClassVar[tuple[str, ...]] = ("altitude",)
+    unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Metres above the start, mean over time and trials."""
@@ -21,6 +22,7 @@ class FinalAltitude(Fitness):
     """Altitude at the end of the flight."""
 
     needs: ClassVar[tuple[str, ...]] = ("altitude",)
+    unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Metres above the start at the end, mean over trials."""
@@ -35,6 +37,7 @@ class Climb(Fitness):
     )
 
     needs: ClassVar[tuple[str, ...]] = ("altitude", "position")
+    unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Altitude at the end and −(mean |x| + mean |y|)/5, both from the start, in metres."""

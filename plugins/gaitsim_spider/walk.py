@@ -30,6 +30,7 @@ class SpiderWalk(Fitness):
     )
 
     needs: ClassVar[tuple[str, ...]] = ("joint_angles", "pose", "slip", "margin", "slope")
+    unit: ClassVar[str] = "m"
 
     def terms(self, motion: Motion) -> dict[str, Array]:
         """Forward, slip, drift, yaw, slope, support, vibration and jerk, all in metres."""

@@ -50,6 +50,7 @@ class Distance(Fitness):
     )
     slip_weight: float = option(1.0, "price of a metre that the stance feet slide", ge=0)
 
+    unit: ClassVar[str] = "m"
     needs: ClassVar[tuple[str, ...]] = (
         "joint_angles",
         "joint_positions",

@@ -1,5 +1,6 @@
 """Every kind of plot, on bodies that have what it shows and on bodies that have not."""
 
+import html
 import re
 from dataclasses import replace
 
@@ -13,19 +14,21 @@ from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.gait import margin_of, stability_margin
 from gaitsim.gait.contact import feet_of
+from gaitsim.render.plots.channel import usual_channel
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.components import lines_of
 from gaitsim.render.plots.convergence import plot_convergence
 from gaitsim.render.plots.footfall import footfall_figure
 from gaitsim.render.plots.joints import joints_figure, legs_of
 from gaitsim.render.plots.kinds import KINDS, file_stem
-from gaitsim.render.plots.labels import shortened
+from gaitsim.render.plots.labels import heading_of_run, numeral, shortened
 from gaitsim.render.plots.panels import intervals
 from gaitsim.render.plots.path import path_figure, scene_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.stability import stability_figure
-from gaitsim.render.plots.style import COLOURS, DARK, LIGHT, THEMES, picture, save, styled
+from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.plots.terms import terms_figure
+from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.render.ticks import round_step
 from gaitsim.runs.files.history import terms_of
 from gaitsim.study.comparison import Sample
@@ -38,8 +41,9 @@ def asked(run, *generations, **more):
 
 
 def texts(figure):
-    """What is written on a figure, as an SVG says beside the glyphs."""
-    return set(re.findall("<!-- (.*?) -->", picture(figure, "svg", LIGHT).decode()))
+    """What is written on a figure."""
+    written = re.findall("<text[^>]*>(.*?)</text>", picture(figure, "svg", LIGHT).decode())
+    return {html.unescape(text) for text in written}
 
 
 def lines(axes):
@@ -127,15 +131,30 @@ def test_users_settings_do_not_change_a_comparison(spider_run, tmp_path):
         plot_convergence(samples, tmp_path / "own.svg")
     plain = (tmp_path / "plain.svg").read_text()
     assert (tmp_path / "own.svg").read_text() == plain
-    assert "<!-- median and quartiles of 4 repeats -->" in plain
+    assert ">median and quartiles of 4 repeats</text>" in plain
 
 
 def test_colours_and_dashes_of_the_first_lines_differ():
     for theme in THEMES.values():
-        looks = [(theme.line(i)["color"], str(theme.line(i)["linestyle"])) for i in range(48)]
-        assert len(set(looks)) == 48
+        looks = [(theme.line(i)["color"], str(theme.line(i)["linestyle"])) for i in range(35)]
+        assert len(set(looks)) == 35
         assert len({style for _, style in looks[:7]}) == 7
-    assert LIGHT.colours == COLOURS
+
+
+def test_left_and_right_have_one_colour_in_plots_and_videos_and_lines_none_of_them():
+    for name, theme in THEMES.items():
+        scene = SCENES[name]
+        assert (theme.left, theme.right) == (scene.left, scene.right)
+        assert theme.colours == scene.bodies
+        assert not {theme.left, theme.right} & {*theme.colours}
+        assert theme.foot_colours(["L1", "R2", "near", "far", "left_leg", "tail"]) == [
+            theme.left,
+            theme.right,
+            theme.right,
+            theme.left,
+            theme.left,
+            theme.ink,
+        ]
 
 
 def test_the_terms_are_those_of_the_history(spider_run):
@@ -187,6 +206,40 @@ def test_joints_are_in_degrees_a_panel_a_leg(spider_run):
     drawn = lines(panels["R1"])
     assert [line.get_label() for line in drawn] == ["coxa", "femur", "tibia"]
     assert np.allclose(np.stack([line.get_ydata() for line in drawn], axis=1), angles[:, 12:15])
+
+
+def test_a_joint_that_another_covers_is_seen_beside_it(spider_run):
+    for axes in joints_figure(asked(spider_run)).axes:
+        widths = [line.get_linewidth() for line in lines(axes)]
+        assert widths == sorted(widths, reverse=True)
+        assert len({*widths}) == 3
+
+
+def test_a_planar_body_is_drawn_from_the_side(bundled, spider_run):
+    _, beside = path_figure(asked(bundled("walker"))).axes
+    assert (beside.get_title(loc="left"), beside.get_ylabel()) == ("from the side", "z (m)")
+    _, above = path_figure(asked(spider_run)).axes
+    assert (above.get_title(loc="left"), above.get_ylabel()) == ("from above", "y (m)")
+
+
+@pytest.mark.parametrize(
+    ("preset", "channel"), [("spider", "pose"), ("walker", "height"), ("fly", "altitude")]
+)
+def test_the_usual_channel_is_one_that_no_other_kind_draws(bundled, preset, channel):
+    assert usual_channel(bundled(preset).individual()) == channel
+
+
+def test_titles_name_the_run_and_scores_have_units(bundled):
+    run = bundled("walker")
+    one = run.individual()
+    said = texts(footfall_figure(asked(run)))
+    (heading,) = (text for text in said if "seed" in text)
+    assert heading.startswith(run.path.name)
+    assert heading.endswith(f"score {numeral(one.score)} m")
+    assert "score (distance, m)" in texts(KINDS["fitness"].draw(asked(run)))
+    assert "term of the score (m)" in texts(terms_figure(asked(run)))
+    assert heading_of_run("mine", run.experiment) == "mine (walker), seed 0"
+    assert heading_of_run("walker", run.experiment) == "walker, seed 0"
 
 
 @pytest.mark.parametrize(
@@ -321,7 +374,7 @@ def test_steps_of_a_grid_are_round(least, step):
 def test_components_have_names(flier, spider_run):
     place = read_signal(flier.individual(), "place")
     assert place.channel is flier.experiment.organism.channels["place"]
-    assert place.entries == (("trial 0", "trial 1"), ("x", "y", "z"))
+    assert place.entries == (("trial 1", "trial 2"), ("x", "y", "z"))
     assert read_signal(flier.individual(), "rotation").entries[1] == ("w", "x", "y", "z")
     feet = read_signal(spider_run.individual(), "feet")
     assert feet.entries[0][:2] == ("L1", "L2")
@@ -331,7 +384,7 @@ def test_components_have_names(flier, spider_run):
     assert [line.unit for line in lines_of(pose, ())] == ["m", "m", "rad"]
 
 
-TRIALS = ("trial 0", "trial 1", "trial 2")
+TRIALS = ("trial 1", "trial 2", "trial 3")
 
 
 @pytest.mark.parametrize(
@@ -377,16 +430,18 @@ def test_as_many_trials_as_feet_are_trials(spider_run, monkeypatch):
     monkeypatch.setattr(body, "channels", told)
     many = {"slope": np.zeros((1, 300, 8))}
     object.__setattr__(shown, "motion", Motion(shown.motion.frame_rate, {**shown.motion, **many}))
-    assert read_signal(shown, "slope").entries == (tuple(f"trial {trial}" for trial in range(8)),)
+    assert read_signal(shown, "slope").entries == (
+        tuple(f"trial {trial}" for trial in range(1, 9)),
+    )
 
 
 @pytest.mark.parametrize(
     ("components", "names"),
     [
-        ((), ["trial 0 x", "trial 0 y", "trial 0 z", "trial 1 x", "trial 1 y", "trial 1 z"]),
-        (("z",), ["trial 0 z", "trial 1 z"]),
-        (("2",), ["trial 0 z", "trial 1 z"]),
-        (("trial 1", "z", "x"), ["trial 1 x", "trial 1 z"]),
+        ((), ["trial 1 x", "trial 1 y", "trial 1 z", "trial 2 x", "trial 2 y", "trial 2 z"]),
+        (("z",), ["trial 1 z", "trial 2 z"]),
+        (("3",), ["trial 1 z", "trial 2 z"]),
+        (("trial 2", "z", "x"), ["trial 2 x", "trial 2 z"]),
     ],
 )
 def test_components_are_chosen_by_name_or_index(flier, components, names):
@@ -395,7 +450,7 @@ def test_components_are_chosen_by_name_or_index(flier, components, names):
     assert [line.name for line in found] == names
     for line in found:
         trial, axis = int(line.name[6]), "xyz".index(line.name[-1])
-        assert np.array_equal(line.values, channel.values[:, trial, axis])
+        assert np.array_equal(line.values, channel.values[:, trial - 1, axis])
 
 
 def test_of_many_trials_the_first_is_drawn(flier):
@@ -403,10 +458,10 @@ def test_of_many_trials_the_first_is_drawn(flier):
     many = replace(
         channel,
         values=np.zeros((5, 9, 3)),
-        entries=(tuple(f"trial {trial}" for trial in range(9)), channel.entries[1]),
+        entries=(tuple(f"trial {trial}" for trial in range(1, 10)), channel.entries[1]),
     )
-    assert [line.name for line in lines_of(many, ())] == ["trial 0 x", "trial 0 y", "trial 0 z"]
-    assert [line.name for line in lines_of(many, ("trial 8", "z"))] == ["trial 8 z"]
+    assert [line.name for line in lines_of(many, ())] == ["trial 1 x", "trial 1 y", "trial 1 z"]
+    assert [line.name for line in lines_of(many, ("trial 9", "z"))] == ["trial 9 z"]
 
 
 def test_generations_are_lines_of_one_panel(spider_run):
@@ -450,12 +505,12 @@ def test_an_unknown_channel_is_refused_with_all_there_are(spider_run):
 
 
 def test_what_a_channel_lacks_is_refused(flier):
-    for component in ("w", "3", "-1", "", "²"):
+    for component in ("w", "4", "0", "-1", "", "²"):
         with pytest.raises(GaitsimError, match="has no component") as error:
             KINDS["channel"].draw(asked(flier, channel="place", components=(component,)))
-        assert error.value.allowed.startswith("trial 0, trial 1; and x, y, z; or 0 to 2")
-    with pytest.raises(GaitsimError, match="has no component '0'"):
-        KINDS["channel"].draw(asked(flier, channel="landed", components=("0",)))
+        assert error.value.allowed.startswith("trial 1, trial 2; and x, y, z; or 1 to 3")
+    with pytest.raises(GaitsimError, match="has no component '1'"):
+        KINDS["channel"].draw(asked(flier, channel="landed", components=("1",)))
     with pytest.raises(GaitsimError, match="one value a gait") as error:
         KINDS["channel"].draw(asked(flier, channel="reach"))
     assert error.value.allowed == "place, rotation, landed"

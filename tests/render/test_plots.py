@@ -40,11 +40,11 @@ def test_the_plot_names_what_it_shows(spider_run, tmp_path):
     for text in (
         "generation",
         "score (spider-classic)",
-        "spider-recurrence, seed 0",
+        "spider (spider-recurrence), seed 0",
         "best",
         "quartiles",
     ):
-        assert f"<!-- {text} -->" in drawn  # beside its glyphs
+        assert f">{text}</text>" in drawn  # text, not outlines
 
 
 def test_the_picture_is_wide_enough_for_print(spider_run, tmp_path):
@@ -59,7 +59,7 @@ def test_one_generation_is_a_plot(puppet_run, tmp_path):
 def test_names_are_no_mathematics(puppet_run, tmp_path):
     run = puppet_run("name=a$_{b$")
     plot_fitness(run, tmp_path / "a.svg")
-    assert "a$_{b$, seed 1" in (tmp_path / "a.svg").read_text()
+    assert "(a$_{b$), seed 1" in (tmp_path / "a.svg").read_text()
 
 
 @pytest.mark.parametrize("failing", ["some", "all"])

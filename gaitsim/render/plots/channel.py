@@ -18,8 +18,10 @@ from gaitsim.render.plots.style import WIDTH, Theme, styled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Channels to draw by default, in this order.
-USUAL = ("altitude", "margin", "pose", "joint_angles")
+# Channels to draw by default, in this order; other kinds of plots draw those of `OWN`.
+USUAL = ("altitude", "pose", "height")
+OWN = {"margin": "stability", "joint_angles": "joints"}
+_STEADY = 2.0  # seconds of joints that are drawn by default: more would blur
 _TOGETHER = 8  # lines of one panel that can be told apart
 _PANELS = 24  # that a page can hold
 
@@ -40,7 +42,10 @@ def channel_figure(request: Request) -> "Figure":
     name = request.channel or usual_channel(request.individual)
     signals = [read_signal(individual, name) for individual in request.individuals]
     lines = [lines_of(signal, request.components) for signal in signals]
-    parts = [window_slice(len(signal.values), signal.rate, request.window) for signal in signals]
+    usual = _STEADY if "joints" in signals[0].channel.axes else None
+    parts = [
+        window_slice(len(signal.values), signal.rate, request.window, usual) for signal in signals
+    ]
     with styled(request.theme):
         if len(signals) == 1 and signals[0].values.dtype.kind == "b":
             figure = _truths(signals[0], lines[0], parts[0], request.theme)
@@ -66,7 +71,7 @@ def usual_channel(individual: Individual) -> str:
             where=str(individual.source),
             allowed="a channel with the axes (population, frames, …)",
         )
-    return next((name for name in USUAL if name in timed), timed[0])
+    return next((name for name in (*USUAL, *timed) if name in timed and name not in OWN), timed[0])
 
 
 def _truths(signal: Signal, lines: Sequence[Line], part: slice, theme: Theme) -> "Figure":

@@ -107,4 +107,4 @@ def _entries(
     if len(names.get(axis, ())) == length:
         return names[axis]
     one = "trial" if axis == "trials" else axis
-    return tuple(f"{one} {entry}" for entry in range(length))
+    return tuple(f"{one} {entry}" for entry in range(1, length + 1))

@@ -39,7 +39,7 @@ def lines_of(signal: Signal, components: Sequence[str]) -> list[Line]:
 
     Args:
         signal: the channel of an individual.
-        components: names or, along the last axis, indices from 0. Several along one axis are
+        components: names or, along the last axis, numbers from 1. Several along one axis are
             all drawn; an axis without a chosen entry is drawn whole.
 
     Raises:
@@ -75,13 +75,13 @@ def _found(signal: Signal, component: str) -> tuple[int, int]:
         if component in names:
             return axis, names.index(component)
     for axis, names in backwards[:1]:
-        if component.isascii() and component.isdigit() and int(component) < len(names):
-            return axis, int(component)
+        if component.isascii() and component.isdigit() and 1 <= int(component) <= len(names):
+            return axis, int(component) - 1
     known = [name for _, names in backwards for name in names]
     raise GaitsimError(
         f"the channel {signal.name!r} has no component {component!r}",
         allowed="; and ".join(", ".join(names) for names in signal.entries)
-        + f"; or 0 to {len(signal.entries[-1]) - 1} along the last of them"
+        + f"; or 1 to {len(signal.entries[-1])} along the last of them"
         if known
         else "none: it is one value a frame",
         remedy=nearest(component, known),

@@ -1,13 +1,15 @@
 """Plot the scores over the generations."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.experiment import Experiment
 from gaitsim.render.plots.components import finite
-from gaitsim.render.plots.labels import head, heading_of_experiment, numeral
+from gaitsim.render.plots.labels import head, heading_of_run, score_words
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.runs.files.folder import kept_champions, unfinished
 from gaitsim.runs.snapshot import RunSnapshot
@@ -45,17 +47,28 @@ def fitness_figure(
         _mark_champions(axes, run, history, theme)
         starts = mark_stages(axes, history, theme)
         axes.set_xlabel("generation")
-        names = {run.experiment_at(number).entries["fitness"].name for number in (1, *starts)}
-        axes.set_ylabel(f"score ({names.pop()})" if len(names) == 1 else "score of each stage")
+        axes.set_ylabel(_score_label([run.experiment_at(number) for number in (1, *starts)]))
         set_generations(axes, history)
         if not np.isfinite(history["best"]).all():
             axes.set_title("generations without a finite score are left out", fontsize=7)
-        head(figure, heading_of_experiment(run.experiment), *axes.get_legend_handles_labels())
+        head(
+            figure,
+            heading_of_run(run.path.resolve().name, run.experiment),
+            *axes.get_legend_handles_labels(),
+        )
     return figure
 
 
+def _score_label(stages: Sequence[Experiment]) -> str:
+    """Return the label of scores, with the fitness and the unit that all stages have."""
+    names = {stage.entries["fitness"].name for stage in stages}
+    units = {stage.fitness.unit for stage in stages}
+    words = [*(names if len(names) == 1 else ()), *(units - {""} if len(units) == 1 else ())]
+    label = "score" if len(names) == 1 else "score of each stage"
+    return f"{label} ({', '.join(words)})" if words else label
+
+
 def _draw(axes: "Axes", history: History, theme: Theme) -> None:
-    blue, orange = theme.colours[:2]
     generations = history["generation"]
     mean, std = history["mean"], history["std"]
     band = "mean ± s.d."
@@ -68,13 +81,13 @@ def _draw(axes: "Axes", history: History, theme: Theme) -> None:
             generations[part],
             low[part],
             high[part],
-            color=blue,
-            alpha=0.25,
+            color=theme.faint,
+            alpha=0.6,
             linewidth=0,
             label=None if part.start else band,
         )
-    draw_curve(axes, history, mean, color=blue, linestyle="--", label="mean")
-    draw_curve(axes, history, history["best"], color=orange, linestyle="-", label="best")
+    draw_curve(axes, history, mean, color=theme.ink, linestyle="--", label="mean")
+    draw_curve(axes, history, history["best"], color=theme.colours[0], linestyle="-", label="best")
 
 
 def draw_curve(
@@ -100,7 +113,7 @@ def _draw_islands(
         return
     for island, bests in enumerate(islands.T):
         label = None if island else f"best of each of {islands.shape[1]} islands"
-        colour = theme.colours[1]
+        colour = theme.colours[0]
         draw_curve(axes, history, bests, label, color=colour, alpha=0.5, linewidth=0.5)
 
 
@@ -125,7 +138,7 @@ def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: The
             champion.score,
             marker="D",
             markersize=3.5,
-            label=f"champion: {numeral(champion.score)}",
+            label=score_words(champion).replace("score", "champion:"),
             **style,
         )
 

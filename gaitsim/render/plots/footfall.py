@@ -10,7 +10,7 @@ from gaitsim.individual import Individual
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import bars
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
-from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.render.plots.style import WIDTH, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +43,7 @@ def footfall_figure(request: Request) -> "Figure":
         figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
         axes = figure.subplots()
         rows = [(shortened(name, 12), shown[:, foot]) for foot, name in enumerate(names)]
-        bars(axes, rows, part.start / rate, rate, [_colour(name, theme) for name in names])
+        bars(axes, rows, part.start / rate, rate, theme.foot_colours(names))
         axes.set_xlabel("time (s)")
         axes.set_ylabel("foot")
         duty = axes.secondary_yaxis("right")
@@ -71,8 +71,3 @@ def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, .
     count = skeleton.touching.shape[1]
     names = skeleton.contact_names or tuple(f"foot {foot}" for foot in range(1, count + 1))
     return np.asarray(skeleton.touching, dtype=np.bool_), names
-
-
-def _colour(name: str, theme: Theme) -> str:
-    """Return a colour for left feet, another for right ones, a third where the name has no side."""
-    return {"L": theme.colours[0], "R": theme.colours[1]}.get(name[:1].upper(), theme.ink)

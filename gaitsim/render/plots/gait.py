@@ -42,7 +42,7 @@ def plot_gait(gait: GaitAnalysis, title: str, path: Path, theme: Theme = LIGHT) 
     part = _stretch(found, gait.frame_rate)
     names = [shortened(foot.name, 12) for foot in found.feet]
     with styled(theme):
-        colours = [theme.colours[0 if 2 * n < len(names) else 1] for n in range(len(names))]
+        colours = theme.foot_colours([foot.name for foot in found.feet])
         rows = 0.17 * max(4, len(names))
         figure = Figure(figsize=(2 * WIDTH, 1.5 + rows + 1.1))
         places = figure.subplot_mosaic(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 USUAL = 2.0  # seconds: more would blur in a column's width
 _TOGETHER = 6  # joints without legs that share a panel
+_WIDTHS = 1.8, 1.2, 0.7  # points: the first lines are seen beside later ones that cover them
 
 
 def joints_figure(request: Request) -> "Figure":
@@ -48,7 +49,9 @@ def joints_figure(request: Request) -> "Figure":
         )
         for axes, (leg, joints) in zip(panels, legs.items(), strict=True):
             for index, (joint, column) in enumerate(joints.items()):
-                axes.plot(times, degrees[:, column], label=joint, **theme.line(index))
+                width = _WIDTHS[min(index, len(_WIDTHS) - 1)]
+                line = {**theme.line(index), "linewidth": width}
+                axes.plot(times, degrees[:, column], label=joint, **line)
             if leg in feet:
                 shade(axes, intervals(feet[leg], times[0], signal.rate), theme)
             axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)

@@ -30,21 +30,31 @@ def numeral(value: float) -> str:
     return f"{value:.4g}".replace("-", "−")
 
 
-def heading_of_experiment(experiment: Experiment, more: str = "") -> str:
-    """Return as much of the experiment's name as there is room for, its seed, and a text."""
+def score_words(individual: Individual) -> str:
+    """Format a score with its unit, such as 'score 2.53 m'."""
+    return f"score {numeral(individual.score)} {individual.experiment.fitness.unit}".rstrip()
+
+
+def heading_of_run(run: str, experiment: Experiment, more: str = "") -> str:
+    """Return the names of a run and, where it differs, of its experiment, its seed, and a text.
+
+    Names are shortened where there is no room for them.
+    """
     rest = f", seed {experiment.seed}{more}"
-    name = " ".join(experiment.name.split())
-    return shortened(name, max(10, _HEADING - len(rest))) + rest
+    room = max(10, _HEADING - len(rest))
+    name, kind = (" ".join(text.split()) for text in (run, experiment.name))
+    both = f"{name} ({kind})"
+    return (both if name != kind and len(both) <= room else shortened(name, room)) + rest
 
 
 def heading_of(individuals: Sequence[Individual]) -> str:
-    """Return the experiment's name and seed with the generation and score, or the generations."""
+    """Return the run's name and seed with the generation and score, or the generations."""
     numbers = ", ".join(str(individual.generation) for individual in individuals)
     one = individuals[0]
-    what = f"generation {numbers}, score {numeral(one.score)}"
+    what = f"generation {numbers}, {score_words(one)}"
     if len(individuals) > 1:
         what = f"generations {shortened(numbers, 24)}"
-    return heading_of_experiment(one.experiment, f", {what}")
+    return heading_of_run(one.name, one.experiment, f", {what}")
 
 
 def head(

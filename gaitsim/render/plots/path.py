@@ -42,9 +42,17 @@ class Scene:
     at: NDArray[np.intp]
     factor: float
 
+    @property
+    def planar(self) -> bool:
+        """Whether it is a line from above, along x."""
+        long, wide = np.ptp(self.bodies[..., :2].reshape(-1, 2), axis=0)
+        return bool(wide <= _POINT * long)
+
 
 def path_figure(request: Request) -> "Figure":
     """Plot the path from a corner of the room and from above, at one scale.
+
+    A planar body is a line from above; it is drawn from the side.
 
     Raises:
         NothingToPlotError: no frame of the skeleton is finite.
@@ -69,7 +77,7 @@ def path_figure(request: Request) -> "Figure":
     with styled(theme):
         figure, space, above, scale = _panels(low, high)
         _corner_view(space, scene, low, high, scale, theme)
-        _top_view(above, scene, theme)
+        _flat_view(above, scene, (0, 2) if scene.planar else (0, 1), theme)
         # What is written takes room; what is left for the scene tells which numbers fit.
         scale = _measured(figure, space)
         space.clear()
@@ -157,12 +165,14 @@ def _corner_view(
     axes.set_axis_off()
 
 
-def _top_view(axes: "Axes", scene: Scene, theme: Theme) -> None:
-    _bodies(axes, scene.bodies[..., :2], theme)
-    _line(axes, scene.path[:, :2], theme)
-    axes.set_xlabel("x (m)")
-    axes.set_ylabel("y (m)")
-    axes.set_title("from above", fontsize=7, pad=2)
+def _flat_view(axes: "Axes", scene: Scene, shown: tuple[int, int], theme: Theme) -> None:
+    """Draw two of x, y and z."""
+    _bodies(axes, scene.bodies[..., shown], theme)
+    _line(axes, scene.path[:, shown], theme)
+    across, up = ("xyz"[axis] for axis in shown)
+    axes.set_xlabel(f"{across} (m)")
+    axes.set_ylabel(f"{up} (m)")
+    axes.set_title("from the side" if up == "z" else "from above", fontsize=7, pad=2)
 
 
 def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
@@ -170,8 +180,8 @@ def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
     from matplotlib.collections import LineCollection
     from matplotlib.colors import to_rgb
 
-    ink, paper = (np.array(to_rgb(colour)) for colour in (theme.colours[0], theme.background))
-    shares = np.linspace(0.4, 1.0, len(bodies)) if len(bodies) > 1 else [1.0]
+    ink, paper = (np.array(to_rgb(colour)) for colour in (theme.ink, theme.background))
+    shares = np.linspace(0.3, 0.9, len(bodies)) if len(bodies) > 1 else [1.0]
     # Mixed rather than transparent, which would show a dot wherever two lines meet.
     for body, colour in zip(bodies, mixed(paper, ink, shares), strict=True):
         lines = LineCollection([*body], colors=[tuple(colour)], linewidths=0.8, zorder=2)
@@ -182,11 +192,11 @@ def _bodies(axes: "Axes", bodies: Floats, theme: Theme) -> None:
 
 def _line(axes: "Axes", path: Floats, theme: Theme) -> None:
     """Draw the path, (frames, 2), with marks at its start and end."""
-    orange = theme.colours[1]
-    axes.plot(*path.T, color=orange, linewidth=1.2, label="path", zorder=3)
+    green = theme.colours[0]
+    axes.plot(*path.T, color=green, linewidth=1.2, label="path", zorder=3)
     for place, marker, face, name in (
         (path[0], "o", theme.background, "start"),
-        (path[-1], "s", orange, "end"),
+        (path[-1], "s", green, "end"),
     ):
         axes.plot(
             *place,
@@ -194,7 +204,7 @@ def _line(axes: "Axes", path: Floats, theme: Theme) -> None:
             linestyle="",
             markersize=4,
             markerfacecolor=face,
-            markeredgecolor=orange,
+            markeredgecolor=green,
             label=name,
             zorder=4,
         )

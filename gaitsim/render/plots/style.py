@@ -2,7 +2,7 @@
 
 import io
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +11,18 @@ from typing import TYPE_CHECKING, Any, get_args
 from gaitsim.choices import PlotFormat
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import check_folder
+from gaitsim.render.colours import (
+    LEFT,
+    LEFT_COLOUR,
+    LEFT_ON_DARK,
+    LINES,
+    LINES_ON_DARK,
+    MIDDLE,
+    RIGHT,
+    RIGHT_COLOUR,
+    RIGHT_ON_DARK,
+    sides,
+)
 from gaitsim.runs.files.atomic import write_bytes
 
 if TYPE_CHECKING:
@@ -24,10 +36,6 @@ _UNDATED: dict[str, dict[str, Any]] = {
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
 }
-# Okabe & Ito (2008): told apart by colour-blind readers, too.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
-# The same palette where black would not be seen, and its blue hardly.
-COLOURS_ON_DARK = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00", "#FFFFFF")
 # They tell lines apart in grey, too.
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 1)))
 
@@ -41,27 +49,33 @@ class Theme:
         background: of the figure.
         ink: text, axes and single lines.
         faint: grids and backgrounds.
-        colours: of lines, in order.
+        left, right: of left and right feet.
+        colours: of lines, in order: neither of the two.
     """
 
     name: str
     background: str
     ink: str
     faint: str
+    left: str
+    right: str
     colours: tuple[str, ...]
 
     def line(self, index: int) -> dict[str, Any]:
-        """Return colour and dashes of the line of an index; the first 48 all differ."""
-        # Seven colours with eight dashes would take turns; with seven they would stay together.
-        shift = index // len(self.colours)
+        """Return colour and dashes of the line of an index; the first 35 all differ."""
         return {
             "color": self.colours[index % len(self.colours)],
-            "linestyle": STYLES[(index + shift) % len(STYLES)],
+            "linestyle": STYLES[index % len(STYLES)],
         }
 
+    def foot_colours(self, names: Sequence[str]) -> list[str]:
+        """Return the colours of feet by their names: of the left, the right, or neither."""
+        of = {LEFT: self.left, RIGHT: self.right, MIDDLE: self.ink}
+        return [of[side] for side in sides(tuple(names)).tolist()]
 
-LIGHT = Theme("light", "#FFFFFF", "#1A1A1A", "#C8C8C8", COLOURS)
-DARK = Theme("dark", "#15181C", "#E6E6E6", "#4A4F57", COLOURS_ON_DARK)
+
+LIGHT = Theme("light", "#FFFFFF", "#1A1A1A", "#C8C8C8", LEFT_COLOUR, RIGHT_COLOUR, LINES)
+DARK = Theme("dark", "#15181C", "#E6E6E6", "#4A4F57", LEFT_ON_DARK, RIGHT_ON_DARK, LINES_ON_DARK)
 THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
 
 
@@ -95,8 +109,10 @@ def styled(theme: Theme) -> Iterator[None]:
         "legend.frameon": False,
         "lines.linewidth": 1.0,
         "lines.solid_capstyle": "round",
+        "lines.dash_capstyle": "butt",  # gaps stay open where a line covers another
         "pdf.fonttype": 42,  # Journals refuse Type 3 fonts.
         "savefig.facecolor": theme.background,
+        "svg.fonttype": "none",  # text stays text, to search and to edit
         "svg.hashsalt": "gaitsim",  # else names in it are at random
         "text.color": theme.ink,
         "text.parse_math": False,  # Names are no mathematics, whatever dollar signs they hold.

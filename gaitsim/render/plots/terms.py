@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from gaitsim.errors import RunError
 from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generations
-from gaitsim.render.plots.labels import head, heading_of_experiment, shortened
+from gaitsim.render.plots.labels import head, heading_of_run, shortened
 from gaitsim.render.plots.panels import grid
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.style import WIDTH, styled
@@ -40,8 +40,8 @@ def terms_figure(request: Request) -> "Figure":
         figure, panels = grid(len(names), WIDTH, columns=2 if len(names) > 1 else 1, height=1.0)
         for axes, name in zip(panels, names, strict=True):
             for values, label, colour, style in (
-                (history[MEAN + name], "mean of the population", theme.colours[0], "--"),
-                (history[name], "best individual", theme.colours[1], "-"),
+                (history[MEAN + name], "mean of the population", theme.ink, "--"),
+                (history[name], "best individual", theme.colours[0], "-"),
             ):
                 draw_curve(axes, history, values, label, color=colour, linestyle=style)
             low, high = axes.get_ylim()
@@ -52,10 +52,11 @@ def terms_figure(request: Request) -> "Figure":
             mark_stages(axes, history, theme, named=False)
             set_generations(axes, history, ticks=3 if len(names) > 1 else 6)
         figure.supxlabel("generation", fontsize=8)
-        figure.supylabel("term of the score", fontsize=8)
+        unit = request.run.experiment.fitness.unit
+        figure.supylabel(f"term of the score{f' ({unit})' if unit else ''}", fontsize=8)
         head(
             figure,
-            heading_of_experiment(request.run.experiment),
+            heading_of_run(request.run.path.resolve().name, request.run.experiment),
             *panels[0].get_legend_handles_labels(),
         )
     return figure
