@@ -197,7 +197,7 @@ class TestDrafts:
             reference = screen.builder.preset.reference
             await driver.press("escape")
             await driver.at("Home")
-            assert "Kept as a draft, 2 changes" in driver.told()
+            await driver.until(lambda: "Kept as a draft: 2 changes" in driver.told())
             driver.app.open_new("spider")  # another preset leaves the draft alone
             await driver.until(lambda: getattr(driver.screen, "validation", None))
             assert not driver.screen.builder.changes

@@ -325,8 +325,14 @@ class TestMaking:
             await driver.until(
                 lambda: any("has no feet" in str(one.render()) for one in dialog.query(Static))
             )
+            await driver.pilot.click("#products", offset=(4, 5))  # a click shows, a second makes
+            await driver.until(lambda: "--kind terms" in driver.text("#export-command"))
             assert driver.screen is dialog
             assert not driver.app.tasks.all
+            await driver.pilot.click("#products", offset=(4, 5))
+            await driver.until(lambda: len(driver.app.tasks.all) == 1)
+            assert driver.app.tasks.all[0].arguments == ("plot", str(path), "--kind", "terms")
+            await driver.app.tasks.stop_all()
 
         drive(test)
 

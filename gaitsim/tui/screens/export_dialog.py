@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Literal
 
+from pydantic.fields import FieldInfo
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
@@ -22,6 +23,7 @@ from gaitsim.registry import options
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.builder import Option
 from gaitsim.tui.products import GROUPS, PRODUCTS, Product, default, lacking
+from gaitsim.tui.widgets.choice_list import ChoiceList
 from gaitsim.tui.widgets.form import Field
 
 Answer = tuple[str, ...] | Literal["files"] | None
@@ -58,9 +60,9 @@ class ExportDialog(ModalScreen[Answer]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog", id="export") as box:
             box.border_title = Content(f"Make of {visible(str(self._run))}")
-            box.border_subtitle = "enter makes it · tab to its options · esc cancels"
+            box.border_subtitle = "enter makes it · tab to its options · f files · esc cancels"
             with Horizontal(id="export-body"):
-                yield OptionList(id="products")
+                yield ChoiceList(id="products")
                 yield VerticalScroll(id="export-form", can_focus=False)
             yield Static(id="export-command", classes="command")
             with Horizontal(classes="dialog-buttons"):
@@ -122,14 +124,16 @@ class ExportDialog(ModalScreen[Answer]):
             parts.append(Static(Text(visible_lines(f"✗ {error}")), classes="problem"))
         else:
             for name, field in product.fields().items():
-                usual = default(field)
-                text, choices = self._texts.get(name, usual), options.choices(field)
-                known = text if not choices or text in choices else usual
-                parts.append(Field(Option(name, field, usual, known)))
+                parts.append(Field(Option(name, field, default(field), self._text(name, field))))
         await form.remove_children()
         with self.prevent(Select.Changed, Input.Changed):
             await form.mount_all(parts)
         form.scroll_home(animate=False)
+
+    def _text(self, name: str, field: FieldInfo) -> str:
+        """Return what is typed for an option, if this product's option can have it."""
+        text, choices = self._texts.get(name, default(field)), options.choices(field)
+        return text if not choices or text in choices else default(field)
 
     def _show_command(self) -> None:
         arguments = self._arguments()
@@ -144,7 +148,7 @@ class ExportDialog(ModalScreen[Answer]):
             return ()
         fields = {field.option.key: field for field in self.query(Field)}
         found, problems = product.read(
-            {name: self._texts.get(name, field.option.text) for name, field in fields.items()}
+            {name: self._text(name, field.option.field) for name, field in fields.items()}
         )
         for name, field in fields.items():
             field.show_problem(problems.get(name))
@@ -168,7 +172,8 @@ class ExportDialog(ModalScreen[Answer]):
     async def _make(self) -> None:
         """Return the arguments, once it is known whether it can be made of this body."""
         await self._checking.wait()
-        arguments = self._arguments()
+        async with self._building:  # its options are those of the highlighted product by then
+            arguments = self._arguments()
         if arguments:
             self.dismiss(arguments)
             return

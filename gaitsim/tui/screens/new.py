@@ -116,9 +116,12 @@ new run begins; Ctrl-Z takes them back.
             self._say(str(error), wrong=True)
             self._starts = False
         else:
-            self._take(found)
+            self.builder = builder
+            self._fill_presets(builder.preset.reference)
+            self.query_one(ExperimentHead).fill(builder)
+            self._show(found)
             if draft:
-                self.notify(f"Your draft is back: {builder.counted}. Ctrl+Z begins afresh.")
+                self.notify(f"Your draft is back: {builder.counted}. Ctrl-Z begins afresh.")
         self._loading, self.sections.disabled = False, self.builder is None
         if self._starts:
             self.action_run()
@@ -130,14 +133,6 @@ new run begins; Ctrl-Z takes them back.
             self._show(await self.in_thread(validate, self.builder, self.catalogue))
 
     # Showing
-
-    def _take(self, found: Validation) -> None:
-        """Show another preset."""
-        preset = found.builder.preset
-        self.builder = found.builder
-        self._fill_presets(preset.reference)
-        self.query_one(ExperimentHead).fill(found.builder)
-        self._show(found)
 
     def _fill_presets(self, reference: str) -> None:
         presets = self.catalogue.presets if self.catalogue else ()
@@ -263,8 +258,13 @@ new run begins; Ctrl-Z takes them back.
             drafts.pop(builder.preset.reference, None)
             if builder.changes and builder is not self._saved:
                 drafts[builder.preset.reference] = builder
-                self.notify(f"Kept as a draft, {builder.counted}: a new run begins with it.")
         return True
+
+    def on_unmount(self) -> None:
+        """Tell of the draft once the screen is left, not while quitting asks about it."""
+        draft = self.gaitsim.drafts.get(self.builder.preset.reference) if self.builder else None
+        if draft is not None:
+            self.app.notify(f"Kept as a draft: {draft.counted}. n takes it up.")
 
     @work(exclusive=True, group="create")
     async def action_run(self) -> None:

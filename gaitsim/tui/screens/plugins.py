@@ -16,6 +16,7 @@ from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
 from gaitsim.render.terminal.text import visible
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.widgets.choice_list import ChoiceList
 from gaitsim.tui.widgets.conformance import checked, verdict_view
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.plugin_view import described, plugin_view, preset_view
@@ -40,8 +41,8 @@ On the left is what there is, a ✗ before what cannot be used; on the right whe
 what it is, and its options with their defaults and bounds. / shows only what has all the words
 typed, in its name, kind, package, description or options.
 
-Enter begins a **new run** with a body or a preset. c **checks** whether the highlighted plugin
-keeps its contract, and says what to fix.
+Enter, or a click on the highlighted one, begins a **new run** with a body or a preset. c **checks**
+whether the highlighted plugin keeps its contract, and says what to fix.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("n", "new", "New run", id="plugins.new", tooltip="A new run with it"),
@@ -59,7 +60,7 @@ keeps its contract, and says what to fix.
         yield Header()
         yield Input(placeholder="words to look for", id="filter", compact=True)
         with Horizontal():
-            yield OptionList(id="installed")
+            yield ChoiceList(id="installed")
             with VerticalScroll(id="plugin"):
                 yield Static("Reading what is installed …", id="about-plugin")
         yield Footer()

@@ -68,8 +68,6 @@ shows the list.
         task = event.task
         if task not in self.gaitsim.tasks.all:  # forgotten meanwhile
             return
-        if str(id(task)) not in self.query_one(DataTable).rows:
-            self._fill()
         self._draw(task)
         if task is self._chosen():
             self._show(task)
@@ -77,9 +75,11 @@ shows the list.
 
     def _fill(self) -> None:
         table = self.query_one(DataTable)
+        at = table.cursor_row
         table.clear()
         for task in self.gaitsim.tasks.all:
             table.add_row(*_row(task), key=str(id(task)))
+        table.move_cursor(row=at)
 
     def _tick(self) -> None:
         for task in self.gaitsim.tasks.all:
@@ -90,6 +90,8 @@ shows the list.
 
     def _draw(self, task: Task) -> None:
         table = self.query_one(DataTable)
+        if str(id(task)) not in table.rows:  # it began just now
+            self._fill()
         for name, cell in zip(COLUMNS, _row(task), strict=True):
             if table.get_cell(str(id(task)), name) != cell:
                 table.update_cell(str(id(task)), name, cell)
@@ -134,6 +136,7 @@ shows the list.
         task = self._chosen()
         if task is not None:
             self.gaitsim.begin_task(task.arguments)
+            self._fill()
             self.query_one(DataTable).move_cursor(row=len(self.gaitsim.tasks.all) - 1)
 
     @on(DataTable.RowSelected)
