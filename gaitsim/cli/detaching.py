@@ -80,10 +80,10 @@ def evolve_detached(
     if state is not None:
         _report(path, state, json)
         return
-    failure = last_failure(path)
-    if failure is not None:
-        raise failure
-    summarise(path, stop_reason_of(RunSnapshot(path)), json)
+    reason = "" if last_failure(path) else stop_reason_of(RunSnapshot(path))
+    if not reason:
+        raise at_rest(path)
+    summarise(path, reason, json)
 
 
 def _report(path: Path, state: str, json: bool) -> None:

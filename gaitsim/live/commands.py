@@ -2,10 +2,12 @@
 
 import queue
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
+from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Command, State, read_command
 
 PERIOD = 0.4  # seconds between two looks for a free place, or whether the run is still there
@@ -47,14 +49,27 @@ class CommandQueue:
         *,
         paused: bool = False,
         place: Place | None = None,
-        check: Callable[[], object] = lambda: None,
+        check: Callable[[], object] | None = None,
     ) -> None:
         self.paused = paused
         self._place = place or OwnPlace()
-        self._check = check
+        self._check, self._checked = check or (lambda: None), check is not None
         self._commands: queue.SimpleQueue[Command] = queue.SimpleQueue()
         self._later: deque[Command] = deque()
         self._step = False
+
+    def cause(self, error: GaitsimError) -> GaitsimError:
+        """Return why the run cannot continue at all, where that caused an error; else the error.
+
+        A folder that is being deleted loses its files first.
+        """
+        try:
+            self._check()
+            time.sleep(PERIOD if self._checked else 0.0)
+            self._check()
+        except GaitsimError as cause:
+            return cause
+        return error
 
     def add(self, command: Command) -> None:
         """Add a command, from any thread or signal handler."""

@@ -5,7 +5,7 @@ import os
 import socket
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -66,16 +66,19 @@ class Presence:
             ) from None
         except OSError as error:
             raise _unusable(folder, error) from None
-        self.check()
-        try:
-            self._files[SOCKET].unlink(missing_ok=True)  # a killed process left it
-            self.listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-            with address(self._files[SOCKET]) as name:
-                self.listener.bind(name)
-            self.listener.listen(WAITING)
-            self.note("preparing")
-        except OSError as error:
-            raise _unusable(folder, error) from None
+        with ExitStack() as undone:
+            undone.callback(self._leave, None)
+            self.check()
+            self.listener = undone.enter_context(socket.socket(socket.AF_UNIX))
+            try:
+                self._files[SOCKET].unlink(missing_ok=True)  # a killed process left it
+                with address(self._files[SOCKET]) as name:
+                    self.listener.bind(name)
+                self.listener.listen(WAITING)
+                self._write(STATUS, state="preparing", pid=os.getpid())
+            except OSError as error:
+                raise _unusable(folder, error) from None
+            undone.pop_all()
 
     def check(self) -> None:
         """Check that the run's folder is still there.
@@ -122,29 +125,29 @@ class Presence:
         if state in ("finished", "stopped", "failed"):
             self._leave(error)
         else:
-            self._write(STATUS, state=state, pid=os.getpid())
+            with suppress(OSError):
+                self._write(STATUS, state=state, pid=os.getpid())
 
     def _leave(self, error: GaitsimError | None) -> None:
-        kept = error is None or self._write(FAILURE, error=error.to_dict())
-        # An error that cannot be kept is at least seen as the end of a process without a word.
-        for kind in (SOCKET, *((STATUS, LOG) if kept else ())):
-            with suppress(OSError):
+        with suppress(OSError):
+            self._files[SOCKET].unlink(missing_ok=True)
+            # An error that cannot be kept is at least seen as the end of a process without a word.
+            if error is not None:
+                self._write(FAILURE, error=error.to_dict())
+            for kind in (STATUS, LOG):
                 self._files[kind].unlink(missing_ok=True)
         with suppress(OSError):
             self._lock.release()
 
-    def _write(self, kind: str, **values: object) -> bool:
+    def _write(self, kind: str, **values: object) -> None:
         path = self._files[kind]
         draft = path.with_name(f"{path.name}.{os.getpid()}")
         data = json.dumps({"run": self._path, "identity": self._identity, **values})
         try:
             draft.write_text(data, encoding="utf-8")
             draft.replace(path)
-        except (OSError, ValueError):
-            with suppress(OSError):
-                draft.unlink(missing_ok=True)
-            return False
-        return True
+        finally:
+            draft.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -57,7 +57,7 @@ def evolve_live(
             if opened and changes:  # refused before anything was changed
                 refused, changes = error, {}
                 continue
-            reporter.state("failed", error=error)
+            reporter.state("failed", error=commands.cause(error))
             return "failed"
         # Reported when the run is closed: the reader may open it at once.
         if isinstance(ended, str):

@@ -333,6 +333,29 @@ def test_a_full_disk_ends_the_run_with_a_message(begun, monkeypatch):
     assert done.fingerprint() == plain(begun, done.generation, *SLOW)
 
 
+def test_a_folder_that_is_being_deleted_is_the_cause():
+    """Its files go first, and the folder a moment later."""
+    error, answers = RunError("history.csv was deleted"), iter([None, RunError("all of it was")])
+
+    def check():
+        if found := next(answers):
+            raise found
+
+    assert CommandQueue(check=check).cause(error).what == "all of it was"
+    assert CommandQueue(check=lambda: None).cause(error) is error
+
+
+def test_a_full_runtime_folder_refuses_a_run(begun, monkeypatch):
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    path = begun()
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(GaitsimError, match="No space left"):
+        Presence(path)
+    assert evolving(path) is None
+
+
 def test_sigterm_before_its_turn_stops_a_run(begun, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     first, second = begun("first", *SLOW, generations=100_000), begun("second", *SLOW)
