@@ -13,6 +13,8 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
 """Rows of a history as columns by name, (rows,) each."""
+Stamp = tuple[int, int, int]
+"""When a file changed, its size, and its number."""
 
 
 class RunFollower:
@@ -26,17 +28,16 @@ class RunFollower:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.modified = 0.0
-        self._stamp: tuple[tuple[int, int, int] | None, ...] = ()
+        self._stamp: tuple[Stamp | None, ...] = ()
         self._head, self._row, self._offset, self._next = b"", b"", 0, 1
 
     def poll(self) -> RunSnapshot | None:
         """Return the run as it is now; None where no file has changed since the last call."""
-        names = (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY)
-        stamp = tuple(_stamp(self.path / name) for name in names)
+        stamp = _stamps(self.path)
         if stamp == self._stamp:
             return None
         self._stamp = stamp
-        self.modified = max((one[0] / 1e9 for one in stamp if one), default=0.0)
+        self.modified = _latest(stamp)
         return RunSnapshot(self.path)
 
     def read_rows(self, run: RunSnapshot) -> Rows:
@@ -69,7 +70,20 @@ class RunFollower:
         return columns
 
 
-def _stamp(path: Path) -> tuple[int, int, int] | None:
+def modified(run: Path) -> float:
+    """Return when a file of a run last changed, in seconds since 1970; 0 where there is none."""
+    return _latest(_stamps(run))
+
+
+def _stamps(run: Path) -> tuple[Stamp | None, ...]:
+    return tuple(_stamp(run / name) for name in (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY))
+
+
+def _latest(stamps: tuple[Stamp | None, ...]) -> float:
+    return max((stamp[0] / 1e9 for stamp in stamps if stamp), default=0.0)
+
+
+def _stamp(path: Path) -> Stamp | None:
     """Return what differs once a file has changed; None where there is no file."""
     try:
         found = path.stat()

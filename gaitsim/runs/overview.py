@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -22,7 +22,7 @@ from gaitsim.runs.background import (
 from gaitsim.runs.files.folder import EXPERIMENT, list_runs
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.files.safe_pickle import NewerVersionError, SchemaVersionError
-from gaitsim.runs.follow import Rows, RunFollower
+from gaitsim.runs.follow import Rows, RunFollower, modified
 from gaitsim.runs.notes import read_note
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -139,8 +139,14 @@ class RunsWatcher:
         self._root = root
         self._watched: dict[Path, _Watched] = {}
 
-    def look(self) -> list[Overview]:
+    def look(
+        self, progress: Callable[[Sequence[Overview], int], object] | None = None
+    ) -> list[Overview]:
         """Return the runs there are now, oldest first.
+
+        Args:
+            progress: called after each run with those that were read, the latest change first,
+                and the number of all.
 
         Raises:
             RunError: `root` is not a folder, or may not be read.
@@ -148,7 +154,14 @@ class RunsWatcher:
         paths = list_runs(self._root)
         self._watched = {path: self._watched.get(path) or _Watched(path) for path in paths}
         names = runtime_names()
-        return [found for path in paths if (found := self._watched[path].look(names)) is not None]
+        found: dict[Path, Overview] = {}
+        for path in paths if progress is None else sorted(paths, key=modified, reverse=True):
+            run = self._watched[path].look(names)
+            if run is not None:
+                found[path] = run
+            if progress is not None:
+                progress([*found.values()], len(paths))
+        return [found[path] for path in paths if path in found]
 
 
 def overview(path: Path) -> Overview | None:

@@ -1,9 +1,11 @@
 """Home: the runs as they are, found again, sorted, filtered, deleted."""
 
+import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from threading import Event
 
 import pytest
 from rich.cells import cell_len
@@ -13,6 +15,7 @@ from textual.widgets import Input, Static
 from textual.widgets._footer import FooterKey
 
 from gaitsim.live.background import evolving, start_detached
+from gaitsim.runs import overview
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.notes import read_note, write_note
 from gaitsim.tui.formatting import clip_name
@@ -222,6 +225,57 @@ class TestFollowing:
 
         now = 2e9
         drive(test, clock=lambda: now)
+
+
+class TestManyRuns:
+    def test_they_are_listed_as_they_are_read_and_keys_work_meanwhile(
+        self, walk, drive, monkeypatch
+    ):
+        for number, name in enumerate("abc"):
+            os.utime(walk(name, 0) / "experiment.toml", (number, number))
+        read, gate = overview.RunFollower.poll, Event()
+
+        def slow(follower):
+            if follower.path.name != "c":
+                assert gate.wait(60)
+            return read(follower)
+
+        monkeypatch.setattr(overview.RunFollower, "poll", slow)
+
+        async def test(driver):
+            home = driver.screen
+            await driver.until(lambda: home.query("#runs") and names(driver) == ["c"])
+            assert "1 of 3 read" in home.sub_title
+            await driver.press("space")
+            assert marks(driver) == [True]
+            gate.set()
+            await driver.until(lambda: names(driver) == ["c", "b", "a"])
+            await driver.until(lambda: "3 runs" in home.sub_title)
+            assert marks(driver) == [True, False, False]
+            assert home.query_one("#runs").run.name == "c"
+
+        drive(test, ready=False)
+
+    def test_the_app_ends_while_they_are_read(self, walk, drive, monkeypatch):
+        for name in "abc":
+            walk(name, 0)
+        read, gate, seen = overview.RunFollower.poll, Event(), []
+
+        def slow(follower):
+            seen.append(follower.path)
+            assert gate.wait(60)
+            return read(follower)
+
+        monkeypatch.setattr(overview.RunFollower, "poll", slow)
+
+        async def test(driver):
+            await driver.until(lambda: seen)
+            await driver.press("q")
+            await driver.until(lambda: not driver.app.is_running)
+            gate.set()
+
+        drive(test, ready=False)
+        assert len(seen) == 1
 
 
 class TestSortingAndFiltering:

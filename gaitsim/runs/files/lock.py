@@ -3,6 +3,7 @@
 import errno
 import os
 import socket
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from filelock import FileLock, Timeout
 from gaitsim.errors import RunError
 from gaitsim.opening import open_descriptor, read_regular
 from gaitsim.runs.background import check_not_elsewhere
+
+if sys.platform != "win32":
+    import fcntl
 
 PATIENCE = 0.5  # seconds: `is_locked` holds the lock of an idle run for a moment, too
 _REMOVE = "remove it, if no process writes the run"
@@ -67,13 +71,27 @@ def _read(owner: Path) -> str:
 
 def is_locked(folder: Path) -> bool:
     """Whether a process is writing to the run now. Makes no file in the folder."""
-    lock = FileLock(folder / ".lock")
     try:
-        os.close(open_descriptor(folder / ".lock", os.O_RDONLY))
-        lock.acquire(timeout=0)
-    except Timeout:
-        return True
+        descriptor = open_descriptor(folder / ".lock", os.O_RDONLY)
     except OSError:
         return False
-    lock.release()
+    try:
+        return _held(folder / ".lock", descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _held(lock: Path, descriptor: int) -> bool:
+    if sys.platform == "win32":
+        try:
+            with FileLock(lock, timeout=0):
+                return False
+        except Timeout:
+            return True
+    try:  # as filelock does it, in a quarter of its time; closing the descriptor frees it
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # a file system without locks
+        return False
     return False

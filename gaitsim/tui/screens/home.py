@@ -1,8 +1,11 @@
 """Home: all runs in a folder, kept up to date."""
 
+import asyncio
+import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING
 
 from textual import on, work
@@ -41,7 +44,7 @@ class Home(RunActions):
     """The table of runs, with details of the one under the cursor.
 
     Attributes:
-        runs: as they were found last.
+        runs: as they were found last; None until all have been read once.
         filter: words that the runs shown must have.
     """
 
@@ -72,6 +75,12 @@ followed as they go.
         self._table: RunTable | None = None
         self._problem: GaitsimError | None = None
         self._height = 0
+        self._listed: list[Overview] = []  # at first, as many as were read
+        self._next_part = 1  # number of runs read after which more are shown
+        self._next_count = 0.0  # when their number is shown: drawing it costs as much as ten runs
+        self._count = ""
+        self._changes = 0  # by actions of this screen
+        self._reading = Lock()
 
     def compose(self) -> ComposeResult:
         """Compose the screen; the table is mounted once runs are read."""
@@ -100,22 +109,47 @@ followed as they go.
 
     @work(group="look")
     async def look(self) -> None:
-        """Read what has changed, and show it."""
-        self.runs, self._problem = await self.in_thread(self._read)
+        """Read what has changed, and show it; the first time as it is read."""
+        began = self._changes
+        found, problem = await self.in_thread(self._read)
+        if began != self._changes or self.moving:  # out of date: another look follows
+            return
+        self._problem = problem
+        self.runs = self._listed = found
+        self._count = f"{len(found)} run{'s' * (len(found) != 1)}"
         self._show()
 
     def _read(self) -> "tuple[list[Overview], GaitsimError | None]":
         from gaitsim.runs.overview import RunsWatcher
 
-        self._watch = self._watch or RunsWatcher(self.gaitsim.folder)
-        try:
-            return self._watch.look(), None
-        except GaitsimError as error:
-            return [], error
+        with self._reading:
+            first = self._watch is None
+            self._watch = self._watch or RunsWatcher(self.gaitsim.folder)
+            try:
+                return self._watch.look(self._progress if first else None), None
+            except GaitsimError as error:
+                return [], error
+
+    def _progress(self, runs: "Sequence[Overview]", total: int) -> None:
+        """Show some of the runs, called from the thread that reads them."""
+        if not self.is_attached:
+            raise asyncio.CancelledError
+        now = time.monotonic()
+        full = len(runs) >= self._next_part  # first one run, then a screen, then ever more
+        if full or now >= self._next_count:
+            self._next_count = now + EVERY
+            self._next_part = max(self.size.height, 2 * len(runs)) if full else self._next_part
+            self.call_later(self._show_part, [*runs] if full else [], len(runs), total)
+
+    def _show_part(self, runs: "list[Overview]", read: int, total: int) -> None:
+        if self.runs is None:
+            self._count = f"{read} of {total} read"
+            self._listed = runs or self._listed
+            self._show() if runs else self._title()
 
     def _show(self) -> None:
         """Show the runs that were found."""
-        if self.runs is None:
+        if self.runs is None and not self._listed:
             return
         from gaitsim.tui.widgets.run_table import RunTable
 
@@ -124,7 +158,7 @@ followed as they go.
             self.mount(self._table, before="#details")
             self.call_after_refresh(self._show)
             return
-        self._table.show(self.runs, self.filter, self.gaitsim.clock())
+        self._table.show(self._listed, self.filter, self.gaitsim.clock())
         empty = self.query_one("#empty", Static)
         empty.display = not self._table.shown
         self._table.display = bool(self._table.shown)
@@ -132,19 +166,18 @@ followed as they go.
             from gaitsim.tui.widgets.details import no_runs
 
             folder, colours = self.gaitsim.folder, self.app.theme_variables
-            empty.update(no_runs(folder, len(self.runs), self.filter, self._problem, colours))
+            empty.update(no_runs(folder, len(self._listed), self.filter, self._problem, colours))
         elif self.focused is None:
             self.set_focus(self._table)
-        self.sub_title = " · ".join([str(self.gaitsim.folder), *self._counts(self.runs)])
+        self._title()
         self._details()
 
-    def _counts(self, runs: "list[Overview]") -> Iterator[str]:
-        """Yield how many runs there are, and how many are in which state that needs a look."""
-        yield f"{len(runs)} run{'s' * (len(runs) != 1)}"
-        states = Counter(run.state for run in runs)
-        for state in ("running", "paused", "queued", "failed"):
-            if states[state]:
-                yield f"{states[state]} {state}"
+    def _title(self) -> None:
+        """Show how many runs there are, and how many are in which state that needs a look."""
+        states = Counter[str](run.state for run in self._listed)
+        wanted = ("running", "paused", "queued", "failed")
+        counts = [f"{states[state]} {state}" for state in wanted if states[state]]
+        self.sub_title = " · ".join([str(self.gaitsim.folder), self._count, *counts])
 
     @on(DataTable.RowHighlighted)
     def _moved(self) -> None:
@@ -173,9 +206,10 @@ followed as they go.
 
     def marked(self) -> "list[Overview]":
         marked = self._table.marked if self._table is not None else set()
-        return [run for run in self.runs or () if run.path in marked]
+        return [run for run in self._listed if run.path in marked]
 
     def changed(self, old: Path, new: Path) -> None:
+        self._changes += 1
         if self._table is not None and new != old:
             self._table.moved(old, new)
         self.look()
@@ -237,6 +271,6 @@ followed as they go.
         return super().check_action(action, parameters)
 
     def obstacle(self, action: str) -> str:
-        if action == "filter" and not self.runs:
+        if action == "filter" and not self._listed:
             return "There are no runs to choose from."
         return super().obstacle(action)

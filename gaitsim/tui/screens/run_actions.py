@@ -21,7 +21,13 @@ LISTED = 12  # number of runs that a question names
 
 
 class RunActions(GaitScreen):
-    """A screen with a list of runs, of which one is under the cursor and some may be marked."""
+    """A screen with a list of runs, of which one is under the cursor and some may be marked.
+
+    Attributes:
+        moving: whether the folder of a run is getting another name.
+    """
+
+    moving = False
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("n", "new", "New", id="home.new", tooltip="Assemble a new run"),
@@ -158,7 +164,9 @@ class RunActions(GaitScreen):
         question = Ask(f"A new name for the run {path.name}", path.name, check, about)
         name = await self.app.push_screen_wait(question)
         if name is not None and name != path.name:
+            self.moving = True
             new = await self._try(rename_run, path, name)
+            self.moving = False
             if new is not None:
                 self.changed(path, new)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -54,6 +55,7 @@ COLUMNS = {
 }
 NARROW = ("run", "body", "generation", "best", "curve", "state", "changed")
 WIDE = 110  # columns from which the fitness is shown, too
+_sparkline = lru_cache(maxsize=1024)(sparkline)  # a third of a row's cost
 MARK, NO_MARK = "◆ ", "◇ "
 FALLING = {"generation", "best", "curve", "changed"}  # sorted from the largest at first
 
@@ -113,8 +115,8 @@ class RunTable(DataTable[Text]):
         wanted = sorted(_having(found, words), key=COLUMNS[self.order].sort, reverse=self.falling)
         layout = columns(self.size.width)
         cells = {run.path: self._row(run, layout, now) for run in wanted}
-        same = [run.path for run in wanted] == [run.path for run in self.shown]
-        if same and layout == self._layout:
+        before = [run.path for run in self.shown]
+        if [*cells][: len(before)] == before and layout == self._layout:
             self._update(cells)
         else:
             self._build(layout, cells, self.run)
@@ -172,7 +174,11 @@ class RunTable(DataTable[Text]):
         self._layout = []  # rows are keyed by path
 
     def _update(self, cells: dict[Path, list[Text]]) -> None:
+        """Draw the cells that have changed, and add rows below."""
         for path, row in cells.items():
+            if path not in self._cells:
+                self.add_row(*row, key=str(path))
+                continue
             for (column, _), old, new in zip(self._layout, self._cells[path], row, strict=True):
                 if old != new or old.spans != new.spans:
                     self.update_cell(str(path), column.name, new)
@@ -217,7 +223,7 @@ class RunTable(DataTable[Text]):
             case "best":
                 text = "" if run.best is None else number(run.best, 4)
             case "curve":
-                text, style = sparkline(run.curve, width), self.app.theme_variables["primary"]
+                text, style = _sparkline(run.curve, width), self.app.theme_variables["primary"]
             case "state":
                 text, colour = STATES[run.state]
                 style = self.app.theme_variables[colour]
