@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from textual import work
 from textual.binding import Binding, BindingType
 from textual.command import Provider
+from textual.driver import Driver
 from textual.events import Key
 from textual.filter import LineFilter
 from textual.screen import Screen
@@ -19,6 +20,7 @@ from textual.widgets import Input
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
 from gaitsim.tui.config import Config, on_one_line, remember_theme
+from gaitsim.tui.lean import Mirror, lean
 from gaitsim.tui.plain import PlainText
 from gaitsim.tui.screens.base import GaitScreen, Navigator, PaletteCommand
 from gaitsim.tui.screens.home import Home
@@ -46,6 +48,7 @@ class GaitsimApp(ViKeys):
 
     Attributes:
         tasks: commands in the background.
+        mirror: what the terminal shows.
         drafts: new runs that were left with changes, by preset, the latest last.
     """
 
@@ -95,6 +98,15 @@ class GaitsimApp(ViKeys):
         for ours in THEMES:
             self.register_theme(ours)
         self.theme = theme or (config.theme if config else None) or DEFAULT
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return a driver that sends only what differs."""
+        self.mirror = Mirror()
+        return lean(super().get_driver_class(), self.mirror)
+
+    def on_resize(self) -> None:
+        """Send everything anew."""
+        self.mirror.forget()
 
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return what each line passes before it is drawn."""

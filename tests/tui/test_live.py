@@ -143,7 +143,7 @@ class TestAtRest:
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
             assert offered(screen) == {
-                "go", "step", "change", "goal", "fork", "log", "replay", "export",
+                "go", "step", "change", "goal", "fork", "log", "replay", "export", "why",
             }  # fmt: skip
             assert f"champion of generation {generation}: {score:.4f}" in text(
                 screen, "#live-champion"
@@ -449,7 +449,7 @@ class TestProblems:
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 3)
             assert screen.state == "elsewhere"
-            assert offered(screen) == {"fork", "replay", "export", "log"}
+            assert offered(screen) == {"fork", "replay", "export", "why", "log"}
             await app_until(pilot, lambda: "Another program" in text(screen, "#live-status"))
             before = screen.snapshot.generation
             await app_until(pilot, lambda: screen.snapshot.generation > before)

@@ -28,16 +28,27 @@ TRAIL = 80  # points of a path that are drawn, at most
 
 
 def picture(
-    clip: Clip, seconds: float, view: Viewpoint, columns: int, rows: int
+    clip: Clip, seconds: float, view: Viewpoint, columns: int, rows: int, *, ground: bool = True
 ) -> tuple[NDArray[np.uint32], Inks]:
-    """A body at a moment: the characters as code points, and their inks, both (rows, columns)."""
+    """A body at a moment: the characters as code points, and their inks, both (rows, columns).
+
+    Args:
+        clip: the body in motion.
+        seconds: the moment.
+        view: the camera.
+        columns: of the picture.
+        rows: of the picture.
+        ground: whether there is one; moving below a body that is followed, it is most of what
+            changes from picture to picture.
+    """
     dots = empty(columns, rows)
     height, width = dots.shape
     if not dots.size:
         return cells(dots)
     pose = clip.at(seconds)
     eye = camera(view, clip, pose, width, height)
-    _ground(dots, eye, clip)
+    if ground:
+        _ground(dots, eye, clip)
     limbs, shades = _limbs(eye, pose.segments, sides(clip.skeleton.names), height)
     track = _track(eye, clip, pose, height)
     draw_lines(dots, np.concatenate([track, limbs]), np.append(np.full(len(track), TRACK), shades))

@@ -9,6 +9,7 @@ from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.lean import Mirror
 from gaitsim.tui.tasks import Task, Tasks
 
 if TYPE_CHECKING:
@@ -32,12 +33,14 @@ class Navigator(Protocol):
         folder: where runs are.
         clock: the time, in seconds since 1970.
         tasks: the commands in the background.
+        mirror: what the terminal shows, and how much it was sent.
         drafts: new runs that were left with changes, by preset, the latest last.
     """
 
     folder: Path
     clock: Callable[[], float]
     tasks: Tasks
+    mirror: Mirror
     drafts: "dict[str, ExperimentBuilder]"
 
     def open_run(self, run: Path, *, go: bool = False) -> None: ...

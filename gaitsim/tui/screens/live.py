@@ -3,7 +3,6 @@
 import asyncio
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -15,7 +14,7 @@ from textual.widgets import Header
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
-from gaitsim.live.background import evolving, last_failure
+from gaitsim.live.background import evolving
 from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watching import RunWatcher
@@ -25,7 +24,7 @@ from gaitsim.runs.fork import fork_run
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
-from gaitsim.tui.screens.live_source import about
+from gaitsim.tui.screens.live_source import about, explained
 from gaitsim.tui.widgets.footer import Footer
 
 RESTING = ("stopped", "failed")
@@ -61,6 +60,7 @@ window or by `gaitsim attach`.
 - **g** sets how many generations it is to have.
 - The table has the best score and its terms: over the generations, and of the best individuals.
 - The body is the champion so far. Drag to turn it, roll to zoom; **r** replays any generation.
+  The ground under it is left out while the run evolves, unless the body has the focus.
 - **l** shows what happened: ★ a better best, ⚑ a champion that was kept, ▶ a stage.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -123,9 +123,8 @@ window or by `gaitsim attach`.
     async def _watch(self) -> None:
         """Follow the run as its folder shows it, until a process in the background evolves it."""
         go, self._go = self._go, False
-        async for snapshot in RunWatcher(self.run):
-            failure = last_failure(self.run) if snapshot.state == "stopped" and not go else None
-            self.take(replace(snapshot, state="failed", error=failure) if failure else snapshot)
+        async for found in RunWatcher(self.run):
+            self.take(found if go else explained(found, self.snapshot, self.run))
             if evolving(self.run):
                 self._start(begin=False)
                 return

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from rich.style import Style
@@ -19,13 +20,15 @@ from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.screens import live_formatting as formatting
+from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_source import ChampionMover, LiveState
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.lines import Lines
 
 FPS = 12  # ticks a second
-BODY, NEWS = 2, 4  # ticks to one at which, while the run evolves, the body and the panels move
+STATUS, NEWS, BODY = 4, 12, 2  # ticks to one at which they are drawn while the run evolves
+RATE = 12_000  # bytes a second to the terminal then; the body waits while there are more
 CHAMPION_EVERY = 1.0  # seconds between two champions that are moved to be shown
 COLOURS = {
     "preparing": "secondary", "queued": "secondary", "running": "success", "paused": "warning",
@@ -61,6 +64,7 @@ class Board(Vertical):
         self.live = LiveState()
         self._state = "stopped"
         self._ticks = 0
+        self._room = self._sent = 0.0  # bytes that may be sent now, and those sent so far
         self._stale = True
         self._since = clock()  # the beginning of the state
         self._seconds = 0  # since then, as they were drawn last
@@ -90,10 +94,11 @@ class Board(Vertical):
         self.set_interval(1 / FPS, self._tick)
 
     def _tick(self) -> None:
-        """Draw. While the run evolves, body and panels wait their turn; the status does not.
+        """Draw. While the run evolves, everything waits its turn.
 
         What is drawn is the search's time, which takes all cores: a body's picture of a third
-        of the screen, through all of Textual, is 15 ms. A body with the focus gets it all.
+        of the screen, through all of Textual, is 15 ms. And it is sent, often over SSH: the
+        larger the picture, the fewer there are. The ground, most of it, needs the focus.
         """
         now = self._clock()
         if self.screen is not self.app.screen:
@@ -104,12 +109,16 @@ class Board(Vertical):
         canvas, fast = self.canvas, self.state == "running"
         if canvas.playing is fast:
             canvas.playing = not fast
-        moves = fast and canvas.duration > 0 and (canvas.has_focus or not self._ticks % BODY)
+        canvas.ground = not fast or canvas.has_focus
+        sent = cast(GaitScreen, self.screen).gaitsim.mirror.sent
+        self._room, self._sent = min(self._room + RATE / FPS + self._sent - sent, RATE / 2), sent
+        moves = fast and canvas.duration > 0 and self._room > 0 and not self._ticks % BODY
         if moves or not fast:
             elapsed, self._then = now - self._then, now
             if moves:
                 canvas.seconds = (canvas.seconds + elapsed * canvas.speed) % canvas.duration
-        self._draw(all_of_it=not fast or not self._ticks % NEWS)
+        if not fast or not self._ticks % STATUS:
+            self._draw(all_of_it=not fast or not self._ticks % NEWS)
 
     @property
     def state(self) -> str:

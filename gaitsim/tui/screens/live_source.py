@@ -1,6 +1,7 @@
 """The live screen's knowledge of a run: snapshot, history, events and champion."""
 
 from collections import deque
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
+from gaitsim.live.background import last_failure
 from gaitsim.live.protocol import Best, Event, Snapshot, joined
 from gaitsim.runs.follow import HistoryBuffer, Rows
 from gaitsim.runs.snapshot import RunSnapshot
@@ -53,6 +55,22 @@ class LiveState:
         warnings = [one for one in self.events if one.kind == "warning" and one not in later]
         known = sorted([*found.events, *warnings], key=lambda event: event.generation)
         self.events = deque([*known, *later], maxlen=EVENTS_KEPT)
+
+
+def explained(found: Snapshot, known: Snapshot, run: Path) -> Snapshot:
+    """Return what was found of a run, with the failure of its last process, or as it was known.
+
+    Args:
+        found: of the run's folder.
+        known: before.
+        run: the folder.
+    """
+    error = last_failure(run) if found.state == "stopped" else None
+    if error is not None:
+        return replace(found, state="failed", error=error)
+    if found.error is not None and not found.generations:  # the folder cannot be read any more
+        return replace(known, state="failed", rows={}, events=(), error=found.error)
+    return found
 
 
 def about(run: Path) -> str:

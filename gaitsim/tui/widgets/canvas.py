@@ -84,6 +84,7 @@ class BodyCanvas(Cells, can_focus=True):
     view: reactive[Viewpoint] = reactive(Viewpoint(), repaint=False, init=False)
     playing: reactive[bool] = reactive(False, repaint=False, init=False)
     speed: reactive[float] = reactive(1.0, repaint=False, init=False)
+    ground: reactive[bool] = reactive(True, repaint=False, init=False)
 
     @dataclass
     class Moved(Message):
@@ -190,6 +191,9 @@ class BodyCanvas(Cells, can_focus=True):
     def watch_seconds(self) -> None:
         self.redraw()
 
+    def watch_ground(self) -> None:
+        self.redraw()
+
     def watch_view(self, view: Viewpoint) -> None:
         self.redraw()
         if self.is_mounted:
@@ -200,7 +204,7 @@ class BodyCanvas(Cells, can_focus=True):
 
     def picture(self, columns: int, rows: int) -> Picture:
         assert self._body is not None, "else there are words"
-        return body.picture(self._body, self.seconds, self.view, columns, rows)
+        return body.picture(self._body, self.seconds, self.view, columns, rows, ground=self.ground)
 
     def ink_styles(self) -> list[Style]:
         """Of ground, track, limbs by shade and side, feet by side, labels."""
