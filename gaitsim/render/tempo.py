@@ -6,7 +6,8 @@ import numpy as np
 
 from gaitsim.contracts import Skeleton
 
-TOO_FEW = 4.0  # pictures a cycle: with fewer the movement is jumpy, with under two it aliases
+ALIASED = 2.0  # pictures a cycle: with fewer the movement goes backwards
+TOO_FEW = 4.0  # pictures a cycle: with fewer the movement is jumpy
 ENOUGH = 8.0  # pictures a cycle in slow motion
 _FRACTIONS = {0.5: "½", 0.25: "¼", 0.125: "⅛"}
 
@@ -30,9 +31,9 @@ def rhythm(skeleton: Skeleton) -> float:
     return float(frequencies[np.searchsorted(power, power[-1] / 2)])
 
 
-def shows(frequency: float, rate: float, speed: float) -> bool:
-    """Whether so many pictures a second show a movement of a frequency at a speed."""
-    return frequency * speed * TOO_FEW <= rate
+def shows(frequency: float, rate: float, speed: float, pictures: float = TOO_FEW) -> bool:
+    """Whether a movement of a frequency has so many pictures a cycle, at a rate and a speed."""
+    return frequency * speed * pictures <= rate
 
 
 def usual_speed(frequency: float, rate: float, slowest: float) -> float:

@@ -18,7 +18,7 @@ from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import score_words
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
 from gaitsim.render.scene.labels import ROW, ROWS, small_letters
-from gaitsim.render.tempo import rhythm, shows, speed_words, usual_speed
+from gaitsim.render.tempo import ALIASED, rhythm, shows, speed_words, usual_speed
 from gaitsim.runs.snapshot import RunSnapshot
 
 FORMATS = get_args(VideoFormat)
@@ -172,13 +172,13 @@ class Video:
     def caution(self) -> str:
         """Why this speed is too fast for the pictures, and what to try; '' where it is not."""
         rate = float(self.settings.rate)
-        if shows(self._rhythm, rate, self.speed):
+        if shows(self._rhythm, rate, self.speed, ALIASED):
             return ""
         return (
             f"At a speed of {self.speed:g}, {rate:g} pictures a second cannot show a body that "
             f"moves to and fro {self._rhythm:.3g} times a second: "
             f"{rate / (self._rhythm * self.speed):.2g} pictures each. "
-            f"Try --speed {self._usual_speed:g}."
+            f"Try a speed of {self._usual_speed:g}."
         )
 
     @property
