@@ -95,31 +95,26 @@ def _bar(eye: Camera, widest: int) -> list[int]:
 
 def _altitudes(eye: Camera, clip: Clip, pose: Pose, rows: int) -> list[tuple[int, str]]:
     """Return rows and words of an axis of altitude, where the body is; a mark at its own."""
-    place = pose.middle
-    height = int(2 * eye.centre[1]) + 1
-
-    def row_of(altitude: float) -> int:
-        flat, _ = eye.project(np.array([place[0], place[1], altitude - clip.floor]))
-        return int((height - 1 - float(flat[1])) // HIGH)
-
+    place, height = pose.middle, int(2 * eye.centre[1]) + 1
     scale = float(eye.scale_at(eye.project(place)[1])) * max(float(eye.up[2]), 0.1)
     step = round_step(APART * HIGH / scale)
-    size, unit = next((one for one in UNITS if step >= one[0] * 0.999), UNITS[-1])
     own = float(place[2]) + clip.floor
     count = int(rows * HIGH / scale / step) + 1
     at = (np.arange(-count, count + 1) + round(own / step)) * step
-    # Below the drawn ground there is nothing.
-    at = at[at >= clip.floor - step / 2]
-    shown = [(row_of(float(value)), value) for value in at]
-    seen = [(row, value) for row, value in shown if 0 < row < rows]
-    words = labels(np.array([value for _, value in seen]) / size)
-    wide = max((len(word) for word in words), default=0)
-    found = [(row, word.rjust(wide) + "┤") for (row, _), word in zip(seen, words, strict=True)]
-    mark = row_of(own)
+    at = at[at >= clip.floor - step / 2]  # there is nothing below the drawn ground
+    points = np.tile(place, (len(at) + 1, 1))
+    points[1:, 2] = at - clip.floor
+    mark, *below = ((height - 1 - eye.project(points)[0][:, 1]) // HIGH).astype(int).tolist()
+    seen = {row: value for row, value in zip(below, at.tolist(), strict=True) if 0 < row < rows}
+    if not seen:
+        return []
+    size, unit = next((one for one in UNITS if step >= one[0] * 0.999), UNITS[-1])
+    words = labels(np.array([*seen.values()]) / size)
+    wide = max(map(len, words))
+    found = {row: word.rjust(wide) + "┤" for row, word in zip(seen, words, strict=True)}
     if 0 < mark < rows:
-        found = [one for one in found if one[0] != mark]
-        found.append((mark, " " * wide + "▸"))
-    return [(0, unit.rjust(wide)), *found] if seen else []
+        found[mark] = " " * wide + "▸"
+    return [(0, unit.rjust(wide)), *found.items()]
 
 
 def _number(value: float) -> str:

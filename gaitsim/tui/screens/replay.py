@@ -249,8 +249,11 @@ The best individual of any generation, as it moves.
 
     def action_measures(self) -> None:
         shown = self.pane.measures_shown
+        own = self.pane
         for pane in self.panes:
             pane.show_measures(not shown)
+        # The arrow keys scroll what was asked for.
+        (self._time if shown else own.numbers).focus()
 
     async def action_split(self) -> None:
         if len(self.panes) > 1:

@@ -43,6 +43,7 @@ class ReplayPane(Vertical):
         shown: the individual; None where there is none yet, or a problem.
         generation: the one that is shown or asked for; None is the champion's.
         loading_now: whether one is being read.
+        numbers: scrolls the measures and terms.
     """
 
     DEFAULT_CSS = """
@@ -80,6 +81,7 @@ class ReplayPane(Vertical):
         self.slider = Scrubber("generation", 1, 1, 1)
         self._heading = Static(classes="title")
         self._side = Vertical(classes="side")
+        self.numbers = VerticalScroll()
         self._numbers = Static(classes="measures")
         self._curve_title = Static("best score by generation", classes="curve-title")
         self._curve = Curves(legend=False)
@@ -89,7 +91,7 @@ class ReplayPane(Vertical):
         with Horizontal():
             yield self.canvas
             with self._side:
-                with VerticalScroll():
+                with self.numbers:
                     yield self._numbers
                 yield self._curve_title
                 yield self._curve
@@ -141,7 +143,7 @@ class ReplayPane(Vertical):
         history = shown.history
         best = Series("best", history["generation"], history["best"])
         self._curve.set_series([best], [shown.generation])
-        self.call_after_refresh(self._make_room)  # when the footfalls have their rows
+        self._make_room()
         self.post_message(self.Changed())
 
     def _fail(self, error: GaitsimError) -> None:
@@ -199,7 +201,8 @@ class ReplayPane(Vertical):
         narrow = self.size.width < BESIDE
         self.set_class(narrow, "-narrow")
         self.canvas.display = not (shown and narrow)
-        rows = self.size.height - 2 - (self.feet.outer_size.height if self.feet.display else 0)
+        feet = self.feet.get_content_height(self.size, self.app.size, self.size.width)
+        rows = self.size.height - 2 - (feet if self.feet.display else 0)
         self._curve.display = self._curve_title.display = rows >= TALL
         self.set_class(rows >= HIGH, "-high")
         self._list()

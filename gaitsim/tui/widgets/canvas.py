@@ -174,7 +174,8 @@ class BodyCanvas(Cells, can_focus=True):
     def _tick(self) -> None:
         now = self._clock()
         elapsed, self._then = now - self._then, now
-        if self._body is None or not self.duration or self.screen is not self.app.screen:
+        # A tick may have been due when it was paused.
+        if not (self.playing and self.duration) or self.screen is not self.app.screen:
             return
         self.seconds = (self.seconds + elapsed * self.speed) % self.duration
         self.post_message(self.Moved(self))
