@@ -12,10 +12,11 @@ from collections.abc import Awaitable, Callable
 from itertools import islice
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 import gaitsim as gs
-from gaitsim.render.encoder import encode
+from gaitsim.render.encoder import cells, encode, palette
 from gaitsim.render.plots.style import LIGHT, picture
 from gaitsim.render.scene import THEMES
 from gaitsim.render.video import RenderSettings, Video
@@ -26,7 +27,6 @@ from gaitsim.tui.screens.replay import Replay
 
 HERE = Path(__file__).parents[1] / "docs" / "pictures"
 SCREEN = 190  # dots an inch: plots are 3.4 inches wide, so that letters are sharp on a page
-COLOURS = 128
 FONTS = re.compile(r"@font-face\s*\{[^}]*\}")
 
 
@@ -68,8 +68,13 @@ def _plot(figure: object, name: str) -> None:
 
 
 def _smaller(image: Image.Image, path: Path) -> None:
-    """Write a picture with few colours, which it hardly shows."""
-    image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    """Write a picture with few colours, which it hardly shows; those of marks stay."""
+    pixels = np.asarray(image.convert("RGB"))
+    white = np.full((1, 3), 255, dtype=np.uint8)
+    colours, indices = palette([pixels], np.concatenate([THEMES["light"].exact, white]))
+    few = Image.fromarray(indices[cells(pixels)])
+    few.putpalette(colours.tobytes())
+    few.save(path, optimize=True)
 
 
 def bodies() -> None:
@@ -78,7 +83,7 @@ def bodies() -> None:
         still = gs.picture(gs.load(name).champion, seconds, size=(640, 360))
         _smaller(still, HERE / f"{name}.png")
     _film("spider", RenderSettings("gif", (400, 240), 15, intro=False), 40)
-    _film("fly", RenderSettings("gif", (400, 240), 15, intro=False), 45)
+    _film("fly", RenderSettings("gif", (400, 240), 25, intro=False), 75)
     _film("walker", RenderSettings("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
     champion = gs.load("spider").champion.generation
     several = Video(

@@ -109,7 +109,7 @@ def _indexed(
     table[: len(colours), 1:] = colours  # opacity comes first
     for picture in pictures:
         # The stubs know one array alone; with a palette it takes two.
-        both: Any = (indices[_cells(picture)], table)
+        both: Any = (indices[cells(picture)], table)
         yield VideoFrame.from_ndarray(both, format="pal8")
 
 
@@ -141,7 +141,7 @@ def palette(
     colours = np.concatenate([exact, rest])
     middles = (np.indices((CELLS,) * 3).reshape(3, -1).T + 0.5) * (256 // CELLS) - 0.5
     indices = np.asarray(KDTree(colours.astype(np.float64)).query(middles)[1], dtype=np.uint8)
-    indices[_cells(exact)] = np.arange(len(exact))
+    indices[cells(exact)] = np.arange(len(exact))
     return colours, indices
 
 
@@ -151,7 +151,7 @@ def _packed(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
     return np.asarray(red << 16 | green << 8 | blue)
 
 
-def _cells(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
+def cells(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
     """Return the cells of the colour space that colours (…, 3 or 4) are in, (…)."""
     red, green, blue = np.moveaxis(colours[..., :3] // (256 // CELLS), -1, 0).astype(np.intp)
     return np.asarray((red * CELLS + green) * CELLS + blue)
