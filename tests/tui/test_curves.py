@@ -311,12 +311,28 @@ class TestExploring:
             await pilot.hover(CurvePlot, offset=(40, 5))
             await pilot.pause()
             assert 60 < shown.cursor < 95
+            assert shown.cursor in shown.series[0].x
             await pilot.click(CurvePlot, offset=(20, 5))
             await pilot.hover(".legend")
             await pilot.pause()
             assert 25 < shown.cursor < 45
 
         show(test, size=(50, 14))
+
+    @pytest.mark.parametrize("width", [30, 44, 70])
+    def test_the_curves_keep_their_size_under_the_mouse(self, width):
+        async def test(shown, pilot):
+            names = ("best", "mean", "a long name of a run")
+            y = np.linspace(1, 2, 50)
+            shown.set_series([series(y + at, name) for at, name in enumerate(names)])
+            await pilot.pause()
+            size = shown.query_one(CurvePlot).size
+            await pilot.hover(CurvePlot, offset=(15, 3))
+            await pilot.pause()
+            assert shown.query_one(CurvePlot).size == size
+            assert "generation" in legend(shown)
+
+        show(test, size=(width, 14))
 
     def test_zoom_and_pan_stay_within_the_curves_and_0_shows_all(self):
         async def test(shown, pilot):

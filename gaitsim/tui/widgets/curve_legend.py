@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from rich.style import Style
 from rich.text import Text
 
-from gaitsim.render.terminal.curve_view import nearest
+from gaitsim.render.terminal.curve_view import Series, nearest
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 
@@ -17,24 +17,39 @@ TOOLED = 60  # columns from which the tools stand beside the legend
 
 
 def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
-    """Return the legend of a picture in as many rows of a width as it needs."""
+    """Return the legend of a picture in as many rows of a width as its names need.
+
+    With a cursor it has as many rows as without, so that the curves keep their size under the
+    mouse: where there is no room for names and values, values stand behind the markers alone.
+    """
     if not plot.series:
         return Text()
     heads = [*([y_label] if y_label else []), *_manners(plot)]
-    parts = [Text(" · ".join(heads), "dim")] if heads else []
-    at = plot.cursor
-    if at is not None:
-        parts.append(Text(f"{plot.x_label} {short(at)}", "bold"))
-    for index, one in enumerate(plot.smoothed):
-        entry = plot.sample(index).append(f" {visible(one.name)}")
-        if at is not None:
-            place = nearest(one, at)
-            entry.append(f" {'–' if place is None else short(float(one.y[place]))}", "bold")
-        parts.append(entry)
+    head = [Text(" · ".join(heads), "dim")] if heads else []
     tools = Text()
     for name, action in TOOLS if width >= TOOLED else ():
         tools.append("  ").append(name, Style(underline=True, meta={TOOL: action}))
-    return _rows(parts, tools, width)
+    names = [plot.sample(index).append(f" {visible(one.name)}")
+             for index, one in enumerate(plot.series)]  # fmt: skip
+    rows = _rows([*head, *names], tools, width)
+    if plot.cursor is not None:
+        place = Text(f"{plot.x_label} {short(plot.cursor)}", "bold")
+        values = [Text(f" {_value(one, plot.cursor)}", "bold") for one in plot.smoothed]
+        whole = [Text.assemble(*pair) for pair in zip(names, values, strict=True)]
+        marks = [Text.assemble(plot.sample(index)[1:2], value)
+                 for index, value in enumerate(values)]  # fmt: skip
+        count = len(rows)
+        for entries in ([*head, place, *whole], [place, *whole], [place, *marks]):
+            rows = _rows(entries, tools, width)
+            if len(rows) <= count and all(row.cell_len <= width for row in rows):
+                break
+        rows = [*rows, *[Text()] * (count - len(rows))][:count]
+    return Text("\n", no_wrap=True, overflow="ellipsis", end="").join(rows)
+
+
+def _value(series: Series, x: float) -> str:
+    place = nearest(series, x)
+    return "–" if place is None else short(float(series.y[place]))
 
 
 def short(value: float) -> str:
@@ -59,7 +74,7 @@ def _manners(plot: CurvePlot) -> Iterator[str]:
         yield f"log {plot.x_label}" if frame.x.log else f"no log {plot.x_label}: not all above 0"
 
 
-def _rows(parts: list[Text], tools: Text, width: int) -> Text:
+def _rows(parts: list[Text], tools: Text, width: int) -> list[Text]:
     """Return the parts in rows, and the tools at the end of the first."""
     rows = [Text()]
     for part in parts:
@@ -70,4 +85,4 @@ def _rows(parts: list[Text], tools: Text, width: int) -> Text:
     if tools:
         rows[0].truncate(max(width - tools.cell_len, 1), overflow="ellipsis", pad=True)
         rows[0].append_text(tools)
-    return Text("\n", no_wrap=True, overflow="ellipsis", end="").join(rows)
+    return rows

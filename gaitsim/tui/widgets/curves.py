@@ -250,6 +250,11 @@ class Curves(Widget, can_focus=True):
                 self.action_pan(share - 1 if share > 1 else share)
         self._redraw()
 
+    def _snapped(self, x: float) -> float:
+        """Return the nearest place that has a point."""
+        places = [float(one.x[at]) for one in self.series if (at := nearest(one, x)) is not None]
+        return min(places, key=lambda place: abs(place - x), default=x)
+
     def _zoom(self, way: int, x: float | None) -> None:
         frame, whole = self._plot.frame, self._plot.whole_frame
         if frame is None or whole is None:
@@ -279,15 +284,16 @@ class Curves(Widget, can_focus=True):
 
     def on_curve_plot_pointed(self, event: CurvePlot.Pointed) -> None:
         event.stop()
+        x = None if event.x is None else self._snapped(event.x)
         if event.clicked:
-            self._cursor = event.x
-        if event.clicked or event.x != self._hover:
-            self._hover = event.x
+            self._cursor = x
+        if event.clicked or x != self._hover:
+            self._hover = x
             self._redraw()
 
     def on_curve_plot_turned(self, event: CurvePlot.Turned) -> None:
         event.stop()
-        self._hover = event.x
+        self._hover = self._snapped(event.x)
         if event.tall:
             self.action_stretch(event.way)
         else:
