@@ -24,6 +24,7 @@ from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.replay import Replay
 from gaitsim.tui.screens.replay_loading import PATIENCE, Loader
 from gaitsim.tui.themes import THEMES
+from gaitsim.tui.widgets.curve_plot import CurvePlot
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
 
@@ -482,6 +483,9 @@ def test_looks(size, walk, snap_compare):
         for frame in (0, 13):  # it may have come to any moment, even within this frame
             pilot.app.screen.query_one("#frame", Scrubber).choose(frame)
         await settled(pilot)
+        curve = pilot.app.screen.query_one(CurvePlot)
+        if size[0] > 120:  # it is shown, and drawn once it is laid out
+            await app_until(pilot, lambda: any("┤" in row.text for row in strips(curve)))
 
     assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
 

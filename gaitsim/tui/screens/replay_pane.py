@@ -57,7 +57,6 @@ class ReplayPane(Vertical):
         & .side { width: 39; border-left: solid $border-blurred; }
         & .side > VerticalScroll { height: 1fr; padding: 0 0 0 1; }
         & .side > VerticalScroll:focus { background: $surface; }
-        & .side > .curve-title { height: 1; padding: 0 1; text-style: bold; }
         & .side > Curves { height: 7; padding: 0 1; }
         &.-high .side > Curves { height: 12; }
         &.-narrow .side { width: 1fr; border-left: none; }
@@ -83,8 +82,7 @@ class ReplayPane(Vertical):
         self._side = Vertical(classes="side")
         self.numbers = VerticalScroll()
         self._numbers = Static(classes="measures")
-        self._curve_title = Static("best score by generation", classes="curve-title")
-        self._curve = Curves(legend=False)
+        self._curve = Curves()
 
     def compose(self) -> ComposeResult:
         yield self._heading
@@ -93,7 +91,6 @@ class ReplayPane(Vertical):
             with self._side:
                 with self.numbers:
                     yield self._numbers
-                yield self._curve_title
                 yield self._curve
         yield self.feet
         yield self.slider
@@ -141,7 +138,7 @@ class ReplayPane(Vertical):
         self.feet.set_skeleton(shown.individual.skeleton)
         self.feet.frame = self.canvas.frame
         history = shown.history
-        best = Series("best", history["generation"], history["best"])
+        best = Series("best score", history["generation"], history["best"])
         self._curve.set_series([best], [shown.generation])
         self._make_room()
         self.post_message(self.Changed())
@@ -203,7 +200,7 @@ class ReplayPane(Vertical):
         self.canvas.display = not (shown and narrow)
         feet = self.feet.get_content_height(self.size, self.app.size, self.size.width)
         rows = self.size.height - 2 - (feet if self.feet.display else 0)
-        self._curve.display = self._curve_title.display = rows >= TALL
+        self._curve.display = rows >= TALL
         self.set_class(rows >= HIGH, "-high")
         self._list()
 

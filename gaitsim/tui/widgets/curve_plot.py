@@ -120,7 +120,8 @@ class CurvePlot(Cells):
 
     def sample(self, index: int) -> Text:
         """Return a piece of a curve, as a legend shows it."""
-        piece = "───" if self.series[index].apart else curves.sample(index)
+        plain = self.series[index].apart or len(self.series) == 1  # without markers
+        piece = "───" if plain else curves.sample(index)
         return Text(piece, Style(color=self.style_of(index).color))
 
     def place(self, column: int) -> float | None:

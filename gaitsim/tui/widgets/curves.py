@@ -32,14 +32,13 @@ class Curves(Widget, can_focus=True):
     Args:
         x_label: what the axis below shows.
         message: shown while there are no curves.
-        legend: whether there is one; it also has the values at the cursor.
         whole: whether the vertical axis holds even a few points that lie far below the others.
     """
 
     DEFAULT_CSS = """
     Curves {
         width: 1fr; height: 1fr; min-height: 3; layout: vertical;
-        & > .legend { height: auto; max-height: 4; }
+        & > .legend { height: auto; min-height: 1; max-height: 4; }
         &:focus > CurvePlot > .curves--axis { color: $accent; }
     }
     """
@@ -83,13 +82,12 @@ class Curves(Widget, can_focus=True):
         x_label: str = "generation",
         message: str = "nothing to show yet",
         *,
-        legend: bool = True,
         whole: bool = False,
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
         self._plot = CurvePlot(x_label, message, View(whole=whole))
-        self._legend = Static(classes="legend") if legend else None
+        self._legend = Static(classes="legend")
         self._said: Text | None = None
         self._whole = whole
         self._y_label = ""
@@ -97,8 +95,7 @@ class Curves(Widget, can_focus=True):
         self._hover: float | None = None  # under the mouse
 
     def compose(self) -> ComposeResult:
-        if self._legend is not None:
-            yield self._legend
+        yield self._legend
         yield self._plot
 
     def set_series(
@@ -168,7 +165,7 @@ class Curves(Widget, can_focus=True):
 
     def _explain(self) -> None:
         """Write the legend, if it has changed."""
-        if self._legend is None or not self.is_mounted:
+        if not self.is_mounted:
             return
         said = legend(self._plot, self._y_label, self.content_size.width)
         before, self._said = self._said, said
@@ -182,8 +179,6 @@ class Curves(Widget, can_focus=True):
     def notify_style_update(self) -> None:
         super().notify_style_update()
         self.call_later(self._explain)
-
-    # What keys and tools do
 
     def action_zoom(self, way: int) -> None:
         self._zoom(way, self.cursor)
@@ -273,8 +268,6 @@ class Curves(Widget, can_focus=True):
         """Show some of the scores; None shows all, even a few that lie far below the others."""
         bottom, top = (ends.low, ends.high) if ends else (None, None)
         self.view = replace(self.view, bottom=bottom, top=top, whole=self.view.whole or not ends)
-
-    # The mouse
 
     async def on_click(self, event: events.Click) -> None:
         """Do what a tool says."""
