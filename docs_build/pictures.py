@@ -47,6 +47,7 @@ RUNS: tuple[tuple[str, str, int, dict[str, float]], ...] = (
     ("millipede", "millipede", 1, {}),
     ("walker", "walker", 0, {}),
     ("spider-bold", "spider", 0, {"evolution.generations": 300, "mutation.rate": 0.3}),
+    *((f"spider-{seed}", "spider", seed, {"evolution.generations": 300}) for seed in (2, 3, 4, 5)),
 )
 LIVE = Path("runs/spider-1")
 
@@ -54,8 +55,20 @@ LIVE = Path("runs/spider-1")
 def plots() -> None:
     """Plots as `gaitsim plot` makes them."""
     spider, fly = gs.load("spider"), gs.load("fly")
-    for kind in ("fitness", "terms", "footfall", "joints", "stability"):
+    kinds = (
+        "fitness",
+        "terms",
+        "diversity",
+        "genome",
+        "runs",
+        "footfall",
+        "phase",
+        "joints",
+        "stability",
+    )
+    for kind in kinds:
         _plot(spider.plot(kind), f"spider-{kind}")
+    _plot(spider.plot("runs", beside=["spider-bold"]), "spider-runs")
     _plot(fly.plot("path"), "fly-path")
     last = fly.champion.generation
     _plot(fly.plot("channel", channel="altitude", generations=[1, 20, last]), "fly-altitude")

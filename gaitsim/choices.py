@@ -9,7 +9,19 @@ GaitFormat = Literal["mat", "csv", "npz"]
 PlotFormat = Literal["png", "svg", "pdf"]
 VideoFormat = Literal["mp4", "gif"]
 
-PlotKind = Literal["fitness", "terms", "path", "channel", "footfall", "joints", "stability"]
+PlotKind = Literal[
+    "fitness",
+    "terms",
+    "diversity",
+    "genome",
+    "runs",
+    "path",
+    "channel",
+    "footfall",
+    "phase",
+    "joints",
+    "stability",
+]
 Theme = Literal["light", "dark"]
 VideoView = Literal["iso", "side", "top", "orbit"]
 TerminalView = Literal["iso", "side", "top", "front"]

@@ -30,8 +30,8 @@ def plot(
         Kind,
         typer.Option(
             metavar="KIND",
-            help="fitness, terms, path, channel, footfall, joints, stability, or all of these "
-            "that the body has.",
+            help="fitness, terms, diversity, genome, runs, path, channel, footfall, phase, joints, "
+            "stability, or all of these that the run has.",
         ),
     ] = "fitness",
     generation: BestOf = None,
@@ -57,6 +57,13 @@ def plot(
         str | None,
         typer.Option(metavar="S:S", help="Part of the motion in seconds, as 2:5."),
     ] = None,
+    beside: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="RUN",
+            help="Another run, with its repeats; may be repeated. For --kind runs.",
+        ),
+    ] = None,
     theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
     format: Annotated[
         PlotFormat | None, typer.Option(help="Default: as --out ends, or png.")
@@ -77,6 +84,8 @@ def plot(
 
     gaitsim plot spider --kind footfall --window 4:7
 
+    gaitsim plot spider --kind runs --beside spider-2
+
     gaitsim plot fly --kind channel --channel altitude --generations 1,50,200
 
     gaitsim plot spider --kind all --format svg --theme dark
@@ -90,6 +99,7 @@ def plot(
             "--channel": channel,
             "--component": component,
             "--window": window,
+            "--beside": beside,
         },
     )
     request = Request(
@@ -98,6 +108,7 @@ def plot(
         components=tuple(component or ()),
         window=seconds(window),
         theme=THEMES[theme],
+        beside=tuple(RunSnapshot(find_run(one)) for one in beside or ()),
     )
     if kind == "all":
         _plot_all(request, numbers, out, format or "png")
@@ -175,5 +186,7 @@ def _check_options(kind: Kind, given: Mapping[str, object]) -> None:
         raise GaitsimError(
             f"a plot of the kind {kind} does not take {' and '.join(idle)}",
             allowed=", ".join(sorted(looked_at)) or "none of them: it shows the whole run",
-            remedy="--kind channel takes them",
+            remedy=" or ".join(
+                f"--kind {one}" for one, known in KINDS.items() if {*idle} <= {*known.options}
+            ),
         )

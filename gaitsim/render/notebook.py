@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from gaitsim.errors import unknown
 from gaitsim.individual import Individual
+from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
@@ -66,16 +67,19 @@ class RunViews:
         channel: str | None = None,
         components: Sequence[str] = (),
         window: tuple[float, float] | None = None,
+        beside: Sequence[str | Path] = (),
         dark: bool = False,
     ) -> "Figure":
         """Return a plot, as `gaitsim plot` draws it.
 
         Args:
-            kind: 'fitness', 'terms', 'path', 'channel', 'footfall', 'joints', 'stability'.
+            kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'path', 'channel',
+                'footfall', 'phase', 'joints', 'stability'.
             generations: whose best to draw; () for the champion.
             channel: of the motion, for the kind 'channel'.
             components: names of what to draw of the channel; () draws all.
             window: first and last second of the motion.
+            beside: names or folders of other runs, for the kind 'runs'.
             dark: light lines on a dark ground.
 
         Returns:
@@ -95,8 +99,9 @@ class RunViews:
         if KINDS[kind].moves:
             individuals = tuple(self.snapshot.individual(one) for one in generations or (None,))
         shown = tuple(components)
+        others = tuple(RunSnapshot(find_run(str(one))) for one in beside)
         figure = KINDS[kind].draw(
-            Request(self.snapshot, individuals, channel, shown, window, theme)
+            Request(self.snapshot, individuals, channel, shown, window, theme, others)
         )
         # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
         figure._repr_png_ = lambda: picture(figure, "png", theme, DOTS_PER_INCH)  # type: ignore[attr-defined]

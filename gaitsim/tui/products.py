@@ -90,11 +90,19 @@ class Plot(Settings):
         str | None, Field(description="Components, as z or 'L1 coxa, R1 coxa'. None: all.")
     ] = None
 
+    beside: Annotated[
+        str | None, Field(description="Other runs, each with its repeats, separated by spaces.")
+    ] = None
+
     def words(self, run: Path) -> list[str]:
-        """Return the options; each component has its own."""
+        """Return the options; each component and run has its own."""
         names = [name.strip() for name in (self.component or "").split(",")]
-        rest = self.model_copy(update={"component": None})
-        return [*Settings.words(rest, run), *(f"--component={name}" for name in names if name)]
+        rest = self.model_copy(update={"component": None, "beside": None})
+        return [
+            *Settings.words(rest, run),
+            *(f"--component={name}" for name in names if name),
+            *(f"--beside={other}" for other in _split(self.beside or "")),
+        ]
 
 
 class Video(Settings):
@@ -163,12 +171,7 @@ class Differences(Settings):
 
     def words(self, run: Path) -> list[str]:
         """Return the other runs, the options, and the file of the figure."""
-        import shlex
-
-        try:
-            others = shlex.split(self.runs)
-        except ValueError:  # a quotation that does not end
-            others = [self.runs]
+        others = _split(self.runs)
         rest = Settings.words(self.model_copy(update={"runs": "", "format": "png"}), run)
         return [*others, *rest, "--plot", str(run / EXPORTS / f"differences.{self.format}")]
 
@@ -222,6 +225,16 @@ class Product:
         }
 
 
+def _split(runs: str) -> list[str]:
+    """Return the words of a text, where quoted ones may hold spaces."""
+    import shlex
+
+    try:
+        return shlex.split(runs)
+    except ValueError:  # a quotation that does not end
+        return [runs]
+
+
 def default(field: FieldInfo) -> str:
     """Return the text of an option that nobody changed."""
     return options.written(field, field.get_default())
@@ -235,9 +248,13 @@ def _value(field: FieldInfo, text: str) -> Any:
 PLOTS = {
     "fitness": "Fitness curve",
     "terms": "Terms of the score",
+    "diversity": "Diversity",
+    "genome": "Genome of each best",
+    "runs": "Repeats and other runs",
     "path": "Path in space",
     "channel": "Channel over time",
     "footfall": "Footfalls",
+    "phase": "Phases of the feet",
     "joints": "Joint angles",
     "stability": "Stability margin",
 }

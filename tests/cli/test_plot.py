@@ -15,7 +15,11 @@ def finished(gaitsim, puppet_file):
         (("--kind", "footfall"), "has no feet on the ground"),
         (("--kind", "fitness", "--generation", 2), "does not take --generation"),
         (("--kind", "terms", "--channel", "a", "--window", "1:2"), "--channel and --window"),
-        (("--kind", "path", "--generations", "1,2"), "--kind channel takes them"),
+        (("--kind", "path", "--generations", "1,2"), "try: --kind channel"),
+        (("--kind", "terms", "--beside", "puppet"), "try: --kind runs"),
+        (("--kind", "runs"), "repeats its experiment with another seed"),
+        (("--kind", "runs", "--beside", "missing"), "missing"),
+        (("--kind", "phase"), "has no feet on the ground"),
         (("--kind", "path", "--generation", 6), "has no generation 6"),
         (("--kind", "channel", "--generations", "1,6"), "has no generation 6"),
         (("--kind", "channel", "--generations", "1,,2"), "'1,,2'"),
@@ -46,17 +50,29 @@ def test_all_kinds_that_the_body_has_are_drawn_and_the_others_are_named(
     gaitsim, finished, tmp_path
 ):
     done = gaitsim("plot", "puppet", "--kind", "all", "--generation", 2, "--format", "svg")
-    names = ["fitness", "terms", *(f"{kind}-generation-2" for kind in ("path", "joints"))]
+    names = ["fitness", "terms", "diversity", "genome", "path-generation-2"]
+    names += ["joints-generation-2"]
     assert done.stdout.splitlines() == [f"runs/puppet/exports/{name}.svg" for name in names]
     assert all((tmp_path / line).exists() for line in done.stdout.splitlines())
     assert "No plot of the kind channel: joints draws joint_angles" in done.stderr
     assert "No plot of the kind footfall: organism 'puppet'" in done.stderr
-    assert "No plot of the kind stability" in done.stderr
+    for kind in ("stability", "phase", "runs"):
+        assert f"No plot of the kind {kind}" in done.stderr
 
 
 def test_all_kinds_go_to_a_folder(gaitsim, finished, tmp_path):
     gaitsim("plot", "puppet", "--kind", "all", "--out", "new/figures", "--theme", "dark")
-    assert len([*(tmp_path / "new" / "figures").glob("*.png")]) == 4
+    assert len([*(tmp_path / "new" / "figures").glob("*.png")]) == 6
+
+
+def test_repeats_are_found_and_drawn_beside_another_run(gaitsim, finished, tmp_path, puppet_file):
+    for seed in (2, 3):
+        gaitsim("run", puppet_file, "--seed", seed)
+    gaitsim("run", puppet_file, "--set", "evolution.elites=1", "--out", "runs/other")
+    gaitsim("plot", "puppet", "--kind", "runs", "--beside", "other", "--out", "a.svg")
+    drawn = (tmp_path / "a.svg").read_text()
+    assert ">puppet (3 seeds)</text>" in drawn
+    assert ">other</text>" in drawn
 
 
 def test_generations_and_components_are_chosen(gaitsim, finished, tmp_path):
@@ -80,6 +96,7 @@ def test_a_body_of_one_frame_has_plots_of_its_scores(gaitsim, install, working, 
         *("--set", "fitness.plugin=far", "--out", "flights"),
     )
     done = gaitsim("plot", "flights", "--kind", "all")
-    assert done.stdout.split() == ["flights/exports/fitness.png", "flights/exports/terms.png"]
+    names = ("fitness", "terms", "diversity", "genome")
+    assert done.stdout.split() == [f"flights/exports/{name}.png" for name in names]
     assert "has no channel over time" in done.stderr
     assert "only one frame" in done.stderr

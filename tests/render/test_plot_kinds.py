@@ -3,6 +3,7 @@
 import html
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import matplotlib
 import matplotlib.image
@@ -18,19 +19,24 @@ from gaitsim.render.plots.channel import usual_channel
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.components import lines_of
 from gaitsim.render.plots.convergence import plot_convergence
+from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.footfall import footfall_figure
+from gaitsim.render.plots.genome import genome_figure
 from gaitsim.render.plots.joints import joints_figure, legs_of
 from gaitsim.render.plots.kinds import KINDS, file_stem
 from gaitsim.render.plots.labels import heading_of_run, numeral, shortened
 from gaitsim.render.plots.panels import intervals
 from gaitsim.render.plots.path import path_figure, scene_of
+from gaitsim.render.plots.phase import phase_figure, stride_of
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
+from gaitsim.render.plots.runs import runs_figure
 from gaitsim.render.plots.stability import stability_figure
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.plots.terms import terms_figure
 from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.render.ticks import round_step
 from gaitsim.runs.files.history import terms_of
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.comparison import Sample
 
 SPACE = ("x", "y", "z")
@@ -91,19 +97,31 @@ def flier(puppet_run, puppets, monkeypatch):
     return run
 
 
+@pytest.fixture
+def drawn(spider_run, bundled):
+    """Draws a kind of plot, of a run that has what it shows."""
+
+    def draw(kind, **more):
+        run = bundled("millipede") if kind == "phase" else spider_run
+        beside = (bundled("millipede"),) if kind == "runs" else ()
+        return KINDS[kind].draw(asked(run, beside=beside, **more))
+
+    return draw
+
+
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_is_drawn_of_a_walker_and_always_the_same(spider_run, tmp_path, kind):
-    pictures = [picture(KINDS[kind].draw(asked(spider_run)), "svg", LIGHT) for _ in range(2)]
+def test_every_kind_is_drawn_of_a_walker_and_always_the_same(drawn, tmp_path, kind):
+    pictures = [picture(drawn(kind), "svg", LIGHT) for _ in range(2)]
     assert pictures[0] == pictures[1]
-    save(KINDS[kind].draw(asked(spider_run, theme=DARK)), tmp_path / "dark.png", DARK)
+    save(drawn(kind, theme=DARK), tmp_path / "dark.png", DARK)
     image = matplotlib.image.imread(tmp_path / "dark.png")
     assert image.shape[1] == 1020  # 86 mm at 300 dots an inch
     assert image[-1, -1, :3] == pytest.approx([21 / 255, 24 / 255, 28 / 255], abs=0.003)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_nothing_drawn_leaves_the_picture(spider_run, kind):
-    figure = KINDS[kind].draw(asked(spider_run))
+def test_nothing_drawn_leaves_the_picture(drawn, kind):
+    figure = drawn(kind)
     with styled(LIGHT):
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
@@ -155,6 +173,74 @@ def test_left_and_right_have_one_colour_in_plots_and_videos_and_lines_none_of_th
             theme.left,
             theme.ink,
         ]
+
+
+def test_the_diversity_is_that_of_the_history(spider_run):
+    genes, scores = diversity_figure(asked(spider_run)).axes
+    assert np.array_equal(lines(genes)[0].get_ydata(), spider_run.history["diversity"])
+    assert np.array_equal(lines(scores)[0].get_ydata(), spider_run.history["std"])
+
+
+def test_genes_are_coloured_by_their_place_between_their_bounds(spider_run, bundled):
+    axes = genome_figure(asked(spider_run)).axes[0]
+    space = spider_run.experiment.space()
+    (image,) = axes.images
+    genomes = np.stack([spider_run.best_genome(number) for number in (1, 2, 3)])
+    assert np.allclose(image.get_array(), ((genomes - space.lower) / space.width).T)
+    assert [label.get_text() for label in axes.get_yticklabels()] == [*space.labels]
+    bits = bundled("millipede")
+    (image,) = genome_figure(asked(bits)).axes[0].images
+    assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
+
+
+def test_many_genes_are_named_by_groups_and_small_parts_of_bounds_have_all_colours(bundled):
+    axes = genome_figure(asked(bundled("fly"))).axes[0]
+    named = [label.get_text() for label in axes.get_yticklabels()]
+    assert {"W1 (300)", "W2 (400)", "W3 (60)"} <= {*named}
+    low, high = axes.images[0].get_clim()
+    assert 0 < low < 0.5 < high < 1
+
+
+def test_arcs_of_the_clock_begin_at_touch_down_and_last_as_long_as_the_stance(bundled):
+    request = asked(bundled("millipede"))
+    clock = phase_figure(request).axes[0]
+    _, found, _ = stride_of(request.individual)
+    arcs = [(arc.get_x(), arc.get_width()) for arc in clock.patches]
+    stepping = np.flatnonzero(np.isfinite(found.phases))
+    duty = [found.feet[foot].duty_factor for foot in stepping]
+    assert np.allclose(arcs, 2 * np.pi * np.stack([found.phases[stepping], duty], axis=1))
+
+
+def test_feet_without_a_stride_have_no_clock(spider_run):
+    with pytest.raises(NothingToPlotError, match="no common stride"):
+        phase_figure(asked(spider_run))
+
+
+def test_the_band_is_of_the_runs_that_differ_in_seed_alone(puppet_run, tmp_path):
+    def run(name, *overrides):
+        run = puppet_run(*overrides)
+        run.path.rename(name)
+        return RunSnapshot(Path(name))
+
+    one = run("one")
+    bests = [one.history["best"]]
+    for seed in (2, 3):
+        bests.append(run(f"seed-{seed}", f"seed={seed}", "evolution.generations=4").history["best"])
+    run("copy")
+    run("short", "seed=4", "evolution.generations=1")
+    run("other", "seed=5", "evolution.elites=1")
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / "experiment.toml").write_text("[")
+    (axes,) = runs_figure(asked(one)).axes
+    (line,) = axes.lines
+    so_far = np.maximum.accumulate([best[:4] for best in bests], axis=1)
+    assert np.allclose(line.get_ydata(), np.median(so_far, axis=0))
+    assert np.array_equal(line.get_xdata(), one.history["evaluations"][:4])
+    assert line.get_label() == "one (3 seeds)"
+    (band,) = axes.collections
+    low, high = band.get_datalim(axes.transData).intervaly
+    assert low == pytest.approx(np.quantile(so_far, 0.25, axis=0).min())
+    assert high == pytest.approx(np.quantile(so_far, 0.75, axis=0).max())
 
 
 def test_the_terms_are_those_of_the_history(spider_run):

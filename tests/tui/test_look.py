@@ -72,7 +72,7 @@ def look(here, monkeypatch, snap_compare):
     """Compares a screen with how it looked."""
 
     def look(size, before, runs=RUNS, theme=None):
-        monkeypatch.setattr(RunsWatcher, "look", lambda watch: runs)
+        monkeypatch.setattr(RunsWatcher, "look", lambda watch, progress=None: runs)
         app = GaitsimApp(Path("runs"), clock=lambda: NOW, theme=theme)
 
         async def show(pilot):
@@ -165,7 +165,7 @@ def test_export(look, size, monkeypatch):
         dialog = ExportDialog(RUNS[0].path, 12)
         await pilot.app.push_screen(dialog)
         await app_until(pilot, lambda: dialog.query("Field"))
-        await pilot.press(*["down"] * 5)
+        await pilot.press(*["down"] * 8)
         await app_until(pilot, lambda: len(dialog.query("Field")) > 4)
 
     assert look(size, go)

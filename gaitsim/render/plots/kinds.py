@@ -6,11 +6,15 @@ from typing import TYPE_CHECKING
 
 from gaitsim.individual import Individual
 from gaitsim.render.plots.channel import channel_figure, usual_channel
+from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.footfall import contacts_of, footfall_figure
+from gaitsim.render.plots.genome import genome_figure
 from gaitsim.render.plots.joints import joints_figure, require_joints
 from gaitsim.render.plots.path import path_figure
+from gaitsim.render.plots.phase import phase_figure, stride_of
 from gaitsim.render.plots.request import Request
+from gaitsim.render.plots.runs import runs_figure
 from gaitsim.render.plots.stability import stability_figure
 from gaitsim.render.plots.terms import terms_figure
 
@@ -28,7 +32,7 @@ class Kind:
 
     Attributes:
         draw: draws it.
-        options: the options of `gaitsim plot` that it reads; without any, it shows the whole run.
+        options: the options of `gaitsim plot` that it reads.
         check: raises a NothingToPlotError where an individual lacks what the kind draws.
     """
 
@@ -39,7 +43,7 @@ class Kind:
     @property
     def moves(self) -> bool:
         """Whether it shows an individual's motion rather than the whole run."""
-        return bool(self.options)
+        return "--generation" in self.options
 
     @property
     def several(self) -> bool:
@@ -50,9 +54,13 @@ class Kind:
 KINDS: Mapping[str, Kind] = {
     "fitness": Kind(lambda request: fitness_figure(request.run, request.theme), options=()),
     "terms": Kind(terms_figure, options=()),
+    "diversity": Kind(diversity_figure, options=()),
+    "genome": Kind(genome_figure, options=()),
+    "runs": Kind(runs_figure, options=("--beside",)),
     "path": Kind(path_figure),
     "channel": Kind(channel_figure, _CHANNEL, usual_channel),
     "footfall": Kind(footfall_figure, check=contacts_of),
+    "phase": Kind(phase_figure, ("--generation",), stride_of),
     "joints": Kind(joints_figure, check=require_joints),
     "stability": Kind(stability_figure, check=contacts_of),
 }

@@ -23,6 +23,7 @@ class Request:
         components: names or indices of the channel's components; () draws all.
         window: first and last second; None for the default of the kind.
         theme: colours.
+        beside: other runs, for the kind that shows several.
     """
 
     run: RunSnapshot
@@ -31,6 +32,7 @@ class Request:
     components: tuple[str, ...] = ()
     window: tuple[float, float] | None = None
     theme: Theme = LIGHT
+    beside: tuple[RunSnapshot, ...] = ()
 
     @property
     def individual(self) -> Individual:

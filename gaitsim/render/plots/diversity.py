@@ -1,0 +1,49 @@
+"""Plot how much the individuals of a population differ, over the generations."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitsim.contracts import BitSpace
+from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generations
+from gaitsim.render.plots.labels import head, heading_of_run
+from gaitsim.render.plots.request import Request
+from gaitsim.render.plots.style import WIDTH, styled
+from gaitsim.runs.files.folder import unfinished
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def diversity_figure(request: Request) -> "Figure":
+    """Plot the diversity of the genomes and, below it, the standard deviation of the scores.
+
+    Raises:
+        RunError: no generation is finished yet.
+    """
+    from matplotlib.figure import Figure
+
+    run, theme = request.run, request.theme
+    history = run.history
+    if not history:
+        raise unfinished(run.path)
+    bits = isinstance(run.experiment.space(), BitSpace)
+    with styled(theme):
+        figure = Figure(figsize=(WIDTH, 2.9))
+        genes, scores = figure.subplots(2, 1, sharex=True)
+        draw_curve(genes, history, history["diversity"], None, color=theme.colours[0])
+        genes.set_ylabel("s.d. of the bits" if bits else "s.d. of the genes\n(share of range)")
+        draw_curve(scores, history, history["std"], None, color=theme.colours[1])
+        unit = run.experiment.fitness.unit
+        scores.set_ylabel("s.d. of the\nscores" + (f" ({unit})" if unit else ""))
+        for axes in (genes, scores):
+            axes.set_ylim(bottom=0)
+            mark_stages(axes, history, theme, named=axes is scores)
+        set_generations(scores, history)
+        scores.set_xlabel("generation")
+        figure.align_ylabels()
+        size = int(np.shape(run.finished.genomes)[0])
+        head(
+            figure, heading_of_run(run.path.resolve().name, run.experiment, f", {size} individuals")
+        )
+    return figure

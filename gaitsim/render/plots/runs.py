@@ -1,0 +1,114 @@
+"""Plot runs over each other: the median and quartiles of those that repeat an experiment."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError
+from gaitsim.render.plots.components import finite
+from gaitsim.render.plots.labels import head, shortened
+from gaitsim.render.plots.request import NothingToPlotError, Request
+from gaitsim.render.plots.style import WIDTH, styled
+from gaitsim.runs.files.folder import list_runs, unfinished
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.study.compare_runs import ComparedRun, RunsReader, warning
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def runs_figure(request: Request) -> "Figure":
+    """Plot the best score so far of a run and of others, each with the runs that repeat it.
+
+    Repeats are in the same folder as the run, and differ from it in seed, name and length alone.
+    Those that are not half as long are left out; the median ends with the shortest of the others.
+
+    Raises:
+        NothingToPlotError: there is one run alone.
+        GaitsimError: a run cannot be read, or has no finished generation.
+    """
+    from matplotlib.figure import Figure
+
+    paths = [request.run.path, *(run.path for run in request.beside)]
+    groups = [_readable(RunsReader(repeats_of(path)).read()) for path in dict.fromkeys(paths)]
+    if sum(map(len, groups)) == 1:
+        raise NothingToPlotError(
+            f"no run beside {request.run.path} repeats its experiment with another seed",
+            allowed="runs that differ in seed, name and generations alone",
+            remedy="evolve some with --seed, or name other runs with --beside",
+        )
+    theme = request.theme
+    with styled(theme):
+        figure = Figure(figsize=(WIDTH, 2.5))
+        axes = figure.subplots()
+        for index, group in enumerate(groups):
+            _draw(axes, group, theme.line(index))
+        axes.margins(x=0)
+        axes.set_xlabel("evaluations")
+        units = {RunSnapshot(path).experiment.fitness.unit for path in dict.fromkeys(paths)}
+        unit = units.pop() if len(units) == 1 else ""
+        axes.set_ylabel("best score so far" + (f" ({unit})" if unit else ""))
+        said = warning([group[0] for group in groups])
+        axes.set_title("\n".join(wrap(said, 56)), color=theme.colours[1], size=7)
+        bands = any(len(group) > 1 for group in groups)
+        text = "median and quartiles over seeds" if bands else f"{len(groups)} runs"
+        head(figure, text, *axes.get_legend_handles_labels())
+    return figure
+
+
+def repeats_of(path: Path) -> list[Path]:
+    """Return a run, and those in its folder that are of the same experiment but for the seed.
+
+    Each seed counts once. Where options have changed between two stages, a run stands alone.
+    """
+    one, seeds = RunSnapshot(path), dict[int, Path]()
+    if len(one.stages) > 1:
+        return [path]
+    wanted = _experiment(one)
+    for other in [path, *list_runs(path.parent)]:
+        run = RunSnapshot(other)
+        try:
+            if (
+                run.outline.seed not in seeds
+                and _experiment(run) == wanted
+                and len(run.stages) == 1
+            ):
+                seeds[run.outline.seed] = other
+        except (GaitsimError, OSError):
+            continue
+    return [*seeds.values()]
+
+
+def _experiment(run: RunSnapshot) -> Mapping[str, Any]:
+    """Return the options of a run that matter to what is evolved, but for its seed."""
+    return {kind: table for kind, table in run.outline.search_options().items() if kind}
+
+
+def _readable(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
+    for run in runs:
+        if run.problem is not None:
+            raise run.problem
+        if not run.history:
+            raise unfinished(run.path)
+    return [*runs]
+
+
+def _draw(axes: "Axes", group: Sequence[ComparedRun], style: Mapping[str, Any]) -> None:
+    """Draw the median of a group over its quartiles; the line of a run that is alone."""
+    group = [run for run in group if 2 * run.generation >= group[0].generation]
+    length = min(run.generation for run in group)
+    first = max(run.comparable for run in group) - 1
+    part = slice(first, length)
+    bests = np.stack([np.fmax.accumulate(finite(run.history["best"][part])) for run in group])
+    evaluations, label = group[0].axis("evaluations")[part], shortened(group[0].label, 30)
+    if len(group) > 1:
+        low, middle, high = np.quantile(bests, [0.25, 0.5, 0.75], axis=0)
+        axes.fill_between(evaluations, low, high, color=style["color"], alpha=0.2, linewidth=0)
+        label += f" ({len(group)} seeds)"
+    else:
+        (middle,) = bests
+    axes.plot(evaluations, middle, label=label, marker="." if len(middle) == 1 else None, **style)
