@@ -412,6 +412,7 @@ class TestDeleting:
             assert "home.delete" not in driver.offered()
             await driver.press("d")
             assert isinstance(driver.screen, Home)
+            assert "stop it first" in driver.told()
 
         drive(test)
         lock.release()

@@ -72,6 +72,23 @@ def test_an_attacked_run(template, drive, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("experiment.toml", "seed = 1\n", "seed = 1e400\n"),
+        ("experiment.toml", "generations = 7", "generations = 1e400"),
+        ("provenance.json", "{", '{"unknown": [null, {"a": 1e999}], '),
+    ],
+)
+def test_values_that_no_run_has(file, old, new, template, drive):
+    path = template / "runs/victim" / file
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    visit(drive, template / "runs", "recfg", True)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("part", range(4))
 def test_attacked_runs(part, template, drive, tmp_path, monkeypatch):
     cases = [("exports", "link to a folder"), (".gaitsim-0.partial", "folder"), *CASES[::12]]

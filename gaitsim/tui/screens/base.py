@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
+from textual.events import Key
 from textual.screen import Screen
 
 from gaitsim.errors import GaitsimError
@@ -140,6 +141,18 @@ class GaitScreen(Screen[None]):
         The command palette shows it.
         """
         return ""
+
+    def on_key(self, event: Key) -> None:
+        """Say why a key of the screen does not work now, rather than ignore it."""
+        if self.focused is not None and self.focused.check_consume_key(event.key, event.character):
+            return
+        for kind in type(self).__mro__ if event.key not in self.active_bindings else ():
+            for binding in kind.__dict__.get("BINDINGS", ()):
+                if not isinstance(binding, Binding) or event.key not in binding.key.split(","):
+                    continue
+                if why := self.obstacle(binding.action):
+                    self.notify(why, title=binding.description, markup=False)
+                    return
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Return whether an action works now."""
