@@ -7,7 +7,7 @@ import numpy as np
 from gaitsim.contracts import Skeleton
 
 ALIASED = 2.0  # pictures a cycle: with fewer the movement goes backwards
-TOO_FEW = 4.0  # pictures a cycle: with fewer the movement is jumpy
+TOO_FEW = 6.0  # pictures a cycle: with fewer the movement is jumpy
 ENOUGH = 8.0  # pictures a cycle in slow motion
 _FRACTIONS = {0.5: "½", 0.25: "¼", 0.125: "⅛"}
 
