@@ -1,7 +1,7 @@
 """Videos of a run: its fitness curve, then its champions as they move."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import get_args
@@ -14,6 +14,7 @@ from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error
 from gaitsim.render.encoder import encode
+from gaitsim.render.intro import fitness_picture
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import score_words
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
@@ -30,9 +31,6 @@ SPEEDS = 0.01, 100.0
 
 INTRO, CROSSFADE = 1.5, 0.4  # seconds, the latter the last of the former
 ORBIT = 10.0  # seconds that a turn around the body takes at least
-MARGIN = 0.05  # around the fitness curve, of the smaller side
-_LETTERS = 95.0  # dots an inch of the fitness curve, for letters that can be read
-_WIDTHS = 3.4, 5.6  # inches of the fitness curve: all its words fit, and are not lost in it
 
 
 @dataclass(frozen=True)
@@ -221,7 +219,10 @@ class Video:
     def pictures(self) -> Iterator[Picture]:
         """Yield the pictures one at a time."""
         if self._intro:
-            curve, first = self._curve(), self._draw(0)
+            curve, first = (
+                fitness_picture(self.run, self.settings.pixels, self.settings.theme),
+                self._draw(0),
+            )
             fading = min(round(CROSSFADE * self.settings.rate), self._intro)
             for number in range(self._intro):
                 share = max(number + 1 - (self._intro - fading), 0) / (fading + 1)
@@ -241,33 +242,10 @@ class Video:
         """Return pictures with all colours of the video."""
         numbers = {0, self._moving // 3, 2 * self._moving // 3, self._moving - 1}
         return [self._draw(number) for number in sorted(numbers)] + (
-            [self._curve()] if self._intro else []
+            [fitness_picture(self.run, self.settings.pixels, self.settings.theme)]
+            if self._intro
+            else []
         )
-
-    def _curve(self) -> Picture:
-        """Draw the fitness curve in the size and the colours of the video."""
-        from io import BytesIO
-
-        from matplotlib.image import imread
-
-        from gaitsim.render.plots.fitness import fitness_figure
-        from gaitsim.render.plots.style import THEMES as PLOT_THEMES
-        from gaitsim.render.plots.style import picture
-
-        width, height = self.settings.pixels
-        edge = round(MARGIN * min(width, height))
-        dots = (width - 2 * edge) / float(np.clip((width - 2 * edge) / _LETTERS, *_WIDTHS))
-        theme = replace(
-            PLOT_THEMES[self.settings.theme], background=THEMES[self.settings.theme].ground
-        )
-        # A hundredth more, as what is a whole number but for rounding is cut down to one.
-        size = ((width - 2 * edge + 0.01) / dots, (height - 2 * edge + 0.01) / dots)
-        drawn = picture(fitness_figure(self.run, theme, size), "png", theme, dots)
-        curve = np.round(imread(BytesIO(drawn)) * 255).astype(np.uint8)
-        framed = np.empty((height, width, 4), dtype=np.uint8)
-        framed[:] = curve[0, -1]
-        framed[edge : height - edge, edge : width - edge] = curve
-        return framed
 
     def _check_room(self, bodies: int) -> None:
         width, height = self.settings.pixels

@@ -1,0 +1,36 @@
+"""The fitness curve that a video begins with."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gaitsim.render.scene import THEMES, Picture
+from gaitsim.runs.snapshot import RunSnapshot
+
+MARGIN = 0.05  # around the curve, of the smaller side
+_LETTERS = 95.0  # dots an inch of the fitness curve, for letters that can be read
+_WIDTHS = 3.4, 5.6  # inches of the fitness curve: all its words fit, and are not lost in it
+
+
+def fitness_picture(run: RunSnapshot, size: tuple[int, int], theme: str) -> Picture:
+    """Draw the fitness curve in the size, pixels, and the colours of a video."""
+    from io import BytesIO
+
+    from matplotlib.image import imread
+
+    from gaitsim.render.plots.fitness import fitness_figure
+    from gaitsim.render.plots.style import THEMES as PLOT_THEMES
+    from gaitsim.render.plots.style import picture
+
+    width, height = size
+    edge = round(MARGIN * min(width, height))
+    dots = (width - 2 * edge) / float(np.clip((width - 2 * edge) / _LETTERS, *_WIDTHS))
+    colours = replace(PLOT_THEMES[theme], background=THEMES[theme].ground)
+    # A hundredth more, as what is a whole number but for rounding is cut down to one.
+    inches = ((width - 2 * edge + 0.01) / dots, (height - 2 * edge + 0.01) / dots)
+    drawn = picture(fitness_figure(run, colours, inches), "png", colours, dots)
+    curve = np.round(imread(BytesIO(drawn)) * 255).astype(np.uint8)
+    framed = np.empty((height, width, 4), dtype=np.uint8)
+    framed[:] = curve[0, -1]
+    framed[edge : height - edge, edge : width - edge] = curve
+    return framed
