@@ -202,7 +202,8 @@ class GaitsimApp(ViKeys):
     def begin_task(self, arguments: Sequence[str]) -> Task:
         """Run a gaitsim command in the background."""
         task = self.tasks.begin(arguments)
-        self.notify(task.command, title="In the background; t shows it", markup=False)
+        if not self.screen.query("#tasks"):
+            self.notify(task.command, title="In the background; t shows it", markup=False)
         return task
 
     @work(group="leaving", exclusive=True)
@@ -287,10 +288,12 @@ class GaitsimApp(ViKeys):
         self._end()
 
     def _task_changed(self, task: Task) -> None:
-        """Notify the screens, and the user of a task's end."""
+        """Notify the screens, and the user of a task's end where no list of tasks shows it."""
         self.screen.refresh_bindings()
         for screen in self.screen_stack:
             screen.post_message(TaskChanged(task))
+        if self.screen.query("#tasks"):
+            return
         if task.state == "done":
             said = "\n".join(map(str, task.files)) or task.command
             self.notify(said, title="Done", markup=False)

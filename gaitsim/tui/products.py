@@ -162,7 +162,7 @@ class Imitator(Settings):
 
 class Differences(Settings):
     runs: Annotated[
-        str, Field(min_length=1, description="The other runs, separated by spaces.")
+        str, Field(min_length=1, description="The other runs, such as spider-2 spider-3.")
     ] = ""
     quantity: Annotated[Quantity, Field(description="Quantity to plot.")] = "best"
     by: Annotated[Axis, Field(description="Horizontal axis.")] = "generation"
@@ -219,7 +219,8 @@ class Product:
             names = dict.fromkeys(str(detail["loc"][0]) for detail in error.errors())
         return None, {
             name: GaitsimError(
-                f"{typed.get(name, '')!r} is not allowed", allowed=options.takes(fields[name])
+                f"{typed.get(name, '')!r} is not allowed",
+                allowed=options.takes(fields[name]) if typed.get(name) else "a value for it",
             )
             for name in names
         }

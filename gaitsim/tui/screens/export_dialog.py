@@ -141,8 +141,11 @@ class ExportDialog(ModalScreen[Answer]):
         self.query_one("#export-command", Static).update(Text(visible(line)))
         self.query_one("#make", Button).disabled = not arguments
 
-    def _arguments(self) -> tuple[str, ...]:
-        """Return the command's arguments; () after marking the options that are wrong."""
+    def _arguments(self, *, asked: bool = False) -> tuple[str, ...]:
+        """Return the command's arguments; () after marking the options that are wrong.
+
+        What is missing is marked once the user has asked to make it.
+        """
         product = self._product
         if product in self._lacking:
             return ()
@@ -151,7 +154,7 @@ class ExportDialog(ModalScreen[Answer]):
             {name: self._text(name, field.option.field) for name, field in fields.items()}
         )
         for name, field in fields.items():
-            field.show_problem(problems.get(name))
+            field.show_problem(problems.get(name) if asked or name in self._texts else None)
         return () if found is None else product.arguments(self._run, found)
 
     @on(Field.Changed)
@@ -173,7 +176,7 @@ class ExportDialog(ModalScreen[Answer]):
         """Return the arguments, once it is known whether it can be made of this body."""
         await self._checking.wait()
         async with self._building:  # its options are those of the highlighted product by then
-            arguments = self._arguments()
+            arguments = self._arguments(asked=True)
         if arguments:
             self.dismiss(arguments)
             return
