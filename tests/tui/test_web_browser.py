@@ -1,6 +1,7 @@
 """The UI in Chromium: it works with its token, and no other page's frame reaches it."""
 
 import os
+import re
 import shutil
 import signal
 from contextlib import contextmanager
@@ -16,6 +17,8 @@ FLAGS = (
     "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync"
 )
+# A move to a place, a move to the right, or a text; other sequences change no cell.
+DRAWN = re.compile(r"\x1b\[(?:(\d+;\d+)H|(\d+)C|[?\d;]*\$?[a-zA-Z])|([^\x00-\x1f]+)")
 PUPPETS = Path(__file__).parents[1] / "puppets"
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
@@ -41,23 +44,31 @@ def serve(start, tmp_path):
 
 
 class Window:
-    """A page that shows the app, and what the app has drawn on it."""
+    """A page that shows the app, and the rows that the app has drawn on it."""
 
     def __init__(self, context, address):
         self.page = context.new_page()
-        self.asked, self.drawn = [], []
+        self.asked, self.rows, self.at = [], {}, (1, 1)
         self.page.on("request", lambda request: self.asked.append(request.url))
         self.page.on("websocket", lambda socket: socket.on("framereceived", self._draw))
         self.page.goto(address)
         self.page.wait_for_selector("body.-first-byte")
 
     def _draw(self, frame):
-        self.drawn.append(frame if isinstance(frame, bytes) else frame.encode())
+        """Follow moves and texts; only cells that differ are sent."""
+        drawn = frame.decode() if isinstance(frame, bytes) else ""
+        for move, right, text in DRAWN.findall(drawn):
+            row, column = self.at
+            if move:
+                row, column = map(int, move.split(";"))
+            column += int(right or 0)
+            shown = self.rows.get(row, "").ljust(column - 1)
+            self.rows[row] = shown[: column - 1] + text + shown[column - 1 + len(text) :]
+            self.at = row, column + len(text)
 
     def see(self, text):
-        """Wait until the app has drawn a text since the last time."""
-        self.until(lambda: text.encode() in b"".join(self.drawn))
-        self.drawn.clear()
+        """Wait until the app shows a text."""
+        self.until(lambda: any(text in row for row in self.rows.values()))
 
     def until(self, holds):
         """Wait until something holds, while the browser goes on."""
@@ -73,7 +84,9 @@ class Window:
             self.page.keyboard.press(key)
 
 
-def test_a_run_is_begun_and_progresses_in_a_browser(serve, browser, tmp_path, puppet_file):
+def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
+    serve, browser, program, tmp_path, puppet_file
+):
     text = puppet_file.read_text().replace("generations = 5", "generations = 100000")
     (tmp_path / "long.toml").write_text(text)
     server, address = serve()
@@ -95,9 +108,12 @@ def test_a_run_is_begun_and_progresses_in_a_browser(serve, browser, tmp_path, pu
     assert window.page.url == page
     assert query not in "".join(window.asked[1:])
     assert all(url.startswith(page) for url in window.asked)
-    window.page.context.browser.close()
+    browser.close()
     server.send_signal(signal.SIGINT)
     assert server.wait(60) == 0
+    before = history.read_text().count("\n")
+    until(lambda: history.read_text().count("\n") > before + 20)
+    program("stop", "puppet")
 
 
 @pytest.mark.slow
@@ -122,7 +138,7 @@ class TestAttacks:
         assert run.is_dir()
         window.page.bring_to_front()
         window.press("d")
-        window.see("Delete")
+        window.see("Delete the run walk?")
         window.press("y")
         window.until(lambda: not run.exists())
 
