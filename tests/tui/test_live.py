@@ -5,6 +5,7 @@ import dataclasses
 import os
 import re
 import shutil
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens import live_formatting as formatting
 from gaitsim.tui.screens.change_dialog import ChangeDialog
+from gaitsim.tui.screens.change_effect import known_options
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
 from gaitsim.tui.widgets.canvas import BodyCanvas
@@ -308,6 +310,29 @@ class TestSteering:
 
         live(make(3), test)
 
+    @pytest.mark.parametrize("way", [["down", "enter"], ["enter"], ["tab"]])
+    def test_an_option_is_chosen_before_the_list_is_read(self, make, way, monkeypatch):
+        ready = threading.Event()
+
+        def slow(run):
+            ready.wait(60)
+            return known_options(run)
+
+        monkeypatch.setattr("gaitsim.tui.screens.change_dialog.known_options", slow)
+
+        async def test(screen, pilot):
+            await pilot.press("c")
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
+            typed = pilot.app.screen.query_one("#change-text", Input)
+            await pilot.press(*"pric", *way, "7")
+            assert typed.value == "pric"
+            ready.set()
+            await app_until(pilot, lambda: typed.value == "fitness.price=7")
+            await pilot.press("5")
+            assert typed.value == "fitness.price=75"
+
+        live(make(3), test)
+
     def test_the_text_that_a_finished_run_begins_with_is_accepted(self, make):
         async def test(screen, pilot):
             await pilot.press("c")
@@ -342,9 +367,11 @@ class TestSteering:
             await type_in(pilot, "runs/[red]fork", "#change-out")
             await type_in(pilot, "evolution.elites=1")
             await pilot.click("#change-do")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, Live))
+            await app_until(
+                pilot, lambda: pilot.app.screen is not screen and isinstance(pilot.app.screen, Live)
+            )
             copy = pilot.app.screen
-            await app_until(pilot, lambda: copy is not screen and copy.state == "running")
+            await app_until(pilot, lambda: copy.state == "running")
             assert copy.run == Path("runs/[red]fork")
             await app_until(pilot, lambda: copy.snapshot.stage == 2)
             before = screen.snapshot.generation

@@ -81,6 +81,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         super().__init__()
         self._run, self._fork = run, fork
         self._known: list[KnownOption] = []
+        self._ahead: str | None = None  # typed while a word waits for the options
         self._input = Input(
             typed,
             placeholder="KEY=VALUE …",
@@ -145,6 +146,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             if not self._known:  # in a thread: plugins are imported for it
                 self._known = await asyncio.to_thread(known_options, RunSnapshot(self._run))
                 self._offer()
+                self._catch_up()
             words = words_of(self._input.value)
             self._shell.update(Text(f"$ {self._command(words)}"))
             if words and "=" not in words[-1] and not submit:
@@ -215,12 +217,24 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         self._insert(event.option)
 
     def _complete(self) -> bool:
-        """Complete a word that is part of a key; return whether there was one."""
+        """Complete a word that is part of a key, once the options are read; return if there is."""
         marked = self._options.highlighted_option
-        if not self._word or "=" in self._word or marked is None:
+        if not self._word or "=" in self._word or (self._known and marked is None):
             return False
-        self._insert(marked)
+        if marked is not None:
+            self._insert(marked)
+        else:
+            self._ahead = self._ahead or ""
+            self._options.focus()
         return True
+
+    def _catch_up(self) -> None:
+        """Complete the word that waited for the options, and type what was typed since."""
+        if self._ahead is not None:
+            ahead, self._ahead = self._ahead, None
+            if not self._complete():
+                self._to_input()
+            self._input.insert_text_at_cursor(ahead)
 
     def _insert(self, option: Option) -> None:
         """Write the key of an option in place of the word's; a value that it has stays."""
@@ -236,7 +250,11 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         """Go back from the list to the text, which letters are for."""
         if not self._options.has_focus:
             return
-        if event.key == "up" and not self._options.highlighted:
+        if event.key == "enter" and not self._known:
+            self._complete()
+        elif self._ahead is not None and event.is_printable and event.character:
+            self._ahead += event.character
+        elif event.key == "up" and not self._options.highlighted:
             self._to_input()
         elif event.key == "backspace":
             self._to_input()
