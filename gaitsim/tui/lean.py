@@ -34,6 +34,7 @@ class Pen(NamedTuple):
 
 
 PLAIN = Pen()
+LOST = (-1, -1)
 Cell = tuple[str, Pen]
 
 
@@ -51,7 +52,7 @@ class Mirror:
     def forget(self) -> None:
         """Know no cell, as after the terminal was resized or cleared."""
         self._rows: dict[int, list[Cell | None]] = {}
-        self._at = self._cursor = (-1, -1)  # where the terminal writes, and was left
+        self._at = self._cursor = LOST  # where the terminal writes, and was left
         self._pen = PLAIN
 
     def reduce(self, data: str) -> str:
@@ -62,7 +63,8 @@ class Mirror:
 
     def _reduced(self, data: str) -> Iterator[str]:
         tokens = [*_TOKEN.finditer(data)]
-        if any(token.lastgroup == "other" for token in tokens):
+        lost = self._cursor == LOST and (not tokens or tokens[0]["row"] is None)
+        if lost or any(token.lastgroup == "other" for token in tokens):
             self.forget()
             yield data
             return

@@ -113,4 +113,5 @@ def test_after_a_sequence_that_it_does_not_know_everything_is_sent():
     assert mirror.reduce("\x1b[?2026h") == "\x1b[?2026h"
     assert mirror.reduce(update) == ""
     assert mirror.reduce("\x1b[2J") == "\x1b[2J"
+    assert mirror.reduce("walk") == "walk"
     assert mirror.reduce(update) == update
