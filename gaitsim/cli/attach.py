@@ -107,7 +107,7 @@ class _Follower:
         if resting and not output().is_terminal:
             notice(RESTING[snapshot.state])
         if snapshot.error is not None and snapshot.state != "failed":
-            notice(str(snapshot.error))
+            self._shown.warn(str(snapshot.error))
         changes = [event for event in snapshot.events if event.kind == "stage"]
         if changes and snapshot.stage > before.stage:
             rescored = snapshot if snapshot.scored_from > before.scored_from else None

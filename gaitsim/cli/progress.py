@@ -74,6 +74,10 @@ class Display:
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
         """Show the state of a run, and the generations that were finished."""
 
+    def warn(self, text: str) -> None:
+        """Show a message that stays."""
+        notice(text)
+
     def stopping(self) -> None:
         """Report that the run stops after this generation; called by a signal's handler."""
         notice(STOPPING)
@@ -242,6 +246,10 @@ class LiveView(Display):
         if snapshot.state != self._snapshot.state:
             self._since = self._clock()
         self._snapshot = snapshot  # last: the screen is drawn by another thread
+
+    def warn(self, text: str) -> None:
+        """Print it above the view."""
+        self._console.print(text, style="yellow")
 
     def stopping(self) -> None:
         """Say so in the view: printed beside it, the next refresh would overwrite it."""

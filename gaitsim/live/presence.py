@@ -137,6 +137,8 @@ class Presence:
             for kind in (STATUS, LOG):
                 self._files[kind].unlink(missing_ok=True)
         with suppress(OSError):
+            # A process that waits for the lock of a removed file takes another one.
+            self._files[LOCK].unlink(missing_ok=True)
             self._lock.release()
 
     def _write(self, kind: str, **values: object) -> None:

@@ -128,7 +128,7 @@ def test_a_killed_process_loses_a_generation_at_most_and_its_socket_does_no_harm
     until(lambda: evolving(path) == "running")
     assert last_failure(path) is None
     stop(path)
-    assert not runtime_file(path, SOCKET).exists()
+    assert not any(runtime_file(path, kind).exists() for kind in (SOCKET, STATUS))
     done = RunSnapshot(path)
     assert done.fingerprint() == plain(begun, done.generation, *SLOW)
 
