@@ -7,7 +7,7 @@ import pytest
 from textual.widgets import DataTable, Input
 
 from gaitsim.study.folders import StudyFolder
-from gaitsim.tui.widgets.file_table import FileTable
+from gaitsim.tui.widgets.file_table import OpenTable
 
 STUDY = """
 name = "small"
@@ -32,7 +32,7 @@ def ended(driver):
 
 
 def rows(driver):
-    table = driver.screen.query_one(FileTable)
+    table = driver.screen.query_one(OpenTable)
     return [[str(cell) for cell in table.get_row_at(row)] for row in range(table.row_count)]
 
 
@@ -157,7 +157,7 @@ def test_marked_runs_are_repeated_with_statistics_by_the_mouse(walk, drive):
         (task,) = driver.app.tasks.all
         assert task.state == "done", task.message
         await driver.until(lambda: rows(driver) and "finished" in rows(driver)[0][1])
-        await driver.pilot.click(FileTable, offset=(5, 1))
+        await driver.pilot.click(OpenTable, offset=(5, 1))
         await driver.at("StudyResults")
         await driver.until(lambda: "Methods" in words(driver))
         assert "against" in words(driver)

@@ -1,46 +1,22 @@
 """The files that were made of a run."""
 
 import shlex
-import stat
-from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 from rich.text import Text
-from textual import on, work
+from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Header, Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import EXPORTS
-from gaitsim.tui.formatting import age, file_size
-from gaitsim.tui.opener import copy_paths, hand_over
+from gaitsim.tui.opener import copy_paths
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import TaskChanged
 from gaitsim.tui.widgets.file_table import FileTable
 from gaitsim.tui.widgets.footer import Footer
-
-
-class MadeFile(NamedTuple):
-    """A file: its path, bytes, and when it was written, in seconds since 1970."""
-
-    path: Path
-    bytes: int
-    changed: float
-
-
-def made_files(folder: Path) -> list[MadeFile]:
-    """Return the files in a folder, the latest first; links are left out: they lead anywhere."""
-    found = []
-    try:
-        for path in () if folder.is_symlink() else folder.iterdir():
-            state = path.lstat()
-            if stat.S_ISREG(state.st_mode) and not path.name.startswith("."):
-                found.append(MadeFile(path, state.st_size, state.st_mtime))
-    except OSError:  # there is no folder, or it is being deleted
-        return []
-    return sorted(found, key=lambda file: (-file.changed, file.path.name))
 
 
 class Files(GaitScreen):
@@ -67,11 +43,10 @@ one, as over SSH, its path is copied; in a browser, it is downloaded.
     def __init__(self, run: Path) -> None:
         super().__init__()
         self.run = run
-        self._files: Sequence[MadeFile] = ()
 
     def compose(self) -> ComposeResult:
         yield Header()
-        yield FileTable(id="files", cursor_type="row")
+        yield FileTable(id="files")
         yield Static(id="no-files")
         yield Static(id="file-path", classes="command")
         yield Footer()
@@ -79,9 +54,6 @@ one, as over SSH, its path is copied; in a browser, it is downloaded.
     def on_mount(self) -> None:
         """List the files."""
         self.sub_title = f"files of {visible(str(self.run))}"
-        table = self.query_one(DataTable)
-        for name, width in (("made", 5), ("size", 9), ("file", None)):
-            table.add_column(name, width=width)
         none = f"Nothing is made of {visible(str(self.run))} yet. Press e to make something."
         self.query_one("#no-files", Static).update(Text(none))
         self._list()
@@ -95,19 +67,11 @@ one, as over SSH, its path is copied; in a browser, it is downloaded.
             self._list()
 
     def _list(self) -> None:
-        table, now = self.query_one(DataTable), self.gaitsim.clock()
-        chosen = self._chosen()
-        self._files = made_files(self.run / EXPORTS)
-        table.clear()
-        for file in self._files:
-            cells = (age(now - file.changed), file_size(file.bytes), visible(file.path.name))
-            table.add_row(*map(Text, cells), key=file.path.name)
-        known = [file.path for file in self._files]
-        if chosen in known:
-            table.move_cursor(row=known.index(chosen))
-        table.display = bool(known)
-        self.query_one("#no-files").display = not known
-        if known and self.focused is None:
+        table = self.query_one(FileTable)
+        table.list_folder(self.run / EXPORTS, self.gaitsim.clock())
+        table.display = bool(table.row_count)
+        self.query_one("#no-files").display = not table.row_count
+        if table.row_count and self.focused is None:
             table.focus()
         self._show_path()
 
@@ -119,18 +83,10 @@ one, as over SSH, its path is copied; in a browser, it is downloaded.
         self.refresh_bindings()
 
     def _chosen(self) -> Path | None:
-        row = self.query_one(DataTable).cursor_row
-        return self._files[row].path if 0 <= row < len(self._files) else None
+        return self.query_one(FileTable).chosen
 
     def command_line(self) -> str:
         return shlex.join(["ls", "-lt", str(self.run / EXPORTS)])
-
-    @on(DataTable.RowSelected)
-    @work(group="open", exclusive=True)
-    async def open(self) -> None:
-        chosen = self._chosen()
-        if chosen is not None:
-            await hand_over(self.app, chosen)
 
     def action_copy_path(self) -> None:
         chosen = self._chosen()
@@ -141,6 +97,6 @@ one, as over SSH, its path is copied; in a browser, it is downloaded.
         self.gaitsim.open_export(self.run)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        if action in ("open", "copy_path"):
+        if action == "copy_path":
             return self.is_mounted and self._chosen() is not None
         return super().check_action(action, parameters)

@@ -21,7 +21,7 @@ from gaitsim.tui.screens.study_dialog import COMPARISON, SWEEP, StudyDialog
 from gaitsim.tui.screens.study_results import StudyResults
 from gaitsim.tui.screens.tasks import BAR
 from gaitsim.tui.tasks import Task, TaskChanged
-from gaitsim.tui.widgets.file_table import FileTable
+from gaitsim.tui.widgets.file_table import OpenTable
 from gaitsim.tui.widgets.footer import Footer
 
 EVERY = 1.0  # seconds between two looks at the folders
@@ -70,7 +70,7 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
 
     def compose(self) -> ComposeResult:
         yield Header()
-        yield FileTable(id="studies", cursor_type="row")
+        yield OpenTable(id="studies")
         yield Static("Looking for studies …", id="no-studies")
         yield Static(id="study-about")
         yield Footer()

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from rich.text import Text
-from textual import on, work
+from textual import work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
@@ -14,10 +14,9 @@ from textual.widgets import DataTable, Header, Static
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.study.folders import Section, sections
-from gaitsim.tui.formatting import age, clip, file_size
-from gaitsim.tui.opener import copy_paths, hand_over
+from gaitsim.tui.formatting import clip
+from gaitsim.tui.opener import copy_paths
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.files import MadeFile, made_files
 from gaitsim.tui.tasks import TaskChanged
 from gaitsim.tui.widgets.file_table import FileTable
 from gaitsim.tui.widgets.footer import Footer
@@ -59,7 +58,6 @@ with your system's program for it.
     def __init__(self, folder: Path, line: str) -> None:
         super().__init__()
         self._folder, self._line = folder, line
-        self._found: list[MadeFile] = []
 
     def compose(self) -> ComposeResult:
         yield Header()
@@ -84,44 +82,27 @@ with your system's program for it.
         except GaitsimError as error:
             found = []
             parts.append(Static(Text(visible_lines(str(error))), classes="paragraph problem"))
-        self._found = made_files(self._folder)
         for section in found:
             parts += _widgets(section)
         if not parts:
             said = "There is no result yet: the report is written at the end."
             parts.append(Static(said, classes="paragraph"))
         parts.append(Static("Files", classes="heading"))
-        parts.append(FileTable(id="study-files", cursor_type="row"))
+        files = FileTable(id="study-files")
+        parts.append(files)
         place = self.query_one(VerticalScroll)
         async with self.batch():
             await place.remove_children()
             await place.mount_all(parts)
-        self._list()
-
-    def _list(self) -> None:
-        table, now = self.query_one("#study-files", DataTable), self.gaitsim.clock()
-        for name, width in (("made", 5), ("size", 9), ("file", None)):
-            table.add_column(name, width=width)
-        for file in self._found:
-            cells = (age(now - file.changed), file_size(file.bytes), visible(file.path.name))
-            table.add_row(*map(Text, cells))
+            files.list_folder(self._folder, self.gaitsim.clock())
         self.refresh_bindings()
 
     def _file(self) -> Path | None:
         """Return the highlighted file, while its table has the focus."""
-        tables = self.query("#study-files").results(DataTable)
-        row = next((table.cursor_row for table in tables if table.has_focus), -1)
-        return self._found[row].path if 0 <= row < len(self._found) else None
-
-    @on(DataTable.RowSelected, "#study-files")
-    @work(group="open", exclusive=True)
-    async def open(self) -> None:
-        file = self._file()
-        if file is not None:
-            await hand_over(self.app, file)
+        return next((table.chosen for table in self.query(FileTable) if table.has_focus), None)
 
     def action_files(self) -> None:
-        self.query_one("#study-files").focus()
+        self.query_one(FileTable).focus()
 
     def action_copy_path(self) -> None:
         file = self._file()
@@ -132,10 +113,10 @@ with your system's program for it.
         return self._line
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        if action in ("open", "copy_path"):
+        if action == "copy_path":
             return self.is_mounted and self._file() is not None
         if action == "files":
-            return bool(self._found)
+            return any(table.row_count for table in self.query(FileTable))
         return super().check_action(action, parameters)
 
 

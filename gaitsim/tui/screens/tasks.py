@@ -15,7 +15,7 @@ from gaitsim.tui.formatting import duration
 from gaitsim.tui.opener import copy_paths, hand_over
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import Task, TaskChanged
-from gaitsim.tui.widgets.file_table import FileTable
+from gaitsim.tui.widgets.file_table import OpenTable
 from gaitsim.tui.widgets.footer import Footer
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
@@ -45,7 +45,7 @@ shows the list.
 
     def compose(self) -> ComposeResult:
         yield Header()
-        yield FileTable(id="tasks", cursor_type="row")
+        yield OpenTable(id="tasks")
         with VerticalScroll(id="task-output"):
             yield Static(id="task-text")
         yield Footer()

@@ -1,20 +1,84 @@
-"""A table of rows that Enter, or a click on the highlighted one, opens."""
+"""Tables of rows that Enter, or a click on the highlighted one, opens."""
 
-from typing import ClassVar
+import os
+import stat
+from pathlib import Path
+from typing import Any, ClassVar
 
 from rich.text import Text
+from textual import on
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable
 
+from gaitsim.render.terminal.text import visible
+from gaitsim.tui.formatting import age, file_size
+from gaitsim.tui.opener import hand_over
 
-class FileTable(DataTable[Text]):
+
+class OpenTable(DataTable[Text]):
     """A table that offers Enter while the action `open` of its screen works."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "select_cursor", "Open", id="files.open", tooltip="Open it"),
     ]
 
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(cursor_type="row", **settings)
+
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "select_cursor":
-            return self.screen.check_action("open", ())
+            return self.opens()
         return super().check_action(action, parameters)
+
+    def opens(self) -> bool:
+        """Return whether there is something to open."""
+        return bool(self.screen.check_action("open", ()))
+
+
+class FileTable(OpenTable):
+    """The files in a folder, the latest first."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._files: list[Path] = []
+
+    def on_mount(self) -> None:
+        for name, width in (("made", 5), ("size", 9), ("file", None)):
+            self.add_column(name, width=width)
+
+    def list_folder(self, folder: Path, now: float) -> None:
+        """Show the files in a folder; the cursor stays on its file."""
+        chosen = self.chosen
+        found = _files_in(folder)
+        self._files = [*found]
+        self.clear()
+        for path, state in found.items():
+            cells = (age(now - state.st_mtime), file_size(state.st_size), visible(path.name))
+            self.add_row(*map(Text, cells))
+        if chosen in found:
+            self.move_cursor(row=self._files.index(chosen))
+
+    @property
+    def chosen(self) -> Path | None:
+        """The file under the cursor."""
+        return self._files[self.cursor_row] if self.cursor_row < len(self._files) else None
+
+    def opens(self) -> bool:
+        return self.chosen is not None
+
+    @on(DataTable.RowSelected)
+    def open(self) -> None:
+        if self.chosen is not None:
+            opening = hand_over(self.app, self.chosen)
+            self.screen.run_worker(opening, group="open", exclusive=True)
+
+
+def _files_in(folder: Path) -> dict[Path, os.stat_result]:
+    """Return the files in a folder, the latest first; links are left out: they lead anywhere."""
+    try:
+        paths = [] if folder.is_symlink() else [*folder.iterdir()]
+        found = {path: path.lstat() for path in paths if not path.name.startswith(".")}
+    except OSError:  # there is no folder, or it is being deleted
+        return {}
+    files = [(path, state) for path, state in found.items() if stat.S_ISREG(state.st_mode)]
+    return dict(sorted(files, key=lambda file: (-file[1].st_mtime, file[0].name)))
