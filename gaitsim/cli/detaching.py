@@ -10,13 +10,12 @@ from gaitsim.experiment import Overrides
 from gaitsim.live.background import (
     check_detached,
     evolving,
-    last_failure,
     send,
     start_detached,
 )
 from gaitsim.live.places import places
 from gaitsim.live.protocol import Command
-from gaitsim.runs.background import background_process, make_runtime_folder
+from gaitsim.runs.background import background_process, last_failure, make_runtime_folder
 from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot

@@ -11,9 +11,9 @@ from gaitsim.cli.console import echo, notice, print_json, status
 from gaitsim.cli.detaching import at_rest, find_evolved
 from gaitsim.cli.options import Json
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.live.background import evolving, last_failure, request_stop
+from gaitsim.live.background import evolving, request_stop
 from gaitsim.live.background import stop as stop_run
-from gaitsim.runs.background import background_processes
+from gaitsim.runs.background import background_processes, last_failure
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.resume import stop_reason_of

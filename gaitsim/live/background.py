@@ -19,24 +19,12 @@ from gaitsim.runs.background import (
     SOCKET,
     BackgroundProcess,
     background_process,
-    last_failure,
     runtime_file,
 )
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import text
-
-__all__ = [
-    "check_detached",
-    "evolving",
-    "kill",
-    "last_failure",
-    "request_stop",
-    "send",
-    "start_detached",
-    "stop",
-]
 
 STARTING = 60.0  # seconds
 ANSWERING = 5.0  # seconds
@@ -80,7 +68,7 @@ def start_detached(
 
     It begins at once, or is queued where as many runs evolve in the background as there are
     cores. What prevents it from evolving is found later, and told to its clients, or by
-    `last_failure`.
+    `gaitsim.runs.background.last_failure`.
 
     Args:
         run: its folder.

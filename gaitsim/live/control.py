@@ -6,6 +6,7 @@ from typing import Any
 
 from gaitsim.errors import GaitsimError
 from gaitsim.live import background
+from gaitsim.runs.background import last_failure
 from gaitsim.runs.overview import State, overview
 
 
@@ -27,7 +28,7 @@ class BackgroundControls:
     @property
     def failure(self) -> GaitsimError | None:
         """Why its last process in the background failed; None where it did not."""
-        return background.last_failure(self.path)
+        return last_failure(self.path)
 
     def detach(
         self,

@@ -17,14 +17,10 @@ def rename_run(path: Path, name: str) -> Path:
             invalid or taken; or the folder cannot be renamed.
     """
     here = own_run(path, "rename")
-    check_name(name)
+    check_name(here, name)
     target = here.with_name(name)
     lock = RunLock(here)
     try:
-        if os.path.lexists(target):
-            raise RunError(
-                f"{target.name} exists already in {target.parent}", allowed="a free name"
-            )
         with writing(target):
             here.rename(target)
             sync_folder(target.parent)
@@ -33,14 +29,16 @@ def rename_run(path: Path, name: str) -> Path:
     return path.with_name(name) if path.name else target
 
 
-def check_name(name: str) -> None:
-    """Check that a run's folder may have a name.
+def check_name(run: Path, name: str) -> None:
+    """Check that the folder of a run can get a name.
 
     Raises:
-        RunError: it may not.
+        RunError: the name is invalid or taken.
     """
     if not name or name.startswith((".", "-")) or not name.isprintable() or {*name} & {*"/\\"}:
         raise RunError(
             f"{name!r} is not a name for a run",
             allowed="a name without / and \\, that does not begin with a dot or a hyphen",
         )
+    if os.path.lexists(run.with_name(name)):
+        raise RunError(f"{name} exists already in {run.parent}", allowed="a free name")

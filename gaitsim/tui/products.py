@@ -43,8 +43,12 @@ class Settings(BaseModel):
 
     def words(self, run: Path) -> list[str]:
         """Return the options as the command line takes them."""
+        return self._flags()
+
+    def _flags(self, *without: str) -> list[str]:
+        """Return the options but some, each as a flag."""
         found = []
-        for name, value in self.model_dump(exclude_defaults=True).items():
+        for name, value in self.model_dump(exclude=set(without), exclude_defaults=True).items():
             flag = name.replace("_", "-")
             if isinstance(value, bool):
                 found.append(f"--{flag}" if value else f"--no-{flag}")
@@ -97,11 +101,10 @@ class Plot(Settings):
     def words(self, run: Path) -> list[str]:
         """Return the options; each component and run has its own."""
         names = [name.strip() for name in (self.component or "").split(",")]
-        rest = self.model_copy(update={"component": None, "beside": None})
         return [
-            *Settings.words(rest, run),
+            *self._flags("component", "beside"),
             *(f"--component={name}" for name in names if name),
-            *(f"--beside={other}" for other in _split(self.beside or "")),
+            *(f"--beside={other}" for other in split_words(self.beside or "")),
         ]
 
 
@@ -134,7 +137,7 @@ class Analysis(Settings):
 
     def words(self, run: Path) -> list[str]:
         """Return the options, with the file of the figure."""
-        found = Settings.words(self.model_copy(update={"figure": None}), run)
+        found = self._flags("figure")
         if self.figure:
             which = f"-generation-{self.generation}" if self.generation else ""
             found += ["--figure", str(run / EXPORTS / f"analysis{which}.{self.figure}")]
@@ -171,9 +174,8 @@ class Differences(Settings):
 
     def words(self, run: Path) -> list[str]:
         """Return the other runs, the options, and the file of the figure."""
-        others = _split(self.runs)
-        rest = Settings.words(self.model_copy(update={"runs": "", "format": "png"}), run)
-        return [*others, *rest, "--plot", str(run / EXPORTS / f"differences.{self.format}")]
+        figure = run / EXPORTS / f"differences.{self.format}"
+        return [*split_words(self.runs), *self._flags("runs", "format"), "--plot", str(figure)]
 
 
 @dataclass(frozen=True)
@@ -226,14 +228,14 @@ class Product:
         }
 
 
-def _split(runs: str) -> list[str]:
+def split_words(text: str) -> list[str]:
     """Return the words of a text, where quoted ones may hold spaces."""
     import shlex
 
     try:
-        return shlex.split(runs)
+        return shlex.split(text)
     except ValueError:  # a quotation that does not end
-        return [runs]
+        return [text]
 
 
 def default(field: FieldInfo) -> str:

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from waiting import until
 
-from gaitsim.live.background import evolving, last_failure, send
+from gaitsim.live.background import evolving, send
 from gaitsim.live.protocol import Command
-from gaitsim.runs.background import background_process
+from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -17,7 +17,7 @@ import pytest
 from waiting import until
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.live.background import evolving, kill, last_failure, send, start_detached, stop
+from gaitsim.live.background import evolving, kill, send, start_detached, stop
 from gaitsim.live.commands import CommandQueue
 from gaitsim.live.hub import Hub
 from gaitsim.live.places import Place, places
@@ -29,6 +29,7 @@ from gaitsim.runs.background import (
     STATUS,
     background_process,
     background_processes,
+    last_failure,
     runtime_file,
 )
 from gaitsim.runs.overview import overview

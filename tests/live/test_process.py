@@ -10,8 +10,9 @@ import sys
 
 import pytest
 
-from gaitsim.live.background import evolving, last_failure, stop
+from gaitsim.live.background import evolving, stop
 from gaitsim.live.process import RunProcess
+from gaitsim.runs.background import last_failure
 from gaitsim.runs.files.lock import RunLock, is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -10,8 +10,8 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
-from gaitsim.live.background import last_failure
 from gaitsim.live.protocol import Best, Event, Snapshot, joined
+from gaitsim.runs.background import last_failure
 from gaitsim.runs.follow import HistoryBuffer, Rows
 from gaitsim.runs.snapshot import RunSnapshot
 

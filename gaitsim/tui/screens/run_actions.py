@@ -1,7 +1,6 @@
 """What home does with runs: open, replay, compare, make files, delete, rename, annotate, stop."""
 
 import asyncio
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, TypeVar
@@ -10,7 +9,7 @@ from textual import on, work
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import GaitsimError
 from gaitsim.tui.screens.base import GaitScreen
 
 if TYPE_CHECKING:
@@ -156,9 +155,8 @@ class RunActions(GaitScreen):
         path = run.path
 
         def check(name: str) -> None:
-            check_name(name)
-            if name != path.name and os.path.lexists(path.with_name(name)):
-                raise RunError(f"{name} exists already in {path.parent}", allowed="a free name")
+            if name != path.name:
+                check_name(path, name)
 
         about = f"It is the name of its folder in {path.parent}."
         question = Ask(f"A new name for the run {path.name}", path.name, check, about)

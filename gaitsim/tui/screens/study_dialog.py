@@ -21,7 +21,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import free_name
 from gaitsim.study.folders import PLACES
 from gaitsim.tui.builder import Option
-from gaitsim.tui.products import Product, Settings, default
+from gaitsim.tui.products import Product, Settings, default, split_words
 from gaitsim.tui.widgets.form import Field
 
 
@@ -35,8 +35,7 @@ class Sweep(Settings):
 
     def words(self, run: Path) -> list[str]:
         """Return study and options."""
-        rest = self.model_copy(update={"study": ""})
-        return [self.study, *Settings.words(rest, run)]
+        return [self.study, *self._flags("study")]
 
     def folder(self) -> Path:
         """Return the folder to write, after a check.
@@ -73,14 +72,7 @@ class Contest(Settings):
 
     def words(self, run: Path) -> list[str]:
         """Return experiments and options."""
-        rest = self.model_copy(update={"experiments": ""})
-        return [*self._experiments(), *Settings.words(rest, run)]
-
-    def _experiments(self) -> list[str]:
-        try:
-            return shlex.split(self.experiments)
-        except ValueError:  # a quotation that does not end
-            return [self.experiments]
+        return [*split_words(self.experiments), *self._flags("experiments")]
 
     def folder(self) -> Path:
         """Return the folder to write, after a check.
@@ -92,7 +84,7 @@ class Contest(Settings):
 
         given = {"generations": self.generations, "population": self.population}
         changes = {f"evolution.{key}": value for key, value in given.items() if value is not None}
-        loaded = load_experiments(self._experiments(), changes)
+        loaded = load_experiments(split_words(self.experiments), changes)
         return free_name(PLACES[1] / "-against-".join(one.name for one in loaded.values())[:150])
 
 
