@@ -119,6 +119,8 @@ def draw(
     size: tuple[int, int] = (1280, 720),
     view: str = "iso",
     theme: str = "light",
+    title: str = "",
+    details: str = "",
 ) -> Picture:
     """Return a still of one body, such as for a page of documentation.
 
@@ -128,5 +130,7 @@ def draw(
         size: width and height, pixels.
         view: one of `VIEWS`.
         theme: one of `THEMES`.
+        title: a first line in it.
+        details: a second one.
     """
-    return Scene([Clip(skeleton)], size, view, theme).draw(seconds)
+    return Scene([Clip(skeleton, title, details)], size, view, theme).draw(seconds)
