@@ -29,6 +29,7 @@ from gaitsim.tui.screens.change_dialog import ChangeDialog
 from gaitsim.tui.screens.change_effect import known_options
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
+from gaitsim.tui.screens.live_source import explained
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.lines import Lines
@@ -734,3 +735,10 @@ class TestWords:
         assert plain[2].split() == ["[red]reach", "–", *["2.000"] * 5]
         assert "–0" not in plain[3]
         assert plain[4].split() == ["mean", *"–––––"] or plain[4].split()[1:] == [*"––––––"]
+
+
+def test_a_run_in_the_background_is_not_taken_for_one_of_another_program(tmp_path, monkeypatch):
+    seen = Snapshot("elsewhere", generation=3)
+    assert explained(seen, seen, tmp_path).state == "elsewhere"
+    monkeypatch.setattr("gaitsim.tui.screens.live_source.evolving", lambda run: "paused")
+    assert explained(seen, seen, tmp_path).state == "paused"

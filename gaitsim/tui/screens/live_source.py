@@ -10,6 +10,7 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
+from gaitsim.live.background import evolving
 from gaitsim.live.protocol import Best, Event, Snapshot, joined
 from gaitsim.runs.background import last_failure
 from gaitsim.runs.follow import HistoryBuffer, Rows
@@ -65,6 +66,8 @@ def explained(found: Snapshot, known: Snapshot, run: Path) -> Snapshot:
         known: before.
         run: the folder.
     """
+    if found.state == "elsewhere":  # perhaps in the background, to be steered in a moment
+        return replace(found, state=evolving(run) or "elsewhere")
     error = last_failure(run) if found.state == "stopped" else None
     if error is not None:
         return replace(found, state="failed", error=error)
