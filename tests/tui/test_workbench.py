@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 from textual.events import MouseScrollDown
+from textual.widgets import Button
 
 from gaitsim.live.background import evolving
-from gaitsim.runs.notes import read_note
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.widgets.curves import Curves
 
@@ -132,9 +132,6 @@ class Mouse(Hand):
     def _at(self, word):
         return place(self.app, word, last=True)
 
-    async def on_run(self, name):
-        await self.click(name)
-
     async def mark(self, name):
         await self.sees(name)
         _, row = place(self.app, name)
@@ -148,10 +145,13 @@ class Mouse(Hand):
         await self.click(words)
 
     async def agree(self, words):
-        await self.click(words)
+        """Click a button of a dialog."""
+        buttons = {str(one.label): one for one in self.app.screen.query(Button)}
+        await self.pilot.click(buttons[words])
+        await self.pilot.pause()
 
     async def yes(self, words):
-        await self.click(words)
+        await self.agree(words)
 
     async def tool(self, _key, word):
         await self.click(word)
@@ -218,10 +218,10 @@ def test_steering(day, walk):
         await hand.do("s", "Stop")
         await hand.sees("at rest")
         await hand.do("escape", "Back")
-        await hand.at("Live")
+        await hand.sees("walk — puppet")
         await hand.do("escape", "Back")
         await hand.at("Home")
-        await hand.on_run("walk")
+        await hand.mark("walk")
         await hand.do("x", "Stop")
         await at_rest(hand, "walk", "stopped")
 
@@ -229,3 +229,72 @@ def test_steering(day, walk):
     run = RunSnapshot(RUN)
     assert [str(change) for change in run.stages[1].changes]
     assert evolving(RUN) is evolving(Path("runs/walk-2")) is None
+
+
+def test_looking(day, walk):
+    """Runs are compared and replayed, a plot is made, a run is named, noted, verified, deleted."""
+    walk("walk", 5)
+    walk("other", 4)
+
+    async def task(hand):
+        await hand.mark("walk")
+        await hand.mark("other")
+        await hand.do("c", "Compare")
+        await hand.at("Compare")
+        await hand.tool("m", "smooth")
+        await hand.sees("median of")
+        await hand.tool("0", "all")
+        await hand.tool("m", "smooth")
+        await hand.do("escape", "Back")
+        await hand.at("Home")
+        await hand.mark("walk")
+        await hand.mark("other")
+        await hand.open("walk")
+        await hand.at("Live")
+        await hand.do("r", "Replay")
+        await hand.at("Replay")
+        await hand.sees("generation 5")
+        await hand.do("left_square_bracket", "Generation")
+        await hand.sees("generation 4")
+        await hand.do("g", "Go to")
+        await hand.sees("Go to")
+        await hand.write("2")
+        await hand.agree("Go to")
+        await hand.sees("generation 2")
+        await hand.do("w", "Why")
+        await hand.at("Why")
+        await hand.sees("reach")
+        await hand.do("escape", "Back")
+        await hand.do("e", "Export")
+        await hand.at("ExportDialog")
+        await hand.sees("--generation 2")
+        await hand.agree("Make")
+        await hand.driver.until(lambda: [*RUN.glob("exports/*")])
+        await hand.at("Replay")
+        await hand.do("escape", "Back")
+        await hand.at("Live")
+        await hand.do("v", "Verify")
+        await hand.at("Verify")
+        await hand.sees("identical")
+        await hand.do("escape", "Back")
+        await hand.at("Live")
+        await hand.do("escape", "Back")
+        await hand.at("Home")
+        await hand.do("N", "Note")
+        await hand.at("NoteDialog")
+        await hand.write("it walks")
+        await hand.do("ctrl+s", "Save")
+        await hand.at("Home")
+        await hand.do("slash", "Filter")
+        await hand.write("walks")
+        await hand.driver.until(lambda: not place(hand.app, "other"))
+        await hand.do("escape", "Back")
+        await hand.mark("walk")
+        await hand.mark("other")
+        await hand.do("d", "Delete")
+        await hand.at("Confirm")
+        await hand.yes("Delete")
+        await hand.driver.until(lambda: not RUN.exists())
+
+    day(task)
+    assert not Path("runs/other").exists()

@@ -202,7 +202,7 @@ Both run in the background. **Open** shows tables, intervals, tests, and the fil
     @on(DataTable.RowSelected)
     def action_open(self) -> None:
         one = self._chosen()
-        if one is not None:
+        if one is not None and self.is_active:  # a double click is two of them
             self.app.push_screen(StudyResults(one.path, self.command_line()))
 
     @work(group="ask")
