@@ -12,8 +12,9 @@ import numpy as np
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.console import notice, output
 from gaitsim.cli.detaching import at_rest, find_evolved
+from gaitsim.cli.display import RESTING, Display, Row
 from gaitsim.cli.options import Json, RunName
-from gaitsim.cli.progress import RESTING, Display, Row, display
+from gaitsim.cli.progress import display
 from gaitsim.cli.summary import summarise
 from gaitsim.live.background import evolving
 from gaitsim.live.process import RunProcess

@@ -232,7 +232,7 @@ def test_steering(day, walk):
 
 
 def test_looking(day, walk):
-    """Runs are compared and replayed, a plot is made, a run is named, noted, verified, deleted."""
+    """Runs are compared and replayed, a generation is chosen and explained, a file is made."""
     walk("walk", 5)
     walk("other", 4)
 
@@ -255,11 +255,10 @@ def test_looking(day, walk):
         await hand.at("Replay")
         await hand.sees("generation 5")
         await hand.do("left_square_bracket", "Generation")
-        await hand.sees("generation 4")
         await hand.do("g", "Go to")
-        await hand.sees("Go to")
+        await hand.at("Ask")
         await hand.write("2")
-        await hand.agree("Go to")
+        await hand.agree("OK")
         await hand.sees("generation 2")
         await hand.do("w", "Why")
         await hand.at("Why")
@@ -272,6 +271,20 @@ def test_looking(day, walk):
         await hand.driver.until(lambda: [*RUN.glob("exports/*")])
         await hand.at("Replay")
         await hand.do("escape", "Back")
+        await hand.at("Live")
+        await hand.do("escape", "Back")
+        await hand.at("Home")
+
+    day(task)
+
+
+def test_keeping(day, walk):
+    """Runs are verified, noted, found by a word of the note, and deleted."""
+    walk("walk", 5)
+    walk("other", 4)
+
+    async def task(hand):
+        await hand.open("walk")
         await hand.at("Live")
         await hand.do("v", "Verify")
         await hand.at("Verify")

@@ -1,0 +1,231 @@
+"""The live view of a run: progress, curves and terms, drawn anew eight times a second."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from datetime import timedelta
+from pathlib import Path
+from typing import Self
+
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.constrain import Constrain
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from gaitsim.cli.console import output
+from gaitsim.cli.display import BEST_SHOWN, RESTING, STOPPING, Display, Row, stage_line
+from gaitsim.live.protocol import Snapshot
+from gaitsim.render.terminal.sparkline import sparkline
+from gaitsim.render.terminal.text import number, visible
+from gaitsim.runs.files.history import MEAN
+from gaitsim.runs.follow import Rows
+
+COURSES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
+SCORES = ("best", "mean")  # of them, the courses on the scale of the scores
+WIDEST = 100  # characters; a longer line of sight helps no one
+VALUE = 7  # characters that most numbers fit in
+HEIGHT_ABOVE_TERMS = 8  # lines, the table's header and the cursor's line counted
+
+
+class LiveView(Display):
+    """Progress, the courses of best, mean and diversity, and the best individuals' terms.
+
+    Terms stand below one another, as in a sum: any number of them with any names fits a
+    narrow terminal, where only fewer individuals are shown.
+
+    Args:
+        path: the run's folder.
+        known: the run as it is, with all rows of its history.
+        console: where to show it; standard output by default.
+        clock: seconds from any beginning.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        known: Snapshot,
+        console: Console | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(path, known)
+        self._name = visible(path.name)
+        self._row = _last(known.rows)
+        # Scores of another fitness or body would stand on another scale.
+        first = known.scored_from - 1
+        self._courses = {
+            name: [*known.rows.get(name, [])[first if name in SCORES else 0 :]] for name in COURSES
+        }
+        self._clock = clock
+        # When each of the latest generations ended: how fast it goes now, not on average.
+        self._ends = deque([(clock(), self._done, known.evaluations)], maxlen=1000)
+        self._begun = clock()
+        self._stopping = False
+        self._since = clock()  # the state is what it is
+        self._ended = False
+        self._console = console or output()
+        self._live = Live(self, console=self._console, refresh_per_second=8)
+
+    def __enter__(self) -> Self:
+        self._begun = self._clock()
+        self._ends[0] = (self._begun, self._done, self._snapshot.evaluations)
+        self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended = True
+        self._live.stop()
+
+    def begin_stage(
+        self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
+    ) -> None:
+        """Print a line that stays; scores of another scale begin their courses anew."""
+        self._console.print(stage_line(number, first, changes), style="bold")
+        if rescored is not None:
+            self._snapshot, self._row = rescored, _last(rescored.rows)
+            for name in SCORES:
+                self._courses[name] = [*rescored.rows.get(name, [])]
+
+    def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
+        """Take note; the screen follows eight times a second, whatever the search's speed."""
+        for one in rows:
+            for name, course in self._courses.items():
+                course.append(one[name])
+        if rows:
+            self._row = rows[-1]
+            self._ends.append((self._clock(), snapshot.generation, snapshot.evaluations))
+        if snapshot.state != self._snapshot.state:
+            self._since = self._clock()
+        self._snapshot = snapshot  # last: the screen is drawn by another thread
+
+    def warn(self, text: str) -> None:
+        """Print it above the view."""
+        self._console.print(text, style="yellow")
+
+    def stopping(self) -> None:
+        """Say so in the view: printed beside it, the next refresh would overwrite it."""
+        self._stopping = True
+
+    @property
+    def _done(self) -> int:
+        return self._snapshot.generation
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        width = min(options.max_width, WIDEST)
+        parts: list[RenderableType] = [self._head(width)]
+        snapshot = self._snapshot
+        if snapshot.top:
+            parts.append(self._curves(width))
+            if snapshot.islands:
+                parts.append(self._bests(snapshot.islands))
+            parts.append(self._foot(snapshot))
+            # At the end, the summary tells of the champion.
+            if not (self._ended and snapshot.state == "finished"):
+                rows = (options.height or console.height) - HEIGHT_ABOVE_TERMS
+                rows -= bool(snapshot.islands)
+                parts += ["", self._terms(snapshot, width, rows)]
+        elif self._note() and not self._ended:
+            parts.append(self._foot(snapshot))
+        yield Constrain(Group(*parts), width)
+
+    def _head(self, width: int) -> Table:
+        head = Table.grid(padding=(0, 1), expand=True)
+        head.add_column(no_wrap=True, overflow="ellipsis", max_width=width // 3)
+        head.add_column(ratio=1)
+        head.add_column(no_wrap=True)
+        head.add_column(no_wrap=True)
+        total = self._snapshot.generations
+        bar = ProgressBar(total=total, completed=self._done)
+        name = Text(self._name, style="bold")
+        head.add_row(name, bar, f"{self._done:,}/{total:,}", self._time())
+        return head
+
+    def _time(self) -> str:
+        if self._ended:
+            return f"in {_clock_face(self._clock() - self._begun)}"
+        speed, _ = self._speed()
+        left = self._snapshot.generations - self._done
+        return f"{_clock_face(left / speed)} left" if speed else ""
+
+    def _speed(self) -> tuple[float, float]:
+        """Generations and evaluations a second, 0 where none is finished yet."""
+        (start, first, before), (end, last, after) = self._ends[0], self._ends[-1]
+        passed = end - start
+        return ((last - first) / passed, (after - before) / passed) if passed > 0 else (0.0, 0.0)
+
+    def _curves(self, width: int) -> Table:
+        curves = Table.grid(padding=(0, 1))
+        curves.add_column()
+        curves.add_column(justify="right", min_width=VALUE, no_wrap=True)
+        curves.add_column(no_wrap=True)
+        for name, colour in COURSES.items():
+            course = self._courses[name] or [math.nan]  # only judged anew
+            room = width - max(map(len, COURSES)) - max(len(number(course[-1])), VALUE) - 2
+            curve = Text(sparkline(course, max(room, 1)), style=colour)
+            curves.add_row(name, number(course[-1]), curve)
+        return curves
+
+    def _bests(self, bests: Sequence[float]) -> Text:
+        """The best score of each island in a line, the best of them in bold."""
+        line = Text("islands  ", no_wrap=True, overflow="ellipsis")
+        for best in bests:
+            line.append(
+                f" {number(best):>{VALUE}}", style="bold green" if best == max(bests) else ""
+            )
+        return line
+
+    def _foot(self, snapshot: Snapshot) -> Text:
+        foot = Text(style="dim", no_wrap=True, overflow="ellipsis")
+        note = self._note()
+        if note and not self._ended:
+            return foot.append(note, style="not dim yellow")
+        _, rate = self._speed()
+        parts = [f"{rate:,.0f} evaluations/s"] if rate else []
+        if snapshot.champion is not None:
+            parts.append(f"best of generation {snapshot.champion.generation:,}")
+        if snapshot.stage > 1:
+            parts.append(f"stage {snapshot.stage}")
+        return foot.append(", ".join(parts))
+
+    def _note(self) -> str:
+        """What the view waits for, after a second with the time that has passed; or ''."""
+        if self._stopping:
+            return STOPPING
+        note = RESTING.get(self._snapshot.state, "")
+        seconds = int(self._clock() - self._since)
+        return f"{note} {_clock_face(seconds)}" if note and seconds else note
+
+    def _terms(self, snapshot: Snapshot, width: int, rows: int) -> Table:
+        """The sum of each of the best, as many of them and of their terms as there is room for."""
+        best = snapshot.top[:BEST_SHOWN]
+        lines = {"score": [*(one.score for one in best), self._row.get("mean", math.nan)]}
+        for name in best[0].terms:
+            mean = self._row.get(MEAN + name, math.nan)
+            lines[name] = [*(one.terms[name] for one in best), mean]
+        cells = {name: [number(value) for value in values] for name, values in lines.items()}
+        cell = max(VALUE, *(len(text) for texts in cells.values() for text in texts))
+        fit = (width - max(map(len, cells))) // (cell + 2) - 1
+        shown = min(max(fit, 1), len(best))
+        columns = [*(f"#{rank + 1}" for rank in range(shown)), "mean"]
+        made = Table(box=None, pad_edge=False, header_style="bold")
+        made.add_column("", no_wrap=True, overflow="ellipsis")
+        for name in columns:
+            made.add_column(name, justify="right", no_wrap=True, min_width=cell)
+        hidden = len(cells) - max(rows, 3)
+        names = [*cells][: -hidden - 1] if hidden > 0 else [*cells]
+        for name in names:
+            style = "bold" if name == "score" else ""
+            made.add_row(Text(name), *cells[name][:shown], cells[name][-1], style=style)
+        if hidden > 0:
+            made.add_row(f"… and {hidden + 1} more")
+        return made
+
+
+def _last(rows: Rows) -> Row:
+    return {name: float(values[-1]) for name, values in rows.items()}
+
+
+def _clock_face(seconds: float) -> str:
+    return str(timedelta(seconds=round(seconds)))
