@@ -93,8 +93,9 @@ class Keyboard(Hand):
         """Take what a dialog proposes."""
         await self.driver.press("enter")
 
-    async def yes(self, _words):
-        await self.driver.press("y")
+    async def confirm(self, key, _words):
+        """Press the key of a dialog's button."""
+        await self.driver.press(key)
 
     async def tool(self, key, _word):
         """Press the key of a curve's tool."""
@@ -107,14 +108,17 @@ class Mouse(Hand):
         """Click an action in the footer, or in the help where the footer has no room."""
         active = self.app.screen.active_bindings.values()
         about = next(one.binding.tooltip for one in active if one.binding.description == word)
-        before = ""
-        while before != shown(self.app)[-1] or not (self._at("More") or self._at("Help")):
+        for _ in range(60):  # the footer is made anew when other keys work
             before = shown(self.app)[-1]
-            await self.pilot.pause(0.3)  # the footer is made anew when other keys work
+            await self.pilot.pause(0.3)
+            if before == shown(self.app)[-1] and (self._at("More") or self._at("Help")):
+                break
         if not await self._foot(word):
             assert await self._foot("More") or await self._foot("Help")
             await self.at("Help")
-            while place(self.app, about[1:24]) is None:
+            for _ in range(40):
+                if place(self.app, about[1:24]):
+                    break
                 down = [MouseScrollDown]
                 await self.pilot._post_mouse_events(down, "#help", offset=(5, 5))
                 await self.pilot.pause()
@@ -150,7 +154,7 @@ class Mouse(Hand):
         await self.pilot.click(buttons[words])
         await self.pilot.pause()
 
-    async def yes(self, words):
+    async def confirm(self, _key, words):
         await self.agree(words)
 
     async def tool(self, _key, word):
@@ -296,7 +300,7 @@ def test_keeping(day, walk):
         await hand.do("N", "Note")
         await hand.at("NoteDialog")
         await hand.write("it walks")
-        await hand.do("ctrl+s", "Save")
+        await hand.confirm("ctrl+s", "Save")
         await hand.at("Home")
         await hand.do("slash", "Filter")
         await hand.write("walks")
@@ -306,7 +310,7 @@ def test_keeping(day, walk):
         await hand.mark("other")
         await hand.do("d", "Delete")
         await hand.at("Confirm")
-        await hand.yes("Delete")
+        await hand.confirm("y", "Delete")
         await hand.driver.until(lambda: not RUN.exists())
 
     day(task)
