@@ -108,6 +108,7 @@ class Mouse(Hand):
         """Click an action in the footer, or in the help where the footer has no room."""
         active = self.app.screen.active_bindings.values()
         about = next(one.binding.tooltip for one in active if one.binding.description == word)
+        about = " ".join(about.split()[1:3]).rstrip(",")
         for _ in range(60):  # the footer is made anew when other keys work
             before = shown(self.app)[-1]
             await self.pilot.pause(0.3)
@@ -117,12 +118,12 @@ class Mouse(Hand):
             assert await self._foot("More") or await self._foot("Help")
             await self.at("Help")
             for _ in range(40):
-                if place(self.app, about[1:24]):
+                if place(self.app, about):
                     break
                 down = [MouseScrollDown]
                 await self.pilot._post_mouse_events(down, "#help", offset=(5, 5))
                 await self.pilot.pause()
-            await self.click(about[1:24])
+            await self.click(about)
         await self.pilot.pause()
 
     async def _foot(self, word):
