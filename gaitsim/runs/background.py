@@ -69,7 +69,8 @@ def make_runtime_folder() -> Path:
     reason = ""
     try:
         with suppress(FileExistsError):
-            folder.mkdir(0o700, parents=True)
+            if folder.is_absolute():
+                folder.mkdir(0o700, parents=True)
         reason = _distrust(folder)
     except OSError as error:
         reason = f"it cannot be created: {error.strerror}"
@@ -89,6 +90,8 @@ def _distrust(folder: Path) -> str:
     Raises:
         OSError: there is none.
     """
+    if not folder.is_absolute():
+        return "its path must begin with /, so that it is the same folder everywhere"
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode):
         return "it is not a folder"

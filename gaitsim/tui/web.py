@@ -5,6 +5,7 @@ connection only from that page: any other site that a browser shows could else s
 """
 
 import asyncio
+import errno
 import ipaddress
 import secrets
 import socket
@@ -248,11 +249,16 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         listener = socket.create_server((host, port), family=family)
     except (OSError, UnicodeError) as error:
+        number = error.errno if isinstance(error, OSError) else None
+        # Python adds the address, which is said already.
         reason = getattr(error, "strerror", None) or str(error)
+        port_is_wrong = number in (errno.EADDRINUSE, errno.EACCES)
         raise GaitsimError(
-            f"cannot listen on {host}, port {port}: {reason}",
+            f"cannot listen on {host}, port {port}: {reason.partition(' (while')[0]}",
             allowed="an address of this machine, such as 127.0.0.1, and a port that is free",
-            remedy=f"try another one, as --port {port + 1 if port < 65535 else 8000}",
+            remedy=f"try another port, as --port {port + 1 if port < 65535 else 8000}"
+            if port_is_wrong
+            else "leave out --host to listen on this machine alone",
         ) from None
     with listener:
         yield listener

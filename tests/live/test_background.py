@@ -279,7 +279,7 @@ class TestRuntimeFolder:
             start_detached(path)
         presence.listener.close()
 
-    @pytest.mark.parametrize("kind", ["file", "link", "missing parent"])
+    @pytest.mark.parametrize("kind", ["file", "link", "relative", "missing parent"])
     def test_one_that_cannot_be_used_is_refused(self, begun, tmp_path, monkeypatch, kind):
         folder = tmp_path / "here"
         if kind == "file":
@@ -287,6 +287,8 @@ class TestRuntimeFolder:
         elif kind == "link":
             (tmp_path / "target").mkdir(0o700)
             folder.symlink_to(tmp_path / "target")
+        elif kind == "relative":
+            folder = Path("here")
         else:
             (tmp_path / "parent").touch()
             folder = tmp_path / "parent" / "here"

@@ -150,7 +150,12 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             words = words_of(self._input.value)
             self._shell.update(Text(f"$ {self._command(words)}"))
             if words and "=" not in words[-1] and not submit:
-                self._say("Type on, or choose an option: ↓")
+                known = self._options.option_count
+                self._say(
+                    "Type on, or choose an option: ↓"
+                    if known
+                    else f"No option has {words[-1]!r} in its name"
+                )
                 return
             overrides = parse_assignments(words)
             if asked := self._without_value(overrides):
