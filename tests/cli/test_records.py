@@ -38,7 +38,7 @@ def walk(gaitsim, puppet_file):
     ("command", "unit", "total", "files"),
     [
         (["video", "--size", "160x120", "--fps", "2", "--no-intro"], "pictures", 3, 1),
-        (["plot", "--kind", "all"], "kinds", 7, None),
+        (["plot", "--kind", "all"], "kinds", None, None),
         (["imitate", "--epochs", "5"], "epochs", 5, 3),
         (["verify"], "generations", 5, 0),
         (["analyse", "--perturb"], "kinds", None, 0),

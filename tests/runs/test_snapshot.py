@@ -6,7 +6,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.runs.files.folder import CHECKPOINT
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
-from gaitsim.tui.screens.replay_loading import load
+from gaitsim.tui.screens.replay_loading import Loader
 
 
 def count(paths):
@@ -54,5 +54,5 @@ def test_the_end_of_a_run_reads_the_checkpoint_once(gaitsim, puppet_file, checkp
 
 
 def test_a_replay_reads_the_checkpoint_once(run, checkpoint_reads):
-    load(run, 1)
+    Loader(run).load(1)
     assert count(checkpoint_reads) == 1

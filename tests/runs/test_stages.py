@@ -446,7 +446,7 @@ def test_a_stage_without_a_generation_is_refused(plain):
         with pytest.raises(RunError, match="no generation would be evolved") as error:
             RunWriter.open(plain, overrides=CLIMB, **options)
         assert "4 generations are done" in error.value.what
-        assert "--generations" in error.value.remedy
+        assert "evolution.generations=" in error.value.remedy
     with pytest.raises(RunError, match="another generation would exceed 35 evaluations"):
         # Judging the population anew takes six of them.
         RunWriter.open(plain, overrides=CLIMB | {"evolution.max_evaluations": 35}, generations=8)
