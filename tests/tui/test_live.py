@@ -673,6 +673,9 @@ def test_looks(make, size, snap_compare):
         await app_until(pilot, lambda: "diversity" in text(screen, "#live-table"))
         table = screen.query_one("#live-table")
         await app_until(pilot, lambda: table.size.height == len(table.text.split("\n")))
+        await app_until(pilot, lambda: screen.query_one(Curves).series)
+        await app_until(pilot, lambda: "champion" in text(screen, "#live-champion"))
+        await pilot.pause(0.3)  # some of the board's ticks
 
     assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
 

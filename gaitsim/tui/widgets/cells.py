@@ -91,6 +91,8 @@ class Cells(Widget):
 
     def render_line(self, y: int) -> Strip:
         """Return a row."""
+        if self._drawn is not None and self._drawn[0].shape != self.content_size[::-1]:
+            self.redraw()  # the news of another size is still on its way
         if y < len(self._strips):
             return self._strips[y]
         return Strip.blank(self.content_size.width, self.rich_style)
