@@ -84,6 +84,7 @@ def test_attaching_ends_with_the_summary(detached, start, gaitsim):
     assert "run: 150 generations are done" in again
 
 
+@pytest.mark.slow
 def test_a_run_of_another_program_is_watched_but_not_stopped(gaitsim, puppet_file, start):
     evolving_it = start("run", puppet_file, "--out", "run", *LONG)
     until(lambda: Path("run").exists() and RunSnapshot(Path("run")).generation > 1)
@@ -176,6 +177,7 @@ def test_why_a_run_failed_is_kept_until_it_is_evolved_again(
     assert last_failure(Path("copy")) is None  # a copy has not failed
 
 
+@pytest.mark.slow
 def test_a_folder_deleted_under_a_run_ends_it(gaitsim, detached, monkeypatch, start):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     first, queued = detached("first"), detached("queued")

@@ -156,6 +156,7 @@ def test_one_process_evolves_a_run_however_many_are_begun(begun):
     assert all("background" in answer for answer in answers if answer != pid)
 
 
+@pytest.mark.slow
 def test_a_queue_is_in_order_and_a_paused_run_gives_its_place_up(begun, monkeypatch):
     monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
     first, second, third = [begun(name, *SLOW, generations=100_000) for name in "abc"]
@@ -316,6 +317,7 @@ class TestRuntimeFolder:
         assert overview(path).state in ("stopped", "failed")
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_run_with_a_message(begun, monkeypatch):
     """Of a file system, here a limit on the size of files."""
     path = begun("run", *SLOW, generations=100_000)

@@ -181,6 +181,7 @@ def test_the_diversity_is_that_of_the_history(spider_run):
     assert np.array_equal(lines(scores)[0].get_ydata(), spider_run.history["std"])
 
 
+@pytest.mark.slow
 def test_genes_are_coloured_by_their_place_between_their_bounds(spider_run, bundled):
     axes = genome_figure(asked(spider_run)).axes[0]
     space = spider_run.experiment.space()
@@ -193,6 +194,7 @@ def test_genes_are_coloured_by_their_place_between_their_bounds(spider_run, bund
     assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
 
 
+@pytest.mark.slow
 def test_many_genes_are_named_by_groups_and_small_parts_of_bounds_have_all_colours(bundled):
     axes = genome_figure(asked(bundled("fly"))).axes[0]
     named = [label.get_text() for label in axes.get_yticklabels()]
@@ -201,6 +203,7 @@ def test_many_genes_are_named_by_groups_and_small_parts_of_bounds_have_all_colou
     assert 0 < low < 0.5 < high < 1
 
 
+@pytest.mark.slow
 def test_arcs_of_the_clock_begin_at_touch_down_and_last_as_long_as_the_stance(bundled):
     request = asked(bundled("millipede"))
     clock = phase_figure(request).axes[0]
@@ -301,6 +304,7 @@ def test_a_joint_that_another_covers_is_seen_beside_it(spider_run):
         assert len({*widths}) == 3
 
 
+@pytest.mark.slow
 def test_a_planar_body_is_drawn_from_the_side(bundled, spider_run):
     _, beside = path_figure(asked(bundled("walker"))).axes
     assert (beside.get_title(loc="left"), beside.get_ylabel()) == ("from the side", "z (m)")
@@ -308,6 +312,7 @@ def test_a_planar_body_is_drawn_from_the_side(bundled, spider_run):
     assert (above.get_title(loc="left"), above.get_ylabel()) == ("from above", "y (m)")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("preset", "channel"), [("spider", "pose"), ("walker", "height"), ("fly", "altitude")]
 )
@@ -315,6 +320,7 @@ def test_the_usual_channel_is_one_that_no_other_kind_draws(bundled, preset, chan
     assert usual_channel(bundled(preset).individual()) == channel
 
 
+@pytest.mark.slow
 def test_titles_name_the_run_and_scores_have_units(bundled):
     run = bundled("walker")
     one = run.individual()
@@ -439,6 +445,7 @@ def test_frames_that_are_nowhere_are_left_out_of_the_path(flier, broken):
             path_figure(request)
 
 
+@pytest.mark.slow
 def test_a_path_says_of_which_flight_it_is(bundled):
     assert "path, first of 3 trials" in texts(path_figure(asked(bundled("fly"))))
     walker = texts(path_figure(asked(bundled("walker"))))
@@ -473,6 +480,7 @@ def test_components_have_names(flier, spider_run):
 TRIALS = ("trial 1", "trial 2", "trial 3")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("preset", "channel", "entries"),
     [
@@ -490,6 +498,7 @@ def test_the_entries_of_an_axis_are_named(bundled, preset, channel, entries):
     assert read_signal(bundled(preset).individual(), channel).entries == entries
 
 
+@pytest.mark.slow
 def test_what_has_directions_has_a_panel_each(bundled):
     figure = KINDS["channel"].draw(asked(bundled("walker"), channel="load"))
     assert [axes.get_ylabel() for axes in figure.axes] == ["load x\n(N)", "load z\n(N)"]
