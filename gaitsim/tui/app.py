@@ -149,7 +149,9 @@ class GaitsimApp(ViKeys):
         """Show a run live: evolving here, elsewhere, or at rest; `go` evolves it at once."""
         from gaitsim.tui.screens.live import Live
 
-        self.push_screen(Live(run, go=go))
+        # A double click asks twice.
+        if not (isinstance(self.screen, Live) and self.screen.run == run):
+            self.push_screen(Live(run, go=go))
 
     def open_new(self, experiment: str | None = None) -> None:
         """Assemble a new run, from a preset's name or an experiment file."""

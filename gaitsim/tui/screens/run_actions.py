@@ -83,7 +83,7 @@ class RunActions(GaitScreen):
     @on(DataTable.RowSelected)
     def action_open(self) -> None:
         run = self.current()
-        if run is None or not self.is_active:  # a double click is two of them
+        if run is None:
             return
         if run.problem is not None:
             self.gaitsim.tell(run.problem)
