@@ -5,23 +5,30 @@ from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.operators import Crossover, Mutation, Selection
 from gaitsim.contracts.organism import Organism
 from gaitsim.contracts.plugin import Plugin, option
+from gaitsim.contracts.search import Context, Members, Operators, Results, Search, State
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 __all__ = [
     "Array",
     "BitSpace",
     "Channel",
+    "Context",
     "Crossover",
     "Fitness",
     "GenomeSpace",
     "Genomes",
     "Measure",
+    "Members",
     "Motion",
     "Mutation",
+    "Operators",
     "Organism",
     "Plugin",
     "RealSpace",
+    "Results",
+    "Search",
     "Selection",
     "Skeleton",
+    "State",
     "option",
 ]
