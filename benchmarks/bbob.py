@@ -1,0 +1,223 @@
+"""Searches on the 24 noiseless functions of BBOB, beside pycma, SciPy and random search.
+
+    python benchmarks/bbob.py --dimensions 2 5 --instances 1 2 3 --searches cma-es pycma
+    nice python benchmarks/bbob.py --out bbob.jsonl     # everything, about an hour and a half
+
+Each search minimises each function in the box [-5, 5] with 1,000 evaluations per dimension, and
+stops once the last target is reached. The figure is that of COCO: of 51 targets, 10² to 10⁻⁸ above
+the optimum, the share reached, averaged over the logarithm of the evaluations per dimension from 1
+to 1,000: the area under the empirical distribution (ECDF) of runtimes. 1 would reach all targets
+at once. Searches take turns on each problem. Results are saved as they come, and an `--out` file
+that exists is continued, also with further searches.
+
+Hansen, Auger, Ros, Mersmann, Tušar, Brockhoff 2021, "COCO: a platform for comparing continuous
+optimizers in a black-box setting"; Hansen, Finck, Ros, Auger 2009 for the functions.
+"""
+
+import argparse
+import json
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import chdir, suppress
+from itertools import count, product
+from pathlib import Path
+from typing import Any
+
+import bbob_table
+import cma
+import cocoex
+import numpy as np
+from scipy.optimize import differential_evolution
+
+from gaitsim.contracts import RealSpace
+from gaitsim.contracts.search import Context, Results, Search
+
+TARGETS = np.logspace(2, -8, 51)
+BUDGET = 1_000  # evaluations per dimension
+DIMENSIONS, INSTANCES, FUNCTIONS = (2, 5, 10, 20), range(1, 16), range(1, 25)
+
+
+class Finished(Exception):
+    """All targets are reached, or the budget is spent."""
+
+
+class Trial:
+    """One problem, minimised once: counts evaluations and notes when targets are reached.
+
+    Attributes:
+        dimension: number of variables.
+        seed: whole numbers for a random generator, different for each problem.
+        hits: evaluations at which the targets were reached so far, in their order.
+    """
+
+    def __init__(self, problem: Any, optimum: float) -> None:
+        self._problem, self._values = problem, optimum + TARGETS
+        self.dimension: int = problem.dimension
+        self.seed = [int(part) for part in problem.id_triple]
+        self.hits: list[int] = []
+        self._evaluations = 0
+
+    def __call__(self, x: np.ndarray) -> float:
+        """Evaluate one point, (dimension,).
+
+        Raises:
+            Finished: nothing more is needed.
+        """
+        value = float(self._problem(x))
+        self._evaluations += 1
+        while len(self.hits) < len(TARGETS) and value <= self._values[len(self.hits)]:
+            self.hits.append(self._evaluations)
+        if len(self.hits) == len(TARGETS) or self._evaluations >= BUDGET * self.dimension:
+            raise Finished
+        return value
+
+    def start(self, attempt: int = 0) -> np.ndarray:
+        """Return a point in the box at random; the same for all searches, another each attempt."""
+        return np.random.default_rng([*self.seed, attempt]).uniform(-5, 5, self.dimension)
+
+
+Minimise = Callable[[Trial], None]
+"""Evaluates points until `Finished` is raised; returns where it has converged."""
+
+
+def bundled(search: Search, population: Callable[[int], int]) -> Minimise:
+    """Return how a bundled search minimises, with genomes per generation by dimension."""
+
+    def minimise(trial: Trial) -> None:
+        size, side = population(trial.dimension), np.full(trial.dimension, 5.0)
+        space = RealSpace(-side, side, tuple(map(str, range(trial.dimension))))
+        state, last = None, None
+        for generation in count(1):
+            initial, ask, tell = (
+                Context(
+                    space,
+                    size,
+                    generation,
+                    np.random.default_rng([*trial.seed, generation, call]),
+                    start=trial.start(),
+                )
+                for call in range(3)
+            )
+            state = search.initial(initial) if state is None else state
+            genomes, state = search.ask(state, last, ask)
+            last = Results(genomes, -np.array([trial(genome) for genome in genomes]))
+            state = search.tell(state, last, tell)
+
+    return minimise
+
+
+def pycma(trial: Trial) -> None:
+    """IPOP-aCMA-ES with pycma's defaults: active, bounds by its transformation."""
+    attempts = count()
+    cma.fmin2(
+        trial,
+        lambda: trial.start(next(attempts)),
+        2.0,
+        {"bounds": [-5, 5], "seed": int(f"{trial.seed[0]}{trial.seed[1]:02}{trial.seed[2]:02}")}
+        | {"verbose": -9, "verb_log": 0},
+        restarts=9,
+        incpopsize=2,
+    )
+
+
+def scipy_evolution(trial: Trial) -> None:
+    """SciPy's differential evolution with its defaults, until all individuals are equal."""
+    rng = np.random.default_rng([*trial.seed, trial._evaluations])
+    bounds = [(-5, 5)] * trial.dimension
+    differential_evolution(trial, bounds, rng=rng, polish=False, tol=0, maxiter=10**9)
+
+
+def uniform(trial: Trial) -> None:
+    """Points drawn uniformly from the box."""
+    rng = np.random.default_rng(trial.seed)
+    while True:
+        for x in rng.uniform(-5, 5, (1_000, trial.dimension)):
+            trial(x)
+
+
+def default_population(dimension: int) -> int:
+    """Population of CMA-ES by default, Hansen 2016, table 1."""
+    return 4 + int(3 * np.log(dimension))
+
+
+def searches() -> dict[str, Minimise]:
+    """Return everything that is compared, by name."""
+    from gaitsim_searches.cma_es import CmaEs
+
+    return {
+        "cma-es": bundled(CmaEs(), default_population),
+        "pycma": pycma,
+        "scipy-differential-evolution": scipy_evolution,
+        "uniform": uniform,
+    }
+
+
+def run(trial: Trial, minimise: Minimise) -> None:
+    """Minimise, beginning again after convergence, until the trial is finished."""
+    with suppress(Finished):
+        while True:
+            minimise(trial)
+
+
+def optimum(problem: Any) -> float:
+    """Return the smallest value; cocoex writes its place to a file in the working folder."""
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        problem._best_parameter("print")
+        return float(problem(np.loadtxt("._bbob_problem_best_parameter.txt")))
+
+
+def missing(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """Run every problem that the file lacks; yield what it gave."""
+    done = {bbob_table.key(row) for row in bbob_table.rows(arguments.out)}
+    suite = cocoex.Suite("bbob", "instances: 1-15", "")
+    chosen = {name: searches()[name] for name in arguments.searches}
+    # Instances outermost: what is stopped early is a whole comparison over fewer of them.
+    for problem in product(arguments.instances, arguments.dimensions, arguments.functions):
+        instance, dimension, function = problem
+        for name, minimise in chosen.items():
+            if (name, dimension, function, instance) in done:
+                continue
+            number = (function, dimension, instance)
+            best = optimum(suite.get_problem_by_function_dimension_instance(*number))
+            trial = Trial(suite.get_problem_by_function_dimension_instance(*number), best)
+            start = time.process_time()
+            run(trial, minimise)
+            yield {
+                "search": name,
+                "dimension": dimension,
+                "function": function,
+                "instance": instance,
+                "seconds": round(time.process_time() - start, 3),
+                "hits": trial.hits,
+            }
+
+
+def saved(results: Iterable[dict[str, Any]], path: Path) -> None:
+    """Append each result as a line, and print how far it is."""
+    with path.open("a") as file:
+        for row in results:
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+            place = f"dimension {row['dimension']}, function {row['function']:2}"
+            print(f"\r{place}, instance {row['instance']:2}  {row['search']:32}", end="")
+    print("\r" + 79 * " " + "\r", end="")
+
+
+def main() -> None:
+    """Run what is missing and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--dimensions", type=int, nargs="+", default=DIMENSIONS)
+    parser.add_argument("--instances", type=int, nargs="+", default=INSTANCES)
+    parser.add_argument("--functions", type=int, nargs="+", default=FUNCTIONS)
+    parser.add_argument("--searches", nargs="+", choices=searches(), default=list(searches()))
+    parser.add_argument("--out", type=Path, help="file of results, continued where it exists")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        arguments.out = arguments.out or Path(folder) / "bbob.jsonl"
+        saved(missing(arguments), arguments.out)
+        bbob_table.print_tables(arguments.out, BUDGET, len(TARGETS))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,197 @@
+"""CMA-ES: samples around a mean, along axes and with a step size that it learns."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
+from gaitsim.contracts.search import Context, Results, Search, State
+from gaitsim_searches import box
+from gaitsim_searches.cma_rates import rates
+from gaitsim_searches.cma_stops import converged, history
+from gaitsim_searches.real import real
+
+LARGEST_DEVIATION = 1 / 3
+"""Standard deviation of a gene at most, in widths: a wider one draws from the whole box anyway."""
+
+
+class CmaEs(Search):
+    """Learns which changes of all genes together raise the score, from ranks alone.
+
+    Samples are drawn from a normal distribution whose mean, covariance and step size follow the
+    best ones. Where it has converged, it restarts at a random place with twice the samples.
+
+    Hansen 2016, "The CMA evolution strategy: a tutorial"; Auger and Hansen 2005, "A restart CMA
+    evolution strategy with increasing population size"; Ros and Hansen 2008 for `separable`;
+    Jastrebski and Arnold 2006 for `active`.
+    """
+
+    covariance: Literal["full", "separable"] = option(
+        "full", "learn dependencies between genes too, or their variances alone, which is faster"
+    )
+    step: float = option(
+        0.2,
+        "standard deviation of the first samples, as a share of the gene's width, where the body "
+        "has none of its own",
+        gt=0,
+        le=1,
+    )
+    active: bool = option(True, "whether bad samples shrink the covariance in their direction")
+    restarts: bool = option(
+        True, "whether to restart after convergence, each time with twice the samples"
+    )
+
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
+
+    def objection(self, space: GenomeSpace, population: int) -> str:
+        """Return why not, or ''."""
+        if population < 4:
+            return f"cma-es needs a population of at least 4, not {population}"
+        return ""
+
+    def initial(self, context: Context) -> State:
+        """Return the distribution of the first samples."""
+        return self._begun(context, 0, context.start)
+
+    def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
+        """Draw samples, (population, genes); they are parts of the mean's next step."""
+        space = real(context.space)
+        drawn = context.rng.standard_normal((context.population, space.genes)) * state["lengths"]
+        if self.covariance == "full":
+            drawn = np.einsum("ki,ij->kj", drawn, state["axes"])
+        points = state["mean"] + state["step"] * drawn
+        return box.genomes(points, space), {**state, "drawn": drawn}
+
+    def tell(self, state: State, results: Results, context: Context) -> State:
+        """Update the distribution once it has all samples of its own population."""
+        steps = np.concatenate([state["steps"], state["drawn"]])
+        scores = np.concatenate([state["scores"], results.scores])
+        told = {**state, "steps": steps, "scores": scores, "drawn": state["drawn"][:0]}
+        restarts = int(state["restarts"])
+        if len(scores) < context.population * 2**restarts:
+            return told
+        updated = self._updated(told)
+        if self.restarts and converged(updated, scores, int(updated["updates"])):
+            return self._begun(context, restarts + 1)
+        return updated
+
+    def figures(self, state: State) -> Mapping[str, float]:
+        """Return the step size in widths, the condition number and the restarts."""
+        lengths = state["lengths"]
+        return {
+            "step size": float(state["step"]),
+            "condition number": float((lengths.max() / lengths.min()) ** 2),
+            "restarts": float(state["restarts"]),
+        }
+
+    def remembered(self, state: State) -> Genomes | None:
+        """Return None: of the scores, only ranks within an update count."""
+        return None
+
+    def mismatch(self, state: State, context: Context) -> str:
+        """Return why a state is of another space or covariance, or ''."""
+        genes = context.space.genes
+        if state["mean"].shape != (genes,):
+            return f"its distribution has {state['mean'].size} genes, the body {genes}"
+        expected = (genes, genes) if self.covariance == "full" else (genes,)
+        if state["covariance"].shape != expected:
+            return f"its covariance is not {self.covariance}"
+        return ""
+
+    def _begun(self, context: Context, restarts: int, start: Genomes | None = None) -> State:
+        space = real(context.space)
+        genes = space.genes
+        deviations = np.full(genes, self.step)
+        if space.initial_sigma is not None:
+            deviations = space.initial_sigma / space.width
+        step = np.sqrt(np.mean(deviations**2))
+        lengths = deviations / step
+        full = self.covariance == "full"
+        return {
+            "mean": box.point(context.random(1)[0] if start is None else start, space),
+            "step": np.array(step),
+            "covariance": np.diag(lengths**2) if full else lengths**2,
+            "lengths": lengths,
+            "axes": np.eye(genes if full else 0),
+            "path": np.zeros(genes),
+            "step path": np.zeros(genes),
+            "updates": np.array(0),
+            "decomposed": np.array(0),
+            "restarts": np.array(restarts),
+            "drawn": np.empty((0, genes)),
+            "steps": np.empty((0, genes)),
+            "scores": np.empty(0),
+            "best scores": np.empty(0),
+            "middle scores": np.empty(0),
+        }
+
+    def _updated(self, state: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Return the state after one generation of CMA-ES, Hansen 2016, figure 6."""
+        scores, covariance, lengths = state["scores"], state["covariance"], state["lengths"]
+        samples, genes = state["steps"].shape
+        full = self.covariance == "full"
+        rate = rates(genes, samples, separable=not full, active=self.active)
+        updates = int(state["updates"]) + 1
+
+        steps = state["steps"][np.argsort(-scores, kind="stable")]
+        # The samples in the coordinates in which they were standard normal.
+        white = np.einsum("ki,ji->kj", steps, state["axes"]) if full else steps
+        white = white / lengths
+        best = rate.weights[: rate.parents]
+        move = np.einsum("k,ki->i", best, steps[: rate.parents])
+        white_move = np.einsum("k,ki->i", best, white[: rate.parents])
+        if full:
+            white_move = np.einsum("j,ji->i", white_move, state["axes"])
+
+        step_path = (1 - rate.step) * state["step path"]
+        step_path += np.sqrt(rate.step * (2 - rate.step) * rate.mass) * white_move
+        length = np.sqrt(np.sum(step_path**2))
+        unbiased = length / np.sqrt(1 - (1 - rate.step) ** (2 * updates))
+        steady = float(unbiased < (1.4 + 2 / (genes + 1)) * rate.length)
+        path = (1 - rate.path) * state["path"]
+        path += steady * np.sqrt(rate.path * (2 - rate.path) * rate.mass) * move
+
+        weights = rate.weights.copy()
+        squares = np.sum(white[rate.parents :] ** 2, axis=1)
+        weights[rate.parents :] *= genes / np.maximum(squares, np.finfo(float).tiny)
+        kept = 1 - rate.one - rate.many * rate.weights.sum()
+        kept += rate.one * (1 - steady) * rate.path * (2 - rate.path)
+        if full:
+            many = np.einsum("ki,kj->ij", weights[:, None] * steps, steps)
+            covariance = kept * covariance + rate.one * np.outer(path, path) + rate.many * many
+            covariance = (covariance + covariance.T) / 2
+        else:
+            many = np.einsum("k,ki->i", weights, steps**2)
+            covariance = kept * covariance + rate.one * path**2 + rate.many * many
+
+        step = state["step"] * np.exp(min(1, rate.step / rate.damping * (length / rate.length - 1)))
+        variances = np.diag(covariance) if full else covariance
+        excess = np.maximum(1, step * np.sqrt(variances) / LARGEST_DEVIATION)
+        if (excess > 1).any():
+            covariance = covariance / (np.outer(excess, excess) if full else excess**2)
+        updated = {
+            **state,
+            "mean": state["mean"] + state["step"] * move,
+            "step": np.array(step),
+            "covariance": covariance,
+            "path": path,
+            "step path": step_path,
+            "updates": np.array(updates),
+            "steps": state["steps"][:0],
+            "scores": scores[:0],
+            "best scores": history(state["best scores"], scores.max(), genes, samples, updates),
+            "middle scores": history(
+                state["middle scores"], float(np.median(scores)), genes, samples, updates
+            ),
+        }
+        if not full:
+            updated["lengths"] = np.sqrt(covariance)
+        elif updates - int(state["decomposed"]) > 1 / (10 * genes * (rate.one + rate.many)):
+            from gaitsim_searches.eigen import principal_axes
+
+            variances, axes = principal_axes(covariance)
+            updated["lengths"], updated["axes"] = np.sqrt(np.maximum(variances, 1e-300)), axes
+            updated["decomposed"] = np.array(updates)
+        return updated

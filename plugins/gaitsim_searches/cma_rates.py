@@ -1,0 +1,74 @@
+"""Weights and learning rates of CMA-ES, from the numbers of genes and samples alone."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """Hansen 2016, "The CMA evolution strategy: a tutorial", table 1, equations 49 to 58.
+
+    Attributes:
+        weights: of the samples from the best to the worst, (samples,); the positive ones sum to 1.
+        parents: number of positive weights, µ.
+        mass: variance effective selection mass, µ_eff.
+        step: learning rate of the path of the step size, c_σ.
+        damping: of the step size, d_σ.
+        path: learning rate of the path of the covariance, c_c.
+        one: learning rate of its rank-one update, c_1.
+        many: learning rate of its rank-µ update, c_µ.
+        length: expected length of a vector of standard normal numbers.
+    """
+
+    weights: NDArray[np.float64]
+    parents: int
+    mass: float
+    step: float
+    damping: float
+    path: float
+    one: float
+    many: float
+    length: float
+
+
+@lru_cache
+def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
+    """Return the default setting.
+
+    Args:
+        genes: number of them, n.
+        samples: in each update, λ.
+        separable: learn variances alone, (n + 2) / 3 times as fast (Ros and Hansen 2008, "A simple
+            modification in CMA-ES achieving linear time and space complexity").
+        active: let bad samples shrink the covariance (Jastrebski and Arnold 2006, "Improving
+            evolution strategies through active covariance matrix adaptation").
+    """
+    raw = np.log((samples + 1) / 2) - np.log(np.arange(1, samples + 1))
+    parents = samples // 2
+    good, bad = raw[:parents], raw[parents:]
+    mass = good.sum() ** 2 / (good**2).sum()
+    bad_mass = bad.sum() ** 2 / (bad**2).sum()
+
+    step = (mass + 2) / (genes + mass + 5)
+    damping = 1 + 2 * max(0.0, np.sqrt((mass - 1) / (genes + 1)) - 1) + step
+    path = (4 + mass / genes) / (genes + 4 + 2 * mass / genes)
+    one = 2 / ((genes + 1.3) ** 2 + mass)
+    many = 2 * (0.25 + mass - 2 + 1 / mass) / ((genes + 2) ** 2 + mass)
+    faster = (genes + 2) / 3 if separable else 1.0
+    one = min(1.0, faster * one)
+    many = min(1 - one, faster * many)
+
+    total = 0.0
+    if active:
+        total = min(
+            1 + one / many,  # the covariance neither grows nor shrinks in all
+            1 + 2 * bad_mass / (mass + 2),
+            (1 - one - many) / (genes * many),  # it stays positive definite
+        )
+    weights = np.concatenate([good / good.sum(), total * bad / np.abs(bad).sum()])
+    length = np.sqrt(genes) * (1 - 1 / (4 * genes) + 1 / (21 * genes**2))
+    weights.setflags(write=False)
+    return Rates(weights, parents, mass, step, damping, path, one, many, length)

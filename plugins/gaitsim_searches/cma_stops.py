@@ -1,0 +1,62 @@
+"""When CMA-ES has nothing more to find where it is, and should restart."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+SMALLEST_STEP = 1e-12  # standard deviation of all genes, in widths
+SMALLEST_DIFFERENCE = 1e-11  # of scores
+LARGEST_CONDITION = 1e14  # of the covariance
+LONGEST_HISTORY = 20_000  # updates
+
+
+def converged(
+    state: Mapping[str, NDArray[np.float64]], scores: NDArray[np.float64], updates: int
+) -> bool:
+    """Return whether to restart (Hansen 2016, appendix B.3).
+
+    Args:
+        state: after the update.
+        scores: of the samples of the update.
+        updates: since the last restart.
+    """
+    genes, samples = len(state["mean"]), len(scores)
+    step, mean, lengths = float(state["step"]), state["mean"], state["lengths"]
+    covariance = state["covariance"]
+    deviations = step * np.sqrt(np.diag(covariance) if covariance.ndim == 2 else covariance)
+    axis = updates % genes
+    along = np.eye(genes)[axis] if covariance.ndim == 1 else state["axes"][axis]
+    if (mean == mean + 0.1 * step * lengths[axis] * along).all():
+        return True
+    if (mean == mean + 0.2 * deviations).any() or lengths.max() > np.sqrt(
+        LARGEST_CONDITION
+    ) * lengths.min():
+        return True
+    if (deviations < SMALLEST_STEP).all() and (step * state["path"] < SMALLEST_STEP).all():
+        return True
+    best, middle = state["best scores"], state["middle scores"]
+    recent = 10 + int(np.ceil(30 * genes / samples))
+    if len(best) >= recent and _range(np.append(scores, best[-recent:])) < SMALLEST_DIFFERENCE:
+        return True
+    return len(best) >= _remembered(genes, samples, updates) and all(
+        np.median(scores[-(len(scores) * 3 // 10) :]) <= np.median(scores[: len(scores) * 3 // 10])
+        for scores in (best, middle)
+    )
+
+
+def history(
+    scores: NDArray[np.float64], latest: float, genes: int, samples: int, updates: int
+) -> NDArray[np.float64]:
+    """Return a history with its latest score, no longer than `converged` needs."""
+    return np.append(scores, latest)[-_remembered(genes, samples, updates) :]
+
+
+def _remembered(genes: int, samples: int, updates: int) -> int:
+    shortest = 120 + 30 * genes // samples
+    return min(max(shortest, updates // 5), LONGEST_HISTORY)
+
+
+def _range(scores: NDArray[np.float64]) -> float:
+    lowest, highest = scores.min(), scores.max()
+    return 0.0 if lowest == highest else float(highest - lowest)  # also where all are −inf

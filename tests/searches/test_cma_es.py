@@ -1,0 +1,192 @@
+"""CMA-ES: its constants, what it finds in how many evaluations, and what it must not depend on."""
+
+import io
+from itertools import islice, takewhile
+
+import numpy as np
+import pytest
+from scipy.special import gamma
+from scipy.stats import ortho_group
+from searching import box, generations
+
+from gaitsim.contracts.search import Context
+from gaitsim_searches import box as fold
+from gaitsim_searches.cma_es import CmaEs
+from gaitsim_searches.cma_rates import rates
+from gaitsim_searches.eigen import principal_axes
+
+GENES = 10
+FULL, SEPARABLE = CmaEs(), CmaEs(covariance="separable")
+
+
+def sphere(genomes):
+    return -np.sum((genomes - 1) ** 2, axis=1)
+
+
+def ellipsoid(genomes, axes=None):
+    """Condition 10⁶; with axes (genes, genes), turned."""
+    turned = genomes - 1 if axes is None else (genomes - 1) @ axes
+    return -np.sum(np.logspace(0, 6, turned.shape[1]) * turned**2, axis=1)
+
+
+def evaluations(search, score, *, target=-1e-9, population=10, genes=GENES):
+    """Evaluations until a genome has the target."""
+    found = generations(search, box(genes), score, population)
+    missed = takewhile(lambda each: each[1].scores.max() < target, islice(found, 2_000))
+    return population * (1 + sum(1 for _ in missed))
+
+
+def saved(state):
+    """The state, written to a file and read again."""
+    file = io.BytesIO()
+    np.savez(file, **state)
+    file.seek(0)
+    with np.load(file) as arrays:
+        return dict(arrays)
+
+
+def test_constants_are_those_that_pycma_documents_for_20_genes_and_12_samples():
+    found = rates(20, 12, separable=False, active=True)
+
+    best = [0.4024029428, 0.2533890840, 0.1662215645, 0.1043752252, 0.05640347757, 0.01720770576]
+    worse = [-0.05018713636, -0.1406167894, -0.2203813963, -0.2917332686]
+    np.testing.assert_allclose(found.weights[:10], best + worse, rtol=1e-8)
+    assert found.one == pytest.approx(0.00437235, rel=1e-5)
+    assert found.many == pytest.approx(0.00921656, rel=1e-5)
+    assert found.path == pytest.approx(0.171767, rel=1e-5)
+    assert found.length == pytest.approx(np.sqrt(2) * gamma(10.5) / gamma(10), rel=1e-4)
+
+
+def test_negative_weights_keep_the_covariance_in_balance():
+    for genes, samples in ((2, 6), (20, 12), (48, 100)):
+        found = rates(genes, samples, separable=False, active=True)
+        positive = found.weights[: found.parents].sum()
+        negative = -found.weights[found.parents :].sum()
+
+        assert positive == pytest.approx(1)
+        assert 0 < negative <= (1 + found.one / found.many) * (1 + 1e-12)
+        assert genes * found.many * negative <= (1 - found.one - found.many) * (1 + 1e-12)
+
+
+def test_axes_are_those_of_numpy():
+    rotation = ortho_group.rvs(12, random_state=0)
+    covariance = (rotation * np.logspace(0, 8, 12)) @ rotation.T
+
+    variances, axes = principal_axes((covariance + covariance.T) / 2)
+
+    np.testing.assert_allclose(np.sort(variances), np.logspace(0, 8, 12), rtol=1e-7)
+    np.testing.assert_allclose(axes.T * variances @ axes, covariance, atol=1e-6)
+
+
+def test_a_sphere_takes_about_1_500_evaluations():
+    assert evaluations(FULL, sphere) < 2_000
+    assert evaluations(SEPARABLE, sphere) < 2_000
+
+
+def test_a_turned_ellipsoid_is_learnt_by_the_full_covariance():
+    rotation = ortho_group.rvs(GENES, random_state=0)
+
+    assert evaluations(FULL, lambda genomes: ellipsoid(genomes, rotation)) < 6_500
+
+
+def test_an_ellipsoid_along_the_genes_is_learnt_sooner_by_the_separable_covariance():
+    assert evaluations(SEPARABLE, ellipsoid) < 4_000 < evaluations(FULL, ellipsoid)
+
+
+@pytest.mark.parametrize("search", [FULL, SEPARABLE], ids=["full", "separable"])
+def test_only_the_order_of_the_scores_counts(search):
+    plain = generations(search, box(GENES), sphere, 10)
+    bent = generations(search, box(GENES), lambda genomes: -np.exp(-sphere(genomes) / 50), 10)
+
+    for (_, first), (_, second) in islice(zip(plain, bent, strict=True), 50):
+        assert (first.genomes == second.genomes).all()
+
+
+@pytest.mark.parametrize("search", [FULL, SEPARABLE], ids=["full", "separable"])
+def test_a_state_that_was_saved_continues_to_the_bit(search):
+    whole = list(islice(generations(search, box(2), sphere, 6), 150))
+    # The second restart needs four generations for one update: save between them, too.
+    restarted = [int(state["restarts"]) for state, _ in whole]
+    assert restarted[-1] >= 1
+    first = restarted.index(1)
+    for stopped in (1, first - 1, first, first + 1, first + 2):
+        state, last = whole[stopped - 1]
+        rest = generations(search, box(2), sphere, 6, after=(stopped, saved(state), last))
+
+        for (there, told), (here, expected) in zip(rest, whole[stopped:], strict=False):
+            assert (told.genomes == expected.genomes).all()
+            assert there.keys() == here.keys()
+            assert all(np.array_equal(there[name], here[name]) for name in here)
+
+
+def test_genomes_stay_between_the_bounds_where_the_best_is_outside():
+    space = box(5, -1, 3)
+    for _, results in islice(generations(FULL, space, lambda genomes: genomes.sum(axis=1), 8), 60):
+        assert space.contains(results.genomes)
+
+    assert results.scores.max() > 14.99
+
+
+def test_periodic_genes_cross_their_bounds():
+    space = box(4, 0, 2 * np.pi, periodic=np.ones(4, bool))
+    start = np.full(4, 5.5)  # 1.1 from the best across the bound, 5.2 without
+
+    def score(genomes):
+        return np.cos(genomes - 0.3).sum(axis=1)
+
+    found = list(islice(generations(FULL, space, score, 8, start=start), 60))
+    genomes = np.concatenate([results.genomes for _, results in found])
+
+    assert space.contains(genomes)
+    assert found[-1][1].scores.max() > 3.99
+    assert not ((genomes > 1.5) & (genomes < 4)).all(axis=1).any()
+
+
+def test_the_fold_is_smooth_and_reaches_both_bounds():
+    space = box(1, 0, 1)
+    points = np.linspace(-2, 3, 50_001)[:, None]
+    genomes = fold.genomes(points, space)
+
+    assert genomes.min() == pytest.approx(0, abs=1e-9)
+    assert genomes.max() == pytest.approx(1, abs=1e-9)
+    assert np.abs(np.diff(genomes, 2, axis=0)).max() < 1e-6
+    inside = (points > fold.MARGIN) & (points < 1 - fold.MARGIN)
+    np.testing.assert_allclose(genomes[inside], points[inside], atol=1e-12)
+    for genome in ([0.0], [0.01], [0.4], [0.99], [1.0]):
+        there = fold.point(np.array(genome), space)
+        np.testing.assert_allclose(fold.genomes(there[None], space)[0], genome, atol=1e-12)
+
+
+def test_a_warm_start_is_where_the_first_samples_are():
+    space, start = box(3), np.array([4.0, -4.0, 0.5])
+    _, results = next(generations(CmaEs(step=1e-3), space, sphere, 50, start=start))
+
+    np.testing.assert_allclose(results.genomes.mean(axis=0), start, atol=0.01)
+
+
+def test_failed_individuals_are_the_worst_and_nothing_but_failures_restarts():
+    def half(genomes):
+        return np.where(genomes[:, 0] > 0, sphere(genomes), -np.inf)
+
+    found = list(islice(generations(FULL, box(3), half, 10), 120))
+    assert max(results.scores.max() for _, results in found) > -1e-6
+
+    failing = generations(FULL, box(3), lambda genomes: np.full(len(genomes), -np.inf), 10)
+    state = [state for state, _ in islice(failing, 40)][-1]
+    assert state["restarts"] >= 1
+    assert all(np.isfinite(array).all() for name, array in state.items() if "scores" not in name)
+
+
+def test_figures_and_what_does_not_fit():
+    state = FULL.initial(_context(3))
+
+    figures = {"step size": pytest.approx(0.2), "condition number": 1, "restarts": 0}
+    assert FULL.figures(state) == figures
+    assert FULL.mismatch(state, _context(3)) == ""
+    assert "separable" in SEPARABLE.mismatch(state, _context(3))
+    assert "genes" in FULL.mismatch(state, _context(4))
+    assert "at least 4" in FULL.objection(box(3), 3)
+
+
+def _context(genes):
+    return Context(box(genes), 10, 1, np.random.default_rng(0))
