@@ -1,0 +1,127 @@
+"""Crossover and mutation of NSGA-II: simulated binary and polynomial, or of bits."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Genomes, RealSpace
+
+
+def simulated_binary(
+    parents: Genomes,
+    crossed: NDArray[np.bool_],
+    eta: float,
+    space: RealSpace,
+    rng: np.random.Generator,
+) -> Genomes:
+    """Place two children about the middle of their parents, mostly near them.
+
+    SBX between bounds: Deb and Agrawal 1995, with the bounds of Deb 2000, "An efficient
+    constraint handling method for genetic algorithms". Which child gets the
+    lower value is drawn gene by gene. A gene of a cycle has no bounds, and its middle is
+    that of the shorter way round.
+
+    Args:
+        parents: (2, pairs, genes).
+        crossed: genes to cross, (pairs, genes); children have the others of their parents.
+        eta: distribution index: the greater, the nearer children are to parents.
+        space: bounds of the genes.
+        rng: source of randomness.
+
+    Returns:
+        Children, (2, pairs, genes), to be repaired: cycles may be left and bounds, by
+        rounding, too.
+    """
+    mothers, fathers = parents
+    way = fathers - mothers
+    free = np.zeros(space.genes, np.bool_) if space.periodic is None else space.periodic
+    way = np.where(free, way - space.width * np.round(way / space.width), way)
+    sites = np.nonzero(crossed & (way != 0))
+    gene, mother, way = sites[1], mothers[sites], way[sites]
+    distance = np.abs(way)
+    low = np.minimum(mother, mother + way)
+    below = np.where(free[gene], np.inf, low - space.lower[gene])
+    above = np.where(free[gene], np.inf, space.upper[gene] - low - distance)
+    draws = rng.random((2, len(gene)))
+    middle = low + distance / 2
+    lower = middle - distance / 2 * _spread(draws[0], below / distance, eta)
+    upper = middle + distance / 2 * _spread(draws[0], above / distance, eta)
+    swapped = draws[1] < 0.5
+    children = parents.copy()
+    children[0][sites] = np.where(swapped, lower, upper)
+    children[1][sites] = np.where(swapped, upper, lower)
+    return children
+
+
+def _spread(
+    draws: NDArray[np.float64], room: NDArray[np.float64], eta: float
+) -> NDArray[np.float64]:
+    """Return how far apart children are, in distances of their parents.
+
+    Args:
+        draws: uniform in [0, 1).
+        room: from the nearest parent to the bound, in distances of the parents.
+        eta: distribution index.
+    """
+    # Rounding in `low + distance` may put a parent past its bound by the last bit.
+    share = draws * (2 - (1 + 2 * np.maximum(room, 0)) ** -(eta + 1))
+    return np.where(share <= 1, share, 1 / (2 - share)) ** (1 / (eta + 1))
+
+
+def polynomial(
+    genomes: Genomes,
+    mutated: NDArray[np.bool_],
+    eta: float,
+    space: RealSpace,
+    rng: np.random.Generator,
+) -> Genomes:
+    """Move genes by polynomially distributed steps that stay between the bounds.
+
+    Deb and Agrawal 1999, in the form with bounds. Genes of a cycle have none.
+
+    Args:
+        genomes: (individuals, genes).
+        mutated: genes to move, in that shape.
+        eta: distribution index: the greater, the shorter the steps.
+        space: bounds of the genes.
+        rng: source of randomness.
+
+    Returns:
+        New genomes in that shape, to be repaired.
+    """
+    sites = np.nonzero(mutated)
+    gene = sites[1]
+    below = (genomes[sites] - space.lower[gene]) / space.width[gene]
+    above = 1 - below
+    if space.periodic is not None:
+        below = np.where(space.periodic[gene], 1.0, below)
+        above = np.where(space.periodic[gene], 1.0, above)
+    draws = rng.random(len(gene))
+    down = draws < 0.5
+    tail = np.where(down, 2 * draws, 2 - 2 * draws)
+    beyond = 1 - np.where(down, below, above)
+    step = 1 - (tail + (1 - tail) * beyond ** (eta + 1)) ** (1 / (eta + 1))
+    mutants = genomes.copy()
+    mutants[sites] += np.where(down, -step, step) * space.width[gene]
+    return mutants
+
+
+def exchange_segment(
+    parents: Genomes, crossed: NDArray[np.bool_], rng: np.random.Generator
+) -> Genomes:
+    """Exchange what lies between two random cuts, which may be at the ends; De Jong 1975.
+
+    Args:
+        parents: (2, pairs, genes).
+        crossed: pairs to cross, (pairs,).
+        rng: source of randomness.
+
+    Returns:
+        Children, (2, pairs, genes).
+    """
+    _, pairs, genes = parents.shape
+    one = rng.integers(0, genes + 1, (pairs, 1))
+    other = rng.integers(0, genes, (pairs, 1))
+    other += other >= one
+    place = np.arange(genes)
+    inside = (place >= one) != (place >= other)
+    return np.where(inside & crossed[:, None], parents[::-1], parents)

@@ -1,0 +1,295 @@
+"""NSGA-II: a front of compromises between several objectives."""
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
+from gaitsim.contracts.search import Context, Members, Results, Search, State
+from gaitsim_searches.breeding import exchange_segment, polynomial, simulated_binary
+from gaitsim_searches.domination import crowding, front_ranks
+from gaitsim_searches.hypervolume import hypervolume
+
+SCORE = "score"
+"""The objective that is the score itself, beside its terms and the measures of the body."""
+
+TRIES = 100
+"""How often children that exist already are bred anew, as in pymoo."""
+
+
+class Nsga2(Search):
+    """Evolves a front of individuals of which none is better than another in every objective.
+
+    Deb, Pratap, Agarwal and Meyarivan 2002, "A fast and elitist multiobjective genetic algorithm:
+    NSGA-II": parents are the winners of binary tournaments by front, then by crowding;
+    parents and children together are sorted into fronts, and the best fronts survive, the last
+    of them where it is least crowded. A child that is there already is bred anew. Defaults
+    are those of pymoo 0.6. Individuals that failed are dominated by all others.
+
+    State: `genomes` (survivors, genes), their `scores` and `values` (survivors, objectives),
+    `ranks` of their fronts and `crowding`; `reference` (objectives,), the point that the
+    hypervolume is measured from; `objectives`, names and directions in UTF-8.
+    """
+
+    objectives: Annotated[dict[str, Literal["max", "min"]], Field(min_length=2)] = option(
+        ...,
+        "objectives: names of terms of the score, of measures of the body, or 'score', "
+        "each with its direction, 'max' or 'min'",
+    )
+    reference: dict[str, float] = option(
+        {},
+        "value of every objective that the hypervolume is measured from; "
+        "by default the worst of each in the first population",
+    )
+    crossover_probability: float = option(
+        0.9, "probability that two parents are crossed", ge=0, le=1
+    )
+    crossover_gene_probability: float = option(
+        0.5, "probability that a real gene of parents that are crossed is crossed", ge=0, le=1
+    )
+    crossover_eta: float = option(
+        15.0,
+        "distribution index of the crossover of real genes: the greater, the nearer children "
+        "are to parents",
+        ge=0,
+        le=1000,
+    )
+    mutation_probability: float = option(0.9, "probability that a child mutates", ge=0, le=1)
+    mutation_gene_probability: float | None = option(
+        None, "probability that a gene of such a child mutates; by default 1/genes", ge=0, le=1
+    )
+    mutation_eta: float = option(
+        20.0,
+        "distribution index of the mutation of real genes: the greater, the shorter the steps",
+        ge=0,
+        le=1000,
+    )
+
+    keeps: ClassVar[Literal["", "front", "archive"]] = "front"
+
+    @model_validator(mode="after")
+    def _reference_of_objectives(self) -> Self:
+        if self.reference and set(self.reference) != set(self.objectives):
+            raise ValueError(
+                f"reference has values of {', '.join(self.reference)}; "
+                f"expected one of each objective: {', '.join(self.objectives)}"
+            )
+        return self
+
+    def objection(self, space: GenomeSpace, population: int) -> str:
+        """Refuse populations that have no room for a front."""
+        if population < 4:
+            return (
+                f"nsga-2 needs a population of at least 4, two pairs of parents, not {population}"
+            )
+        return ""
+
+    def reads(self) -> tuple[str, ...]:
+        """Return the names of the objectives but the score, which results have anyway."""
+        return tuple(name for name in self.objectives if name != SCORE)
+
+    def initial(self, context: Context) -> State:
+        """Return a state without survivors, and a reference point that is not set."""
+        count = len(self.objectives)
+        return {
+            "genomes": np.empty((0, context.space.genes), context.space.dtype),
+            "scores": np.empty(0),
+            "values": np.empty((0, count)),
+            "ranks": np.empty(0, np.int64),
+            "crowding": np.empty(0),
+            "reference": np.full(count, np.nan),
+            "objectives": self._signature(),
+        }
+
+    def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
+        """Breed children of the survivors; the first generation is random.
+
+        Half of a warm start's first generation are the genome and mutants of it.
+        """
+        if len(state["genomes"]):
+            return self._children(state, context), state
+        genomes = context.random(context.population)
+        if context.start is not None:
+            half = -(-context.population // 2)
+            genomes[:half] = self._mutants(np.tile(context.start, (half, 1)), context)
+            genomes[0] = context.start
+        return context.repair(genomes), state
+
+    def tell(self, state: State, results: Results, context: Context) -> State:
+        """Keep the best of the survivors and their children."""
+        values = self._values(results)
+        return self._survivors(
+            np.concatenate([state["genomes"], results.genomes]),
+            np.concatenate([state["scores"], results.scores]),
+            np.concatenate([state["values"], values]),
+            state if np.isfinite(state["reference"]).all() else self._referring(state, values),
+            context.population,
+        )
+
+    def figures(self, state: State) -> Mapping[str, float]:
+        """Return the hypervolume of the front, and how many individuals it has."""
+        front = state["values"][_on_front(state)]
+        reference = np.array([self.reference[name] for name in self.objectives if self.reference])
+        if not len(reference):
+            reference = state["reference"]
+        volume = hypervolume(self._costs(front), self._costs(reference)) if len(front) else 0.0
+        return {"hypervolume": volume, "front size": float(len(front))}
+
+    def members(self, state: State) -> Members | None:
+        """Return the front, sorted by the first objective."""
+        front = np.flatnonzero(_on_front(state))
+        front = front[np.lexsort(state["values"][front].T[::-1])]
+        values = state["values"][front].T
+        return Members(
+            state["genomes"][front],
+            state["scores"][front],
+            dict(zip(self.objectives, values, strict=True)),
+        )
+
+    def remembered(self, state: State) -> Genomes | None:
+        """Return the survivors."""
+        return state["genomes"] if len(state["genomes"]) else None
+
+    def rescored(self, state: State, results: Results, context: Context) -> State:
+        """Return the survivors sorted by new values; the reference point may move away."""
+        values = self._values(results)
+        state = self._referring(state, values)
+        return self._survivors(results.genomes, results.scores, values, state, len(results.genomes))
+
+    def mismatch(self, state: State, context: Context) -> str:
+        """Return which objectives a state has where they are not those of the options."""
+        expected, found = self._signature(), state["objectives"]
+        if np.array_equal(expected, found):
+            return ""
+        names = bytes(found.astype(np.uint8)).decode(errors="replace").split("\n")
+        return (
+            f"the objectives of the run are {', '.join(names)}, "
+            f"not {', '.join(bytes(expected).decode().split(chr(10)))}"
+        )
+
+    def _children(self, state: State, context: Context) -> Genomes:
+        """Breed until there are enough children that differ from the survivors and each other."""
+        wanted, tries = context.population, 0
+        children = state["genomes"][:0]
+        while len(children) < wanted and tries < TRIES:
+            tries += 1
+            bred = self._bred(state, wanted - len(children), context)
+            known = np.concatenate([state["genomes"], children])
+            children = np.concatenate([children, bred[_new(known, bred)]])
+        if missing := wanted - len(children):  # a space with hardly more genomes than that
+            children = np.concatenate([children, context.random(missing)])
+        return children
+
+    def _bred(self, state: State, count: int, context: Context) -> Genomes:
+        """Return that many children of the survivors, repaired."""
+        space, rng = context.space, context.rng
+        pairs = -(-count // 2)
+        parents = state["genomes"][_tournaments(state, 2 * pairs, rng).reshape(2, pairs)]
+        crossed = rng.random(pairs) < self.crossover_probability
+        if isinstance(space, RealSpace):
+            genes = rng.random(parents.shape[1:]) < self.crossover_gene_probability
+            crossed = crossed[:, None] & genes
+            children = simulated_binary(parents, crossed, self.crossover_eta, space, rng)
+            children = context.repair(children.reshape(-1, space.genes))
+        else:
+            children = exchange_segment(parents, crossed, rng).reshape(-1, space.genes)
+        return context.repair(self._mutants(children[:count], context))
+
+    def _mutants(self, genomes: Genomes, context: Context) -> Genomes:
+        """Return the genomes with some genes mutated, to be repaired."""
+        space, rng = context.space, context.rng
+        rate = self.mutation_gene_probability
+        rate = min(0.5, 1 / space.genes) if rate is None else rate
+        mutated = rng.random((len(genomes), 1)) < self.mutation_probability
+        mutated = mutated & (rng.random(genomes.shape) < rate)
+        if isinstance(space, RealSpace):
+            return polynomial(genomes, mutated, self.mutation_eta, space, rng)
+        return genomes ^ mutated
+
+    def _values(self, results: Results) -> NDArray[np.float64]:
+        """Return the objectives in their own direction, (individuals, objectives).
+
+        NaN in all of them for an individual that failed, or has a value that is not finite.
+        """
+        columns = [
+            results.scores if name == SCORE else results.values[name] for name in self.objectives
+        ]
+        values = np.stack(columns, axis=-1)
+        failed = ~(np.isfinite(values).all(axis=1) & np.isfinite(results.scores))
+        return np.where(failed[:, None], np.nan, values)
+
+    def _costs(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what is minimised; ∞ for an individual that failed."""
+        signs = [1.0 if direction == "min" else -1.0 for direction in self.objectives.values()]
+        costs = values * signs
+        return np.where(np.isnan(costs), np.inf, costs)
+
+    def _referring(self, state: State, values: NDArray[np.float64]) -> State:
+        """Return the state with a reference point no better than any of these values."""
+        known = np.concatenate([state["reference"][None], values])
+        known = known[np.isfinite(known).all(axis=1)]
+        if not len(known):
+            return state
+        worst = self._costs(known).argmax(axis=0)
+        return {**state, "reference": known[worst, np.arange(len(worst))]}
+
+    def _survivors(
+        self,
+        genomes: Genomes,
+        scores: NDArray[np.float64],
+        values: NDArray[np.float64],
+        state: State,
+        count: int,
+    ) -> State:
+        """Return the state with the best of these individuals, by front, then by crowding."""
+        costs = self._costs(values)
+        ranks = front_ranks(costs)
+        room = crowding(np.where(np.isfinite(costs), costs, 0.0), ranks)
+        best = np.lexsort((-room, ranks))[:count]
+        return {
+            **state,
+            "genomes": genomes[best],
+            "scores": scores[best],
+            "values": values[best],
+            "ranks": ranks[best],
+            "crowding": room[best],
+        }
+
+    def _signature(self) -> NDArray[np.uint8]:
+        text = "\n".join(f"{name}: {way}" for name, way in self.objectives.items())
+        return np.frombuffer(text.encode(), np.uint8)
+
+
+def _on_front(state: State) -> NDArray[np.bool_]:
+    """Return which survivors nobody dominates, without those that failed, (survivors,)."""
+    first: NDArray[np.bool_] = state["ranks"] == 0
+    first &= np.isfinite(state["values"]).all(axis=1)
+    return first
+
+
+def _tournaments(state: State, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return the winners of tournaments of two, by front, then by crowding, (count,).
+
+    Everybody is in as many tournaments as everybody else, or in one more. Of two equals,
+    one at random wins: the order of entrants is random.
+    """
+    ranks, room = state["ranks"], state["crowding"]
+    rounds = -(-2 * count // len(ranks))
+    order = np.tile(np.arange(len(ranks)), (rounds, 1))
+    one, other = rng.permuted(order, axis=1).reshape(-1)[: 2 * count].reshape(-1, 2).T
+    better = (ranks[other] < ranks[one]) | (
+        (ranks[other] == ranks[one]) & (room[other] > room[one])
+    )
+    return np.where(better, other, one)
+
+
+def _new(known: Genomes, genomes: Genomes) -> NDArray[np.bool_]:
+    """Return which genomes are neither known nor repeated, the first of each."""
+    rows = np.ascontiguousarray(np.concatenate([known, genomes]))
+    keys = rows.view(np.dtype((np.void, rows.strides[0]))).reshape(-1)
+    first = np.zeros(len(rows), np.bool_)
+    first[np.unique(keys, return_index=True)[1]] = True
+    return first[len(known) :]
