@@ -12,8 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from timing import medians, milliseconds, print_figure, print_machine, times
 
-from gaitsim.contracts import RealSpace
-from gaitsim.evolution import breed, initial_population
+from gaitsim.contracts import RealSpace, Results
+from gaitsim.evolution import ask, first_population
 from gaitsim.experiment import load_experiment
 
 REPEATS = 40  # in each of five rounds
@@ -25,9 +25,9 @@ def gaitsim_step() -> tuple[Callable[[], object], RealSpace]:
     experiment = load_experiment("spider-recurrence", OVERRIDES)
     space = experiment.space()
     assert isinstance(space, RealSpace)
-    genomes = initial_population(experiment, space)
+    genomes = first_population(experiment)
     scores = np.random.default_rng(0).standard_normal(len(genomes))
-    return lambda: breed(experiment, space, genomes, scores, 2), space
+    return lambda: ask(experiment, space, {}, Results(genomes, scores), 2)[0], space
 
 
 def deap_step(space: RealSpace, *, shallow: bool) -> Callable[[], object]:

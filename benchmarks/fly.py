@@ -5,8 +5,9 @@ Beside it: one worker, one fly at a time, and real time.
 
 from timing import medians, milliseconds, print_figure, print_machine
 
+from gaitsim.contracts import Results
 from gaitsim.evaluation import Evaluator, evaluate
-from gaitsim.evolution import breed, initial_population
+from gaitsim.evolution import ask, first_population
 from gaitsim.experiment import load_experiment
 
 BUDGET = 0.020  # seconds
@@ -16,7 +17,7 @@ def main() -> None:
     """Print the figures."""
     print_machine()
     experiment = load_experiment("fly", {"organism.trials": 1})
-    genomes = initial_population(experiment, experiment.space())
+    genomes = first_population(experiment)
     flown = 100 * 3.0
     with Evaluator(experiment) as every, Evaluator(experiment, 1) as one:
         every.prepare()
@@ -25,7 +26,7 @@ def main() -> None:
             lambda: every.evaluate(genomes), lambda: one.evaluate(genomes), repeats=40
         )
         bred, single = medians(
-            lambda: breed(experiment, experiment.space(), genomes, scores, 2),
+            lambda: ask(experiment, experiment.space(), {}, Results(genomes, scores), 2)[0],
             lambda: evaluate(experiment, genomes[:1]),
             repeats=20,
         )

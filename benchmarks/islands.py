@@ -36,7 +36,7 @@ def finals(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
             "seed": seed,
             "evolution.generations": generations,
             "evolution.population": individuals // parts,
-            "evolution.elites": elites[parts > 1],
+            "search.elites": elites[parts > 1],
             **SEARCHES[search],
         },
     )

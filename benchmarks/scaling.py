@@ -20,7 +20,7 @@ from timing import milliseconds, print_machine, stopwatch
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.chunking import CostModel, Overhead, best_plan, cuts, measure_overhead
-from gaitsim.evolution import initial_population
+from gaitsim.evolution import first_population
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
@@ -32,7 +32,7 @@ ISLAND = 100  # individuals
 
 def individual_seconds(experiment: Experiment, count: int = 60) -> NDArray[np.float64]:
     """How long individuals of an initial population take, each alone, CPU seconds."""
-    genomes = initial_population(experiment, experiment.space())[:count]
+    genomes = first_population(experiment)[:count]
     evaluate(experiment, genomes[:1])
     return np.array(
         [processor_seconds(experiment, genomes[at : at + 1]) for at in range(len(genomes))]
@@ -44,7 +44,7 @@ def recording_seconds(population: int) -> float:
     experiment = load_experiment(
         "walker", {"evolution.population": population, "evolution.generations": 3}
     )
-    evaluation = evaluate(experiment, initial_population(experiment, experiment.space())[:1])
+    evaluation = evaluate(experiment, first_population(experiment)[:1])
 
     def score(genomes: NDArray[np.float64]) -> object:
         many = len(genomes)

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from one_by_one import OneByOne
 from timing import medians, milliseconds, print_figure, print_machine, stopwatch, times
 
+from gaitsim.contracts import Results
 from gaitsim.evaluation import Evaluator, evaluate
-from gaitsim.evolution import breed, evolve, initial_population
+from gaitsim.evolution import ask, evolve, first_population
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
@@ -44,9 +45,9 @@ def compile_seconds(preset: str) -> float:
     code = (
         "import time; from gaitsim.experiment import load_experiment; "
         "from gaitsim.evaluation import Evaluator; "
-        "from gaitsim.evolution import initial_population; "
+        "from gaitsim.evolution import first_population; "
         f"e = load_experiment('{preset}'); v = Evaluator(e, 1); s = time.perf_counter(); "
-        "v.prepare(); v.evaluate(initial_population(e, e.space())); print(time.perf_counter() - s)"
+        "v.prepare(); v.evaluate(first_population(e)); print(time.perf_counter() - s)"
     )
     with tempfile.TemporaryDirectory() as cache:
         done = subprocess.run(
@@ -130,7 +131,7 @@ def main() -> None:
 def print_default(speed: float) -> None:
     """The preset spider's evaluation, with all cores and with one."""
     experiment = load_experiment("spider")
-    genomes = initial_population(experiment, experiment.space())
+    genomes = first_population(experiment)
     print_figure("compiling, first run only", f"{compile_seconds('spider'):.1f} s")
     with Evaluator(experiment) as all_cores, Evaluator(experiment, workers=1) as one_core:
         all_cores.prepare()
@@ -150,7 +151,7 @@ def print_recurrence(full: bool, speed: float) -> None:
     generations = GENERATIONS if full else SAMPLE
     experiment = load_experiment("spider-recurrence", {"evolution.generations": generations})
     space = experiment.space()
-    genomes = initial_population(experiment, space)
+    genomes = first_population(experiment)
     print_figure("compiling, first run only", f"{compile_seconds('spider-recurrence'):.1f} s")
 
     with Evaluator(experiment) as evaluator:
@@ -158,7 +159,7 @@ def print_recurrence(full: bool, speed: float) -> None:
         scores = evaluator.evaluate(genomes).scores
         evaluating, breeding = medians(
             lambda: evaluator.evaluate(genomes),
-            lambda: breed(experiment, space, genomes, scores, 2),
+            lambda: ask(experiment, space, {}, Results(genomes, scores), 2)[0],
             repeats=40,
         )
         runs = [run_seconds(experiment, evaluator) for _ in range(1 if full else 3)]

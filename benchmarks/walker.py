@@ -8,7 +8,7 @@ import numpy as np
 from timing import medians, milliseconds, print_figure, print_machine, times
 
 from gaitsim.evaluation import Evaluator, evaluate
-from gaitsim.evolution import initial_population
+from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
@@ -30,7 +30,7 @@ def walking(preset: str) -> None:
     experiment = load_experiment(preset)
     walker = experiment.organism
     assert isinstance(walker, Walker)
-    genomes = initial_population(experiment, experiment.space())
+    genomes = first_population(experiment)
     lasting = genomes[walker.move(genomes)["lasted"] == walker.duration]
     whole = np.resize(lasting, (COUNT, genomes.shape[1]))
     seconds = COUNT * walker.duration

@@ -20,7 +20,7 @@ from gaitsim.evaluation import Evaluator, Executor, evaluate
 from gaitsim.evaluation.chunking import CostModel, Overhead, best_plan, measure_overhead
 from gaitsim.evaluation.executors import Result, Task
 from gaitsim.evaluation.processes import ProcessExecutor
-from gaitsim.evolution import evolve, initial_population
+from gaitsim.evolution import evolve, first_population
 from gaitsim.experiment import Experiment, load_experiment
 
 WORKERS = 2
@@ -61,7 +61,7 @@ def kinds() -> Iterator[dict[str, Executor]]:
 
 def population(experiment: Experiment) -> Genomes:
     """A first one."""
-    return initial_population(experiment, experiment.space())
+    return first_population(experiment)
 
 
 def serialisation(experiment: Experiment, genomes: Genomes) -> tuple[float, int]:

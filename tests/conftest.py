@@ -175,11 +175,13 @@ seed = 1
 [evolution]
 population = 6
 generations = 5
-elites = 2
 [organism]
 plugin = "puppet"
 [fitness]
 plugin = "puppet-reach"
+[search]
+plugin = "genetic"
+elites = 2
 [selection]
 plugin = "puppet-best"
 [crossover]

@@ -161,7 +161,7 @@ ISLANDS: dict[str, Any] = {
     "population": 4,
     "set": {
         "organism.duration": 0.5,
-        "evolution.elites": 1,
+        "search.elites": 1,
         "islands.number": 2,
         "islands.every": 2,
         "islands.migrants": 1,

@@ -41,7 +41,7 @@ def option(
 
 
 class Plugin(BaseModel):
-    """Base of the five kinds of plugin.
+    """Base of all kinds of plugin.
 
     Subclasses are frozen pydantic models: the fields are the options, declared
     with `option`. Two plugins of one class with equal options are equal.

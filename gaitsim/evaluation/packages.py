@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
-from gaitsim.registry import KINDS
 
 Versions = dict[str, str]
 """Version by package; '' if it is not installed."""
@@ -15,7 +14,7 @@ def needed(experiments: Iterable[Experiment]) -> Versions:
     """Return the local versions of gaitsim, its numerics, and the package of each plugin."""
     names = {"gaitsim", "numpy", "numba"}
     for experiment in experiments:
-        names |= {experiment.entries[kind].package for kind in KINDS}
+        names |= {experiment.entries[kind].package for kind in experiment.kinds}
     return {name: version for name, version in finder(names)().items() if version}
 
 

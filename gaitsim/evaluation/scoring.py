@@ -1,16 +1,20 @@
 """Evaluate one chunk of a population: move it, score it, and check the contract."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Motion
+from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 
 Scores = NDArray[np.float64]
+TERM = "term:"
+"""Before the name of a term that a measure has, too."""
+
 LARGEST_SCORE = 1e100
 """Greatest magnitude of a score; an individual with a larger one has failed."""
 
@@ -23,11 +27,13 @@ class Evaluation:
         scores: (population,) float64, more is better; −inf if it is not finite, or too large.
         terms: the summands of the scores by name, each (population,) float64.
         reasons: why a score is −inf, by the individual's index.
+        values: the terms and measures that the search reads by name, each (population,).
     """
 
     scores: Scores
     terms: dict[str, Scores]
     reasons: dict[int, str]
+    values: dict[str, Scores] = field(default_factory=dict)
 
     def terms_of(self, individual: int) -> dict[str, float]:
         """Return the terms of one individual's score by name."""
@@ -86,7 +92,46 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
         wrong = [f"{name} is {t[index]}" for name, t in terms.items() if not np.isfinite(t[index])]
         reasons[index] = ", ".join(wrong) or "the sum of the terms is too large"
         scores[index] = -np.inf
-    return Evaluation(scores, terms, reasons)
+    return Evaluation(scores, terms, reasons, _values(experiment, moved, scores, terms))
+
+
+def _values(
+    experiment: Experiment, motion: Motion, scores: Scores, terms: dict[str, Scores]
+) -> dict[str, Scores]:
+    """Return what the search reads beside the scores, each (population,) float64.
+
+    Raises:
+        GaitsimError: there is no such term or measure.
+        PluginError: the body or the search fails or breaks its contract; names its package.
+    """
+    with plugin_errors(experiment.entries["search"], "naming what it reads"):
+        names = experiment.search.reads()
+    if not names:
+        return {}
+    body = experiment.entries["organism"]
+    with plugin_errors(body, "measuring a population"):
+        measures = experiment.organism.measures(motion)
+    known = {f"{TERM}{name}": values for name, values in terms.items()}
+    known = {"score": scores, **terms, **known}
+    for name, measure in measures.items():
+        with plugin_errors(body, f"measuring {name!r}"):
+            known[name] = np.array(measure.values, np.float64)
+        if known[name].shape != scores.shape:
+            raise contract_error(
+                body,
+                f"gave the measure {name!r} the shape {known[name].shape}",
+                f"(population,) = {scores.shape}",
+            )
+    if unknown := [name for name in names if name not in known]:
+        units = {name: measure.unit for name, measure in measures.items()}
+        units |= dict.fromkeys(["score", *terms], experiment.fitness.unit)
+        raise GaitsimError(
+            f"there is no term or measure {unknown[0]!r}",
+            where="search",
+            allowed=", ".join(f"{name} ({unit})" if unit else name for name, unit in units.items()),
+            remedy=nearest(unknown[0], list(units)),
+        )
+    return {name: known[name] for name in names}
 
 
 def _failures(body: Entry, motion: Motion) -> dict[int, str]:
@@ -191,4 +236,5 @@ def joined(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
         np.concatenate([part.scores for part in parts]),
         {name: np.concatenate([part.terms[name] for part in parts]) for name in parts[0].terms},
         reasons,
+        {name: np.concatenate([part.values[name] for part in parts]) for name in parts[0].values},
     )

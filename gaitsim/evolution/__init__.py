@@ -1,18 +1,19 @@
-"""The search: one pure breeding step, and the loop as an iterator of frozen events."""
+"""The search: ask, evaluate, tell; and the loop as an iterator of frozen generations."""
 
-from gaitsim.evolution.breeding import breed, initial_population
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import ParallelMap, island_map
-from gaitsim.evolution.loop import advance, evolve, stop_reason
+from gaitsim.evolution.loop import advance, evolve, reevaluated, stop_reason
+from gaitsim.evolution.searching import ask, first_population
 
 __all__ = [
     "Generation",
     "ParallelMap",
     "Progress",
     "advance",
-    "breed",
+    "ask",
     "evolve",
-    "initial_population",
+    "first_population",
     "island_map",
+    "reevaluated",
     "stop_reason",
 ]

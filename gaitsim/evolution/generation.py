@@ -1,13 +1,13 @@
 """What the loop yields: one finished generation, frozen."""
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes
+from gaitsim.contracts import Genomes, State
 from gaitsim.evaluation import Evaluation
 from gaitsim.experiment import Evolution
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -60,9 +60,11 @@ class Generation(ReprMixin):
         evaluation: its scores, their terms, and reasons of failures.
         progress: of the search, this generation included.
         diversity: of the genomes, by their space's measure.
-        seconds: time that breeding and evaluating it took.
+        seconds: time that asking for it and evaluating it took.
         is_champion: whether its best individual beat the threshold.
         stop: why the search ends here, '' where it continues.
+        state: of the search, after this generation's scores.
+        figures: what the search says of itself, by name.
     """
 
     number: int
@@ -73,6 +75,8 @@ class Generation(ReprMixin):
     seconds: float
     is_champion: bool
     stop: str
+    state: State = field(default_factory=dict)
+    figures: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for values in (self.genomes, self.scores, *self.evaluation.terms.values()):
@@ -87,17 +91,6 @@ class Generation(ReprMixin):
     def best(self) -> int:
         """Index of the best individual; the first of equals."""
         return int(np.argmax(self.scores))
-
-    def reevaluated(
-        self, evaluate: Callable[[Genomes], Evaluation], progress: Progress
-    ) -> "Generation":
-        """Return the generation with new scores of the same genomes, to breed the next one from.
-
-        Args:
-            evaluate: scores a population under the experiment of the next stage.
-            progress: with which the next stage begins.
-        """
-        return replace(self, evaluation=evaluate(self.genomes), progress=progress)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         best, finite = self.best, self.scores[np.isfinite(self.scores)]

@@ -1,14 +1,14 @@
 """Islands: populations that evolve apart and now and then exchange their best.
 
     bred from generation g:   island 0      island 1      island 2
-                              breed         breed         breed        each its own random streams
+                              ask           ask           ask          each its own random streams
     g a multiple of `every`:  best ───────▶ worst
                                             best ───────▶ worst
-                                                                ──▶ …  then they breed
+                                                                ──▶ …  then they are asked
 
 A generation's genomes are those of all islands, one island after the other, and so are its
-scores. Migration is part of breeding, so the history records a generation before its migration.
-With islands or without, each generation is a function of the one before.
+scores. The history records a generation before its migration. With islands or without, each
+generation is a function of the one before.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, Genomes, GenomeSpace
+from gaitsim.contracts import Array, Genomes, GenomeSpace, Results
 from gaitsim.evaluation import Evaluation, Evaluator, evaluate
 from gaitsim.evaluation.scoring import joined
-from gaitsim.evolution.breeding import breed, initial_population, warm_start_population
+from gaitsim.evolution.searching import ask
 from gaitsim.experiment import Experiment, Islands
 
 Scores = NDArray[np.float64]
@@ -35,9 +35,9 @@ class Epoch:
 
     Attributes:
         island: number of the island, from 0.
-        first: first generation to breed.
-        last: last generation to breed.
-        genomes: population to breed the first one from, (population, genes), immigrants included.
+        first: first generation to ask for.
+        last: last generation to ask for.
+        genomes: population before the first one, (population, genes), immigrants included.
         scores: of these, (population,).
     """
 
@@ -89,7 +89,7 @@ def initial_islands(
     """Return generation 1 of all islands, (individuals, genes).
 
     Args:
-        experiment: its scheme and seed.
+        experiment: its search and seed.
         space: the genome space.
         warm_start: genome that each population is made of, (genes,); None draws them.
 
@@ -97,34 +97,44 @@ def initial_islands(
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     islands = range(experiment.islands.number)
-    if warm_start is None:
-        return np.concatenate([initial_population(experiment, space, one) for one in islands])
     return np.concatenate(
-        [warm_start_population(experiment, space, warm_start, one) for one in islands]
+        [ask(experiment, space, {}, None, 1, island=one, start=warm_start)[0] for one in islands]
     )
 
 
-def breed_islands(
+def next_islands(
     experiment: Experiment, space: GenomeSpace, genomes: Genomes, scores: Scores, number: int
 ) -> Genomes:
-    """Breed generation `number` of all islands, (individuals, genes), after a migration if due.
+    """Return generation `number` of all islands, (individuals, genes), after a migration if due.
 
     Args:
-        experiment: its scheme and seed.
+        experiment: its search and seed.
         space: the genome space.
         genomes: the generation before, (individuals, genes); not changed.
         scores: of these, (individuals,).
-        number: of the generation to breed, from 2.
+        number: of the generation to ask for, from 2.
 
     Raises:
-        PluginError: an operator fails or breaks its contract; names its package.
+        PluginError: a plugin fails or breaks its contract; names its package.
     """
     return np.concatenate(
         [
-            breed(experiment, space, one.genomes, one.scores, number, one.island)
+            _next(experiment, space, one.genomes, one.scores, number, one.island)
             for one in _epochs(experiment, genomes, scores, number, number)
         ]
     )
+
+
+def _next(
+    experiment: Experiment,
+    space: GenomeSpace,
+    genomes: Genomes,
+    scores: Scores,
+    number: int,
+    island: int,
+) -> Genomes:
+    """Return the next generation of one island, (population, genes)."""
+    return ask(experiment, space, {}, Results(genomes, scores), number, island=island)[0]
 
 
 def _epochs(
@@ -161,7 +171,7 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
     made: list[Made] = []
     genomes, scores = task.genomes, task.scores
     for number in range(task.first, task.last + 1):
-        genomes = breed(experiment, space, genomes, scores, number, task.island)
+        genomes = _next(experiment, space, genomes, scores, number, task.island)
         evaluation = evaluate(experiment, genomes)
         scores = evaluation.scores
         made.append((genomes, evaluation))
@@ -185,11 +195,11 @@ def parallel_epoch(
     """Evolve all islands from generation `first` to the next migration, one task an island.
 
     Args:
-        experiment: its scheme and seed.
+        experiment: its search and seed.
         parallel_map: runs the tasks.
         genomes: the generation before, (individuals, genes).
         scores: of these, (individuals,).
-        first: first generation to breed, from 2.
+        first: first generation to ask for, from 2.
 
     Returns:
         Each generation of all islands and its evaluation.

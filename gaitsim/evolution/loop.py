@@ -1,8 +1,8 @@
 """The evolution loop, as an iterator.
 
-    initial population ─▶ evaluate ─▶ Generation 1 ─▶ breed ─▶ evaluate ─▶ Generation 2 …
-                                        │
-                                        └─▶ the caller writes, shows, stops
+    state ─▶ ask ─▶ evaluate ─▶ tell ─▶ Generation 1 ─▶ ask ─▶ evaluate ─▶ tell ─▶ Generation 2 …
+                                            │
+                                            └─▶ the caller writes, shows, stops
 
 Between two generations nothing is pending. A caller that stops iterating loses nothing, and
 starting again from a `Generation` yields the same ones after it.
@@ -11,17 +11,26 @@ starting again from a `Generation` yields the same ones after it.
 import math
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
-from gaitsim.contracts import Array, Genomes
+from gaitsim.contracts import Array, Genomes, State
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.scoring import check_terms
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import (
     Made,
     ParallelMap,
-    breed_islands,
     initial_islands,
+    next_islands,
     parallel_epoch,
+)
+from gaitsim.evolution.searching import (
+    ask,
+    figures,
+    initial_state,
+    rescored,
+    results,
+    tell,
 )
 from gaitsim.experiment import Evolution, Experiment
 from gaitsim.registry import plugin_errors
@@ -56,13 +65,14 @@ def evolve(
         evolution, after.number, after.progress, len(after.genomes)
     ):
         start = time.perf_counter()
-        made = _next(experiment, evaluate, after, warm_start, parallel_map)
+        state, made = _next(experiment, evaluate, after, warm_start, parallel_map)
         seconds = (time.perf_counter() - start) / len(made)
         for genomes, evaluation in made:
             start = time.perf_counter()
             if after is not None:
                 number, before = after.number + 1, after.progress
                 check_terms(experiment, after.evaluation, evaluation)
+            state = tell(experiment, space, state, results(genomes, evaluation), number)
             with plugin_errors(experiment.entries["organism"], "measuring diversity"):
                 diversity = float(space.diversity(genomes))
             progress, is_champion = advance(
@@ -77,6 +87,8 @@ def evolve(
                 seconds=seconds + time.perf_counter() - start,
                 is_champion=is_champion,
                 stop=stop_reason(evolution, number, progress, len(genomes)),
+                state=state,
+                figures=figures(experiment, state),
             )
             yield after
             if after.stop:
@@ -89,17 +101,47 @@ def _next(
     after: Generation | None,
     warm_start: Array | None,
     parallel_map: ParallelMap | None,
-) -> list[Made]:
-    """Return the next generation of all islands, or those up to the next migration."""
+) -> tuple[State, list[Made]]:
+    """Return the next generation, or those up to the next migration, and the state before tell."""
     space = experiment.space()
+    if experiment.islands.number > 1:  # searches whose state is empty
+        if after is None:
+            genomes = initial_islands(experiment, space, warm_start)
+        elif parallel_map is None:
+            number = after.number + 1
+            genomes = next_islands(experiment, space, after.genomes, after.scores, number)
+        else:
+            number = after.number + 1
+            made = parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
+            return {}, made
+        return {}, [(genomes, evaluate(genomes))]
     if after is None:
-        genomes = initial_islands(experiment, space, warm_start)
-    elif parallel_map is None:
-        genomes = breed_islands(experiment, space, after.genomes, after.scores, after.number + 1)
+        state = initial_state(experiment, space, warm_start)
+        genomes, state = ask(experiment, space, state, None, 1, start=warm_start)
     else:
-        number = after.number + 1
-        return parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
-    return [(genomes, evaluate(genomes))]
+        last = results(after.genomes, after.evaluation)
+        genomes, state = ask(experiment, space, after.state, last, after.number + 1)
+    return state, [(genomes, evaluate(genomes))]
+
+
+def reevaluated(
+    experiment: Experiment, last: Generation, evaluate: Callable[[Genomes], Evaluation]
+) -> Generation:
+    """Return a generation with new scores of the same genomes, to continue from.
+
+    The genomes whose scores the search remembers are re-evaluated, too, and count as evaluations.
+
+    Args:
+        experiment: of the next stage.
+        last: the generation, with the progress of the next stage.
+        evaluate: scores a population under that experiment.
+
+    Raises:
+        PluginError: a plugin fails or breaks its contract; names its package.
+    """
+    state, more = rescored(experiment, last.state, evaluate, last.number)
+    progress = replace(last.progress, evaluations=last.progress.evaluations + more)
+    return replace(last, evaluation=evaluate(last.genomes), state=state, progress=progress)
 
 
 def advance(

@@ -1,8 +1,8 @@
 """Many repeats of one experiment, evolved side by side.
 
 A small population costs more in calls than in arithmetic: a hundred repeats of ten
-millipedes cost little more than one. The repeats share each generation's random streams
-and are told apart by their place in them; so a set of repeats is a function of
+millipedes cost little more than one. The repeats of a genetic algorithm share each generation's
+random streams and are told apart by their place in them; so a set of repeats is a function of
 experiment and number, but its first repeat is not what `gaitsim run` finds.
 """
 
@@ -11,16 +11,17 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes
+from gaitsim.contracts import Genomes, Results
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution.breeding import breed, initial_population
 from gaitsim.evolution.islands import migrated
+from gaitsim.evolution.searching import ask, initial_state, tell
 from gaitsim.experiment import Experiment
 
+Evaluate = Callable[[Genomes], Evaluation]
+Scores = NDArray[np.float64]
 
-def evolve_repeats(
-    experiment: Experiment, evaluate: Callable[[Genomes], Evaluation], repeats: int
-) -> Iterator[NDArray[np.float64]]:
+
+def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
     """Evolve `repeats` populations to the experiment's last generation.
 
     Other stop conditions do not apply, so that repeats stay comparable.
@@ -37,22 +38,48 @@ def evolve_repeats(
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
+    every = _stacked if experiment.search.several else _apart
+    best = np.full(repeats, -np.inf)
+    for scores in every(experiment, evaluate, repeats):
+        best = np.maximum(best, scores)
+        yield best
+
+
+def _stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
+    """Yield each generation's best score of each repeat; the search takes all at once."""
     space = experiment.space()
     population, islands = experiment.evolution.population, experiment.islands
     populations = repeats * islands.number
-    best = np.full(repeats, -np.inf)
-    scores = np.empty((populations, population))
+    last: Results | None = None
     for number in range(1, experiment.evolution.generations + 1):
-        if number == 1:
-            genomes = initial_population(experiment, space, populations=populations)
-            genomes = genomes.reshape(populations, population, space.genes)
-        else:
-            if islands.immigrants and (number - 1) % islands.every == 0:
-                each = zip(np.split(genomes, repeats), np.split(scores, repeats), strict=True)
-                arrived = [migrated(islands, *repeat) for repeat in each]
-                genomes, scores = map(np.concatenate, zip(*arrived, strict=True))
-            genomes = breed(experiment, space, genomes, scores, number)
-        everyone = genomes.reshape(-1, space.genes)
-        scores = evaluate(everyone).scores.reshape(populations, population)
-        best = np.maximum(best, scores.reshape(repeats, -1).max(axis=1))
-        yield best
+        if last is not None and islands.immigrants and (number - 1) % islands.every == 0:
+            parts = (np.split(one, repeats) for one in (last.genomes, last.scores))
+            arrived = [migrated(islands, *repeat) for repeat in zip(*parts, strict=True)]
+            genomes, scores = map(np.concatenate, zip(*arrived, strict=True))
+            last = Results(genomes, scores)
+        genomes, _ = ask(experiment, space, {}, last, number, populations=(populations,))
+        scores = evaluate(genomes.reshape(-1, space.genes)).scores
+        last = Results(genomes, scores.reshape(populations, population))
+        yield scores.reshape(repeats, -1).max(axis=1)
+
+
+def _apart(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
+    """Yield each generation's best score of each repeat, of a search with a state for each.
+
+    A repeat has the random streams of an island of its own.
+    """
+    space, size = experiment.space(), experiment.evolution.population
+    states = [initial_state(experiment, space, island=one) for one in range(repeats)]
+    lasts: list[Results | None] = [None] * repeats
+    for number in range(1, experiment.evolution.generations + 1):
+        asked = [
+            ask(experiment, space, state, last, number, island=one)
+            for one, (state, last) in enumerate(zip(states, lasts, strict=True))
+        ]
+        evaluation = evaluate(np.concatenate([genomes for genomes, _ in asked]))
+        for one, (genomes, state) in enumerate(asked):
+            own = slice(one * size, (one + 1) * size)
+            values = {name: column[own] for name, column in evaluation.values.items()}
+            lasts[one] = told = Results(genomes, evaluation.scores[own], values)
+            states[one] = tell(experiment, space, state, told, number, island=one)
+        yield evaluation.scores.reshape(repeats, -1).max(axis=1)

@@ -4,22 +4,56 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from gaitsim import registry
-from gaitsim.contracts import Crossover, Fitness, GenomeSpace, Mutation, Organism, Plugin, Selection
+from gaitsim.contracts import (
+    Crossover,
+    Fitness,
+    GenomeSpace,
+    Mutation,
+    Organism,
+    Plugin,
+    Search,
+    Selection,
+)
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment.model import Evolution, Islands, space_of
 from gaitsim.experiment.problems import Problems
 from gaitsim.registry import Entry
+from gaitsim.registry.class_validation import PLUGIN
 
 
-def check_sizes(evolution: Evolution, problems: Problems) -> None:
-    """Refuse more elites than the population has room for."""
-    population = evolution.population
-    if evolution.elites >= population:
+def check_search(
+    evolution: Evolution,
+    islands: Islands,
+    entries: Mapping[str, Entry],
+    plugins: Mapping[str, Any],
+    problems: Problems,
+) -> None:
+    """Refuse what the search cannot do: this population in this space, or several islands."""
+    search: Search | None = plugins.get("search")
+    if search is None:
+        return
+    entry = entries["search"]
+    if islands.number > 1 and not search.several:
         problems.report(
-            "evolution.elites",
-            f"{evolution.elites:,} elites leave no room in a population of {population:,}",
-            f"a whole number < {population:,}",
+            "islands.number", f"the search {entry.name!r} evolves a single population", "1"
         )
+    organism: Organism | None = plugins.get("organism")
+    if organism is None:
+        return
+    try:
+        space = space_of(entries["organism"], organism)
+    except GaitsimError:
+        return  # `check_combination` reports it, and a space that the search cannot work on
+    if not isinstance(space, search.spaces):
+        return
+    try:
+        with registry.plugin_errors(entry, "being asked for objections"):
+            objection = search.objection(space, evolution.population)
+    except GaitsimError as error:
+        problems.of_plugin(f"search.{PLUGIN}", error)
+        return
+    if objection:
+        problems.report("evolution.population", objection, f"what the search {entry.name!r} allows")
 
 
 def check_islands(evolution: Evolution, islands: Islands, problems: Problems) -> None:
@@ -57,7 +91,7 @@ def check_pairing(
     crossover: Crossover | None = plugins.get("crossover")
     if selection is None or crossover is None:
         return
-    size, elites = evolution.population, evolution.elites
+    size, elites = evolution.population, getattr(plugins.get("search"), "elites", 0)
     try:
         with registry.plugin_errors(entries["selection"], "being asked for objections"):
             objection = selection.objection(size, elites, crossover.children)
@@ -68,14 +102,14 @@ def check_pairing(
         problems.report(
             "evolution.population",
             objection,
-            f"{max(2, size - 1):,} or {size + 1:,}, or other evolution.elites",
+            f"{max(2, size - 1):,} or {size + 1:,}, or other search.elites",
         )
 
 
 def check_combination(
     entries: Mapping[str, Entry], plugins: Mapping[str, Any], problems: Problems
 ) -> None:
-    """Refuse operators for other genomes, and a fitness that reads missing channels."""
+    """Refuse a search or operators for other genomes, a fitness that reads missing channels."""
     organism: Organism | None = plugins.get("organism")
     if organism is None:
         return
@@ -85,7 +119,7 @@ def check_combination(
         space = space_of(entries["organism"], organism)
     except GaitsimError as error:
         problems.of_plugin("organism.plugin", error)
-    for kind in ("crossover", "mutation", "fitness"):
+    for kind in ("search", "crossover", "mutation", "fitness"):
         plugin = plugins.get(kind)
         if plugin is None or compatible(type(plugin), channels, space):
             continue
@@ -116,6 +150,6 @@ def compatible(
     """
     if issubclass(plugin, Fitness):
         return channels is None or {*plugin.needs} <= {*channels}
-    if issubclass(plugin, Crossover | Mutation):
+    if issubclass(plugin, Search | Crossover | Mutation):
         return space is None or isinstance(space, plugin.spaces)
     return True

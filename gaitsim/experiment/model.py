@@ -13,6 +13,7 @@ from gaitsim.contracts import (
     Mutation,
     Organism,
     Plugin,
+    Search,
     Selection,
     option,
 )
@@ -22,6 +23,8 @@ from gaitsim.repr_mixin import ReprField, ReprMixin
 
 SCHEMA = 1
 MOST_GENERATIONS = 100_000_000
+DEFAULT_SEARCH = "genetic"
+"""The search of an experiment file that names none."""
 
 
 class Evolution(BaseModel):
@@ -35,7 +38,6 @@ class Evolution(BaseModel):
     generations: int = option(
         300, "generations, the first one at random", ge=1, le=MOST_GENERATIONS
     )
-    elites: int = option(1, "best individuals carried over unchanged", ge=0)
     target_score: float | None = option(None, "stop once the best score reaches this")
     max_evaluations: int | None = option(
         None, "stop before more individuals than this are evaluated", ge=1
@@ -80,16 +82,17 @@ ONE_ISLAND = Islands()
 
 @dataclass(frozen=True, repr=False)
 class Experiment(ReprMixin):
-    """A body, a fitness, a genetic scheme and a seed.
+    """A body, a fitness, a search and a seed.
 
     Attributes:
         name: short name; runs are named after it.
         description: one line for lists.
         seed: of all randomness.
         evolution: size and length of the search.
-        organism, fitness, selection, crossover, mutation: the plugins, options set.
-        entries: where each of the five comes from, by kind.
+        organism, fitness, search: the plugins, options set.
+        entries: where each plugin comes from, by kind.
         islands: in how many populations the search is parted.
+        selection, crossover, mutation: the operators, for a search that uses them.
     """
 
     name: str
@@ -98,19 +101,25 @@ class Experiment(ReprMixin):
     evolution: Evolution
     organism: Organism
     fitness: Fitness
-    selection: Selection
-    crossover: Crossover
-    mutation: Mutation
+    search: Search
     entries: Mapping[str, Entry]
     islands: Islands = ONE_ISLAND
+    selection: Selection | None = None
+    crossover: Crossover | None = None
+    mutation: Mutation | None = None
 
     @property
     def individuals(self) -> int:
         """How many a generation has, on all islands."""
         return self.evolution.population * self.islands.number
 
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of its plugins: organism, fitness, search, and the operators of the search."""
+        return tuple(kind for kind in KINDS if kind in self.entries)
+
     def plugin(self, kind: str) -> Plugin:
-        """The plugin of a kind."""
+        """The plugin of one of its `kinds`."""
         return cast(Plugin, getattr(self, kind))
 
     def space(self) -> GenomeSpace:
@@ -135,8 +144,9 @@ class Experiment(ReprMixin):
         document["description"] = self.description
         document["seed"] = self.seed
         document["evolution"] = _table(self.evolution, {})
-        document["islands"] = _table(self.islands, {})
-        for kind in KINDS:
+        if self.search.several:
+            document["islands"] = _table(self.islands, {})
+        for kind in self.kinds:
             entry = self.entries[kind]
             with plugin_errors(entry, "writing its options"):
                 document[kind] = _table(self.plugin(kind), {PLUGIN: entry.name})
@@ -148,7 +158,7 @@ class Experiment(ReprMixin):
             "seed": self.seed,
             "population": self.evolution.population,
             "generations": self.evolution.generations,
-            **{kind: self.entries[kind].name for kind in KINDS},
+            **{kind: self.entries[kind].name for kind in self.kinds},
         }
 
     def _repr_details(self) -> Mapping[str, ReprField]:

@@ -9,12 +9,12 @@ from pydantic import BaseModel, ValidationError
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment.model import Evolution, Islands
+from gaitsim.experiment.model import DEFAULT_SEARCH, Evolution, Islands
 from gaitsim.registry import KINDS
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 
 # Options of [evolution] that change what is evolved. The others say how long, and what is kept.
-_EVOLVING = ("population", "elites")
+_EVOLVING = ("population",)
 
 
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -28,7 +28,7 @@ class ExperimentOutline:
         name: of the experiment.
         description: one line for lists.
         seed: of all randomness.
-        plugins: the name of each plugin by kind.
+        plugins: the name of each plugin by kind; no operators for a search that uses none.
         evolution: size and length of the search.
         islands: the populations that the search is divided into.
         sections: the tables as they stand in the file, plugin names included.
@@ -44,7 +44,7 @@ class ExperimentOutline:
 
     def search_options(self) -> dict[str, dict[str, Any]]:
         """Return the options that change what is evolved, by section; `''` holds the seed."""
-        found = {kind: dict(self.sections[kind]) for kind in KINDS}
+        found = {kind: dict(self.sections[kind]) for kind in self.plugins}
         evolution, islands = self.sections.get("evolution", {}), self.sections.get("islands", {})
         found["evolution"] = {key: evolution[key] for key in _EVOLVING if key in evolution}
         if self.islands.number > 1:  # else they change nothing
@@ -72,7 +72,12 @@ def read_outline(text: str, source: str) -> ExperimentOutline:
     """
     tables = toml.parse(text, source)
     sections = {name: table for name, table in tables.items() if isinstance(table, dict)}
-    plugins = {kind: sections.get(kind, {}).get(PLUGIN) for kind in KINDS}
+    sections.setdefault("search", {PLUGIN: DEFAULT_SEARCH})
+    plugins = {
+        kind: sections.get(kind, {}).get(PLUGIN)
+        for kind in KINDS
+        if kind not in OPERATORS or kind in sections
+    }
     seed = tables.get("seed", 0)
     labels = {key: tables.get(key, "") for key in ("name", "description")}
     missing = [f"{kind}.{PLUGIN}" for kind, name in plugins.items() if not isinstance(name, str)]
@@ -82,7 +87,7 @@ def read_outline(text: str, source: str) -> ExperimentOutline:
         raise GaitsimError(
             f"{source} is not an experiment: {missing[0]} is missing or invalid",
             where=source,
-            allowed="a seed, and sections that name their plugins: " + ", ".join(KINDS),
+            allowed="a seed, and sections that name their plugins: " + ", ".join(plugins),
             remedy="restore it from a copy; the checkpoint of a run holds its text, too",
             key=missing[0],
         )

@@ -13,13 +13,13 @@ from gaitsim.experiment.combination import (
     check_combination,
     check_islands,
     check_pairing,
-    check_sizes,
+    check_search,
 )
-from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
+from gaitsim.experiment.model import DEFAULT_SEARCH, SCHEMA, Evolution, Experiment, Islands
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems
 from gaitsim.registry import KINDS, Entry, options, plugin_errors
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 from gaitsim.toml import literal
 
 _Scalar = TypeVar("_Scalar", int, str)
@@ -63,6 +63,7 @@ class Reader:
             ExperimentError: with all problems.
         """
         problems, entries, plugins = self._problems, self._entries, self._plugins
+        self._data.setdefault("search", {PLUGIN: DEFAULT_SEARCH})
         override(self._data, problems)
         for key in self._data:
             if key not in (*HEAD, *SECTIONS):
@@ -72,11 +73,12 @@ class Reader:
         evolution = self._options("evolution", Evolution)
         islands = self._options("islands", Islands)
         for kind in KINDS:
-            self._read_plugin(kind)
+            if kind not in OPERATORS or self._uses(kind):
+                self._read_plugin(kind)
         if evolution is not None:
-            check_sizes(evolution, problems)
             check_pairing(evolution, entries, plugins, problems)
         if evolution is not None and islands is not None:
+            check_search(evolution, islands, entries, plugins, problems)
             check_islands(evolution, islands, problems)
         check_combination(entries, plugins, problems)
         if problems.found or evolution is None or islands is None:
@@ -84,6 +86,27 @@ class Reader:
         return Experiment(
             name, description, seed, evolution, **plugins, entries=entries, islands=islands
         )
+
+    def _uses(self, kind: str) -> bool:
+        """Return whether the search uses a kind of operators; report a section that it does not.
+
+        Sections of operators are dropped where an override chose another search for a preset.
+        """
+        search = self._plugins.get("search")
+        if search is None:  # reported; whether it uses operators is not known
+            return kind in self._data
+        if kind in search.operators:
+            return True
+        asked = [key for key in self._problems.overrides if key.partition(".")[0] == kind]
+        if kind in self._data and (asked or f"search.{PLUGIN}" not in self._problems.overrides):
+            name = self._entries["search"].name
+            self._report(
+                asked[0] if asked else kind,
+                f"the search {name!r} uses no {kind}",
+                remedy=f"remove {'it' if asked else f'the section [{kind}]'}, or choose a search "
+                f"that does: {DEFAULT_SEARCH}",
+            )
+        return False
 
     def read_organism(self) -> tuple[Entry, Organism]:
         """Return the body alone, whatever is wrong with the rest.

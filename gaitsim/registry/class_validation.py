@@ -5,6 +5,9 @@ from typing import Any
 
 from gaitsim.contracts import Channel, GenomeSpace, Plugin
 
+OPERATORS = ("selection", "crossover", "mutation")
+"""The kinds of plugin that only a search that declares them uses."""
+
 PLUGIN = "plugin"
 """The key that names the plugin in a section of an experiment; no option can have that name."""
 
@@ -26,10 +29,14 @@ def problems(kind: str, plugin: type[Plugin]) -> list[str]:
             found.append("joint_angles must be Channel(('frames', 'joints'), 'rad', …)")
     if kind == "fitness" and not _texts(getattr(plugin, "needs", None)):
         found.append("needs must be a tuple of the names of channels")
-    if kind in ("crossover", "mutation"):
+    if kind in ("search", "crossover", "mutation"):
         spaces = getattr(plugin, "spaces", None)
         if not (isinstance(spaces, tuple) and spaces and all(map(_is_space, spaces))):
             found.append("spaces must be a tuple of classes such as RealSpace and BitSpace")
+    if kind == "search":
+        operators: Any = getattr(plugin, "operators", None)
+        if not (isinstance(operators, tuple) and {*operators} <= {*OPERATORS}):
+            found.append(f"operators must be a tuple of some of {', '.join(OPERATORS)}")
     # `children` is an option of every crossover, or a number in its class.
     if kind == "crossover" and "children" not in plugin.model_fields:
         children = getattr(plugin, "children", None)

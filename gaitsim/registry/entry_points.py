@@ -10,7 +10,8 @@ from importlib.metadata import Distribution, EntryPoint, distributions
 
 from gaitsim.errors import PluginError, nearest
 
-KINDS = ("organism", "fitness", "selection", "crossover", "mutation")
+KINDS = ("organism", "fitness", "search", "selection", "crossover", "mutation")
+"""The kinds of plugin; the last three are the operators of a search that uses them."""
 EXPERIMENTS = "experiments"
 STUDIES = "studies"
 

@@ -102,8 +102,11 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
     """
     population, genomes = experiment.individuals, checkpoint.genomes
     number = experiment.islands.number
-    before = read_outline(checkpoint.experiment, CHECKPOINT).islands.number
+    outline = read_outline(checkpoint.experiment, CHECKPOINT)
+    before, search = outline.islands.number, experiment.entries["search"].name
     wrong = genome_mismatch(experiment, genomes, checkpoint.experiment, "the population")
+    if search != outline.plugins["search"]:
+        wrong = f"it was found by the search {outline.plugins['search']!r}, not {search!r}"
     if wrong or len(genomes) != population or number != before:
         asked = f"{population} individuals"
         reason = wrong or f"it asks for {asked if number == before else f'{number} islands'}"

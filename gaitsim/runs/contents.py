@@ -34,6 +34,7 @@ from gaitsim.runs.files.folder import (
     unfinished,
 )
 from gaitsim.runs.files.history import (
+    figures_of,
     header,
     read_history,
     read_islands,
@@ -203,7 +204,9 @@ class RunFiles:
             if name not in terms_of(columns):
                 raise damaged(self.path / HISTORY, f"it lacks the term {name!r} of the checkpoint")
         # Without columns of a stage whose first generation was not finished.
-        return {name: columns[name] for name in header(used_terms(columns, terms))}
+        return {
+            name: columns[name] for name in header(used_terms(columns, terms), figures_of(columns))
+        }
 
     def _cut(self, records: NDArray[Any], name: str) -> NDArray[Any]:
         """Return the records of a file up to the checkpoint's generation."""

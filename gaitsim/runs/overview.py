@@ -236,9 +236,21 @@ class _Watched:
                 self._finished = bool(stop_reason_of(run))
             self._curve.extend(self._follower.read_rows(run))
         except GaitsimError as error:
-            return Overview(state=_state_of(error), problem=error, **known)
+            problem = _foreign_format(run) or error
+            return Overview(state=_state_of(problem), problem=problem, **known)
         known |= {"curve": self._curve.points, "seconds": self._curve.seconds}
         return Overview(state="stopped", **known)
+
+
+def _foreign_format(run: RunSnapshot) -> GaitsimError | None:
+    """Return the error of a checkpoint of another format, whose experiment may be unknown, too."""
+    try:
+        _ = run.checkpoint
+    except SchemaVersionError as error:
+        return error
+    except GaitsimError:
+        pass
+    return None
 
 
 def _state_of(problem: GaitsimError) -> State:

@@ -12,11 +12,12 @@ from gaitsim.contracts import Array
 from gaitsim.errors import ExperimentError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, Progress, stop_reason
+from gaitsim.evolution.searching import state_mismatch
 from gaitsim.experiment import Evolution, Experiment, Overrides, Typed, read_outline
 from gaitsim.registry import options
 from gaitsim.runs.compatibility import check_population, expected_genomes, genome_mismatch, versions
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
-from gaitsim.runs.files.folder import EXPERIMENT, check_size, command
+from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, check_size, command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, changes, pending
 from gaitsim.runs.start import start_genome
@@ -78,6 +79,7 @@ def plan_resume(
         check_size(experiment)
         return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "")
     experiment = _changed(run, checkpoint, given)
+    _check_state(run, experiment, checkpoint)
     _ = run.history, run.islands  # raises where they are damaged
     warnings = [run.warning] if run.warning else []
     numpy_changed = _compare_versions(run, experiment, checkpoint, any_version=any_version)
@@ -116,6 +118,9 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
     except ExperimentError as error:
         raise ExperimentError([*error.problems, *_asked_size(overrides, population)]) from None
     problems = []
+    search = run.stages[-1].outline.plugins["search"]
+    if experiment.entries["search"].name != search:
+        problems.append(_kept("a resumed run keeps its search", "search.plugin", search))
     if experiment.evolution.population != population:
         problems.append(_other_size(population))
     if experiment.islands.number != number:
@@ -142,6 +147,18 @@ def _changed(run: RunSnapshot, checkpoint: Checkpoint, overrides: Overrides) -> 
             remedy=f"leave it, or begin a new one: {command('run', run.path / EXPERIMENT)}",
         )
     return experiment
+
+
+def _check_state(run: RunSnapshot, experiment: Experiment, checkpoint: Checkpoint) -> None:
+    """Refuse a state that the search with its options, perhaps changed, cannot continue from."""
+    if wrong := state_mismatch(experiment, checkpoint.state, checkpoint.generation):
+        name = experiment.entries["search"].name
+        raise RunError(
+            f"the search {name!r} cannot continue from the state of the run {run.path}: {wrong}",
+            where=str(run.path / CHECKPOINT),
+            remedy="resume it with the options of the search that it was made with, or begin a "
+            "run of its own with 'gaitsim run'; --from starts it from this one",
+        )
 
 
 def _asked_size(overrides: Overrides, population: int) -> list[GaitsimError]:
@@ -196,7 +213,7 @@ def restored(checkpoint: Checkpoint) -> Generation:
     return Generation(
         number=checkpoint.generation,
         genomes=checkpoint.genomes,
-        evaluation=Evaluation(checkpoint.scores, checkpoint.terms, reasons),
+        evaluation=Evaluation(checkpoint.scores, checkpoint.terms, reasons, checkpoint.values),
         progress=Progress(
             evaluations=checkpoint.evaluations,
             best_score=checkpoint.best_score,
@@ -208,6 +225,7 @@ def restored(checkpoint: Checkpoint) -> Generation:
         seconds=0.0,
         is_champion=False,
         stop="",
+        state=checkpoint.state,
     )
 
 

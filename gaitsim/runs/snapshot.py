@@ -197,7 +197,7 @@ class RunSnapshot(RunFiles):
         )
 
     def fingerprint(self) -> str:
-        """Return the SHA-256 of population, scores, history and stages.
+        """Return the SHA-256 of population, scores, the search's state, history and stages.
 
         Times and the names of columns are left out.
 
@@ -208,6 +208,8 @@ class RunSnapshot(RunFiles):
         digest = hashlib.sha256()
         digest.update(checkpoint.genomes.tobytes())
         digest.update(checkpoint.scores.tobytes())
+        for name, values in sorted(checkpoint.state.items()):
+            digest.update(f"{name} {values.shape}".encode() + values.tobytes())
         for name, values in self.history.items():
             if name != "seconds":
                 digest.update(values.tobytes())

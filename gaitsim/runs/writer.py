@@ -10,7 +10,7 @@ from typing import Any, Self
 from gaitsim.contracts import Genomes
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, ParallelMap, evolve, stop_reason
+from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluated, stop_reason
 from gaitsim.experiment import Overrides
 from gaitsim.opening import is_folder
 from gaitsim.registry.plugin_context import contract_error
@@ -131,7 +131,7 @@ class RunWriter:
             PluginError: the body or the fitness fails or breaks its contract.
         """
         if self.reevaluates and self.last is not None:
-            self.last = self.last.reevaluated(evaluate, self.last.progress)
+            self.last = reevaluated(self.experiment, self.last, evaluate)
         self.reevaluates = False
 
     def evolve(
@@ -218,6 +218,8 @@ class RunWriter:
             best_score=progress.best_score,
             threshold=progress.threshold,
             stages=self._stages,
+            values=evaluation.values,
+            state=dict(generation.state),
         )
 
     @cached_property

@@ -17,7 +17,7 @@ from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
 from gaitsim.opening import read_regular
-from gaitsim.registry import KINDS, options
+from gaitsim.registry import options
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.drafts import sweep
@@ -160,7 +160,7 @@ def _file(folder: Path, study: Study, cell: Cell) -> Path:
     """Return the file of a cell's result, named after everything that the result depends on."""
     experiment = cell.experiment
     generations = recorded(experiment, study.record_every).tolist()
-    models = [experiment.evolution, experiment.islands, *map(experiment.plugin, KINDS)]
+    models = [experiment.evolution, experiment.islands, *map(experiment.plugin, experiment.kinds)]
     given = [experiment.seed, *map(options.values, models), versions(experiment)]
     parts = [given, study.repeats, generations]
     digest = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Selection
+from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Search, Selection
 from gaitsim.errors import ContractError, ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, load_entry, plugin_errors
@@ -138,6 +138,8 @@ def _of_kind(
             doing, rules = "moving populations", body_rules(entry, plugin, figures)
         case Fitness():
             doing, rules = "evaluating a population", fitness_rules(entry, plugin, on_status)
+        case Search():
+            doing, rules = "searching", iter(())
         case Selection():
             doing, rules = "selecting parents", selection_rules(plugin, figures)
         case Crossover():
@@ -180,6 +182,8 @@ def _computed(entry: Entry, plugin: Plugin) -> object:
     if isinstance(plugin, Fitness):
         found = partner(entry, plugin)
         return plugin.terms(moved_by(*found)) if found else []
+    if isinstance(plugin, Search):
+        return []
     if isinstance(plugin, Selection):
         return plugin.parents(np.sin(np.arange(30.0)), 20, rng)
     assert isinstance(plugin, Crossover | Mutation)

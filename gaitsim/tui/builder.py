@@ -15,6 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
 from gaitsim import toml
+from gaitsim.contracts import Search
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import (
     Evolution,
@@ -25,7 +26,7 @@ from gaitsim.experiment import (
     parse_experiment,
 )
 from gaitsim.registry import KINDS, options
-from gaitsim.registry.class_validation import PLUGIN
+from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 from gaitsim.runs.files.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 
@@ -47,8 +48,8 @@ class LoadedPreset:
     values: Mapping[str, Any]
 
     def plugin(self, kind: str) -> str:
-        """Return the name of its plugin of a kind."""
-        return str(self.values[kind][PLUGIN])
+        """Return the name of its plugin of a kind; '' for an operator that its search lacks."""
+        return str(self.values.get(kind, {}).get(PLUGIN, ""))
 
 
 def load_preset(reference: str) -> LoadedPreset:
@@ -91,9 +92,17 @@ class ExperimentBuilder:
 
     def choose(self, kind: str, name: str) -> "ExperimentBuilder":
         """Return a copy with another plugin; drop changes of the old one's options."""
-        changes = {k: v for k, v in self.changes.items() if not k.startswith(f"{kind}.")}
         chosen = {} if name == self.preset.plugin(kind) else {f"{kind}.{PLUGIN}": name}
-        return replace(self, changes=changes | chosen)
+        return replace(self, changes={**self.drop(kind).changes, **chosen})
+
+    def drop(self, section: str) -> "ExperimentBuilder":
+        """Return a copy without changes to a section."""
+        kept = {k: v for k, v in self.changes.items() if not k.startswith(f"{section}.")}
+        return replace(self, changes=kept)
+
+    def plugin(self, kind: str) -> str:
+        """Return the name of the plugin chosen; '' where there is none."""
+        return self.changes.get(f"{kind}.{PLUGIN}", self.preset.plugin(kind))
 
     def command(self, run: Path) -> str:
         """Return the command that evolves it into the run folder `run`."""
@@ -162,6 +171,11 @@ class Validation:
     toml: str
 
     @property
+    def used(self) -> tuple[str, ...]:
+        """The sections that the experiment has."""
+        return tuple(section for section in SECTIONS if section in self.forms)
+
+    @property
     def name(self) -> str:
         """The name of the experiment."""
         return self.builder.changes.get("name", str(self.builder.preset.values["name"]))
@@ -191,9 +205,21 @@ def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
             problems.setdefault(problem.key, problem)
     except GaitsimError as error:
         written, problems[""] = "", error
-    forms = {section: _form(section, builder, catalogue) for section in SECTIONS}
+    search = catalogue.classes["search"].get(builder.plugin("search"))
+    forms = {
+        section: _form(section, builder, catalogue)
+        for section in SECTIONS
+        if not (isinstance(search, type) and issubclass(search, Search)) or uses(search, section)
+    }
     offered = catalogue.offered(forms["organism"].plugin, experiment)
     return Validation(builder, experiment, problems, forms, offered, written)
+
+
+def uses(search: type[Search], section: str) -> bool:
+    """Return whether an experiment of a search has a section."""
+    if section == "islands":
+        return search.several
+    return section not in OPERATORS or section in search.operators
 
 
 def choose_plugin(
@@ -201,17 +227,22 @@ def choose_plugin(
 ) -> ExperimentBuilder:
     """Return the builder with another plugin.
 
-    With another organism, parts that do not work with it are replaced by those of a preset of
-    that organism.
+    With another organism or search, parts that do not work with it are replaced by those of a
+    preset of that organism.
     """
     builder = validation.builder.choose(kind, name)
-    if kind != "organism":
+    if kind not in ("organism", "search"):
         return builder
-    offered = catalogue.offered(name, None)
-    model = catalogue.preset_of(name)
-    for other in ("fitness", "crossover", "mutation"):
+    organism = builder.plugin("organism")
+    offered = catalogue.offered(organism, None)
+    model = catalogue.preset_of(organism)
+    chosen = catalogue.classes["search"].get(builder.plugin("search"))
+    for other in ("fitness", "search", *OPERATORS):
+        if isinstance(chosen, type) and issubclass(chosen, Search) and not uses(chosen, other):
+            builder = builder.drop(other)
+            continue
         works = offered[other]
-        if works and validation.forms[other].plugin not in works:
+        if works and builder.plugin(other) not in works:
             usual = model.plugins.get(other, "") if model else ""
             best = usual if usual in works else works[0]
             builder = builder.choose(other, best)
@@ -221,11 +252,10 @@ def choose_plugin(
 def _form(section: str, builder: ExperimentBuilder, catalogue: Catalogue) -> Form:
     model: type[BaseModel] = Islands if section == "islands" else Evolution
     plugin = about = ""
-    values: Mapping[str, Any] = builder.preset.values[section]
+    values: Mapping[str, Any] = builder.preset.values.get(section, {})
     if section in KINDS:
-        preset = builder.preset.plugin(section)
-        plugin = builder.changes.get(f"{section}.{PLUGIN}", preset)
-        if plugin != preset:
+        plugin = builder.plugin(section)
+        if plugin != builder.preset.plugin(section):
             values = {}
         known = catalogue.classes[section].get(plugin)
         if known is None:

@@ -42,7 +42,7 @@ def known_options(found: Validation, catalogue: Catalogue) -> Iterator[FoundOpti
             yield FoundOption(one.key, one.text, options.meaning(one.field))
     for kind in KINDS:
         for name in found.offered[kind]:
-            if name != found.forms[kind].plugin:
+            if kind in found.forms and name != found.forms[kind].plugin:
                 for option, field in catalogue.classes[kind][name].model_fields.items():
                     text = "" if field.is_required() else options.default(field)
                     yield FoundOption(f"{kind}.{option}", text, options.meaning(field), name)

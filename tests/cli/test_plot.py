@@ -68,7 +68,7 @@ def test_all_kinds_go_to_a_folder(gaitsim, finished, tmp_path):
 def test_repeats_are_found_and_drawn_beside_another_run(gaitsim, finished, tmp_path, puppet_file):
     for seed in (2, 3):
         gaitsim("run", puppet_file, "--seed", seed)
-    gaitsim("run", puppet_file, "--set", "evolution.elites=1", "--out", "runs/other")
+    gaitsim("run", puppet_file, "--set", "search.elites=1", "--out", "runs/other")
     gaitsim("plot", "puppet", "--kind", "runs", "--beside", "other", "--out", "a.svg")
     drawn = (tmp_path / "a.svg").read_text()
     assert ">puppet (3 seeds)</text>" in drawn

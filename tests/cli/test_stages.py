@@ -13,7 +13,7 @@ from waiting import until
 from gaitsim.runs.snapshot import RunSnapshot
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
-CLIMB = ("--set", "fitness.plugin=puppet-climb", "--set", "evolution.elites=1")
+CLIMB = ("--set", "fitness.plugin=puppet-climb", "--set", "search.elites=1")
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +34,7 @@ def test_a_stage_is_shown_in_plain_lines(gaitsim, plain):
     lines = done.stdout.splitlines()
     assert lines[:2] == [
         "run runs/puppet",
-        "stage 2 from generation 6 on: evolution.elites: 2, now 1; "
+        "stage 2 from generation 6 on: search.elites: 2, now 1; "
         "fitness.plugin: puppet-reach, now puppet-climb",
     ]
     assert lines[2].startswith("generation 6/8")
@@ -51,7 +51,7 @@ def test_a_stage_is_shown_as_json(gaitsim, plain):
         "stage": 2,
         "first": 6,
         "changes": [
-            "evolution.elites: 2, now 1",
+            "search.elites: 2, now 1",
             "fitness.plugin: puppet-reach, now puppet-climb",
         ],
     }

@@ -83,13 +83,13 @@ def test_a_changed_experiment_file_ends_with_1_and_names_the_options(gaitsim, ru
     assert gaitsim("verify", "puppet", "--all", code=1).stdout.splitlines()[:2] == [
         "runs/puppet: different; the generations that were compared are identical",
         "  experiment.toml differs from the options of the run (seed: 77, "
-        "made with 1; evolution.elites: 0, made with 2): it would hold from generation 6 on",
+        "made with 1; search.elites: 0, made with 2): it would hold from generation 6 on",
     ]
     found = json.loads(gaitsim("verify", "puppet", "--json", code=1).stdout)
     assert (found["identical"], found["differences"]) == (False, [])
     assert found["experiment"] == [
         {"option": "seed", "file": 77, "made_with": 1},
-        {"option": "evolution.elites", "file": 0, "made_with": 2},
+        {"option": "search.elites", "file": 0, "made_with": 2},
     ]
     path.write_text(text)
     assert json.loads(gaitsim("verify", "puppet", "--json").stdout)["experiment"] == []
@@ -98,7 +98,7 @@ def test_a_changed_experiment_file_ends_with_1_and_names_the_options(gaitsim, ru
 def test_a_run_that_was_led_on_is_identical(gaitsim, run):
     gaitsim("resume", "puppet", "--generations", 7)
     gaitsim("verify", "puppet", "--all", "--workers", 1)
-    gaitsim("resume", "puppet", "--set", "evolution.elites=1", "--generations", 9)
+    gaitsim("resume", "puppet", "--set", "search.elites=1", "--generations", 9)
     gaitsim("verify", "puppet", "--all", "--workers", 1)
     gaitsim("fork", "puppet", "--generations", 20)
     gaitsim("verify", "puppet-2", "--all", "--workers", 1)

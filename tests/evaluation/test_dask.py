@@ -19,7 +19,7 @@ from gaitsim.evaluation import dask as cluster
 from gaitsim.evaluation.chunking import PROCESS_OVERHEAD, Scheduler
 from gaitsim.evaluation.dask import DaskExecutor
 from gaitsim.evaluation.executors import MAX_ATTEMPTS, WorkerLostError
-from gaitsim.evolution import initial_population
+from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 
 RUN = ("run", "millipede", "--population", 9, "--generations", 6)
@@ -124,7 +124,7 @@ def test_results_are_writable(made):
 
 def test_a_cluster_gives_the_same_bits_as_none(made, shared):
     experiment = load_experiment("millipede", {"evolution.population": 11})
-    genomes = initial_population(experiment, experiment.space())
+    genomes = first_population(experiment)
     with Evaluator(experiment, cluster=made) as evaluator:
         evaluator.prepare()
         there = evaluator.evaluate(genomes)

@@ -11,7 +11,7 @@ from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evaluation import evaluator as module
 from gaitsim.evaluation.chunking import Scheduler
 from gaitsim.evaluation.executors import Executor, WorkerLostError
-from gaitsim.evolution import initial_population
+from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import plugin_errors
 
@@ -34,7 +34,7 @@ def assert_same(one, other):
 @pytest.mark.parametrize("population", [2, 7, 100])
 def test_threads_give_the_same_bits_as_none(workers, population):
     experiment = load_experiment("spider-recurrence", {"evolution.population": population})
-    genomes = initial_population(experiment, experiment.space())
+    genomes = first_population(experiment)
     genomes.setflags(write=False)
     with Evaluator(experiment, 1) as one, Evaluator(experiment, workers) as many:
         many.prepare()
@@ -68,7 +68,7 @@ def shared(monkeypatch):
 
 
 def test_processes_give_the_same_bits_as_none(puppet, installed, shared):
-    genomes = initial_population(puppet("evolution.population=7"), puppet().space())
+    genomes = first_population(puppet("evolution.population=7"))
     with Evaluator(puppet(), 2) as evaluator:
         assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
 
@@ -186,7 +186,7 @@ def timed(puppet, puppets, monkeypatch):
 
 def test_a_body_that_moves_whole_arrays_is_not_taken_for_a_slow_one(puppet, timed):
     evaluator, sizes = timed(0.28, 0.0005)  # 28 s, if each took as long as the first
-    genomes = initial_population(puppet("evolution.population=100"), puppet().space())
+    genomes = first_population(puppet("evolution.population=100"))
     found = evaluator.evaluate(genomes)
     assert sizes == [5, 95]
     assert_same(found, evaluate(puppet(), genomes))
@@ -211,7 +211,7 @@ def test_before_a_batch_was_timed_each_worker_pays_fixed_costs_once(timed):
 
 def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared, monkeypatch):
     monkeypatch.setattr(module, "cores", lambda: 3)
-    genomes = initial_population(puppet("evolution.population=7"), puppet().space())
+    genomes = first_population(puppet("evolution.population=7"))
     told = []
     with Evaluator(puppet(), 1000, told.append) as evaluator:
         assert evaluator.workers == 3

@@ -4,12 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
+from breeding import breed, initial_population
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitsim.errors import ExperimentError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import breed, evolve, initial_population
+from gaitsim.evolution import evolve
 from gaitsim.evolution.islands import epoch_end, evolve_epoch, migrated
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Islands, parse_experiment

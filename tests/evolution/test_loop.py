@@ -3,13 +3,14 @@ import math
 
 import numpy as np
 import pytest
+from breeding import breed, initial_population
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitsim.contracts import RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import Evaluation, evaluate
-from gaitsim.evolution import Progress, breed, evolve, initial_population
+from gaitsim.evolution import Progress, evolve
 from gaitsim.evolution.loop import advance
 from gaitsim.experiment import Evolution
 

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from breeding import breed, initial_population
 from scipy.stats import mannwhitneyu
 
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import breed, evolve, initial_population
+from gaitsim.evolution import evolve
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment, load_experiment, parse_assignments
 

@@ -1,12 +1,13 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from breeding import warm_start_population
 
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import Progress, evolve
-from gaitsim.evolution.breeding import warm_start_population
+from gaitsim.evolution import Progress, evolve, reevaluated
 from gaitsim.experiment import Evolution
 
 BEFORE = Progress(evaluations=60, best_score=2.5, stagnation=4, threshold=2.6, stage=2)
@@ -26,7 +27,8 @@ def test_a_stage_with_the_same_scores_keeps_progress():
 def test_a_reevaluated_generation_keeps_its_genomes(puppet):
     experiment, other = puppet(), puppet("fitness.price=1")
     last = next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
-    anew = last.reevaluated(lambda genomes: evaluate(other, genomes), BEFORE)
+    last = replace(last, progress=BEFORE)
+    anew = reevaluated(other, last, lambda genomes: evaluate(other, genomes))
     assert anew.genomes is last.genomes
     assert np.array_equal(anew.scores, evaluate(other, last.genomes).scores)
     assert not np.array_equal(anew.scores, last.scores)

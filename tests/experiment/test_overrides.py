@@ -168,7 +168,7 @@ def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_type
         ("organism.plugin=3", "command line, key organism.plugin", "unknown organism plugin '3'"),
         ("seed=" + "9" * 5000, "command line, key seed", "is not a whole number"),
         ("seed=" + "[" * 5000, "command line, key seed", "is not a whole number"),
-        ("evolution.elites=200", "command line, key evolution.elites", "200 elites leave no room"),
+        ("search.elites=200", "x.toml, key evolution.population", "200 elites leave no room"),
     ],
 )
 def test_an_invalid_override_is_refused(problem, change, where, what):

@@ -118,7 +118,6 @@ def fits(plugin, organism):
 def experiments(draw):
     evolution = draw(models(Evolution))
     size = {"population": evolution.population}
-    size["elites"] = draw(st.integers(0, evolution.population - 1))
     size["max_evaluations"] = draw(st.none() | st.integers(evolution.population, 2**63 - 1))
     plugins, entries = {}, {}
     for kind in KINDS:
@@ -127,10 +126,12 @@ def experiments(draw):
             for name, plugin in installed(kind).items()
             if kind in ("organism", "selection") or fits(plugin, plugins["organism"])
         ]
-        name = draw(st.sampled_from(able))
+        name = "genetic" if kind == "search" else draw(st.sampled_from(able))
         entries[kind] = registry.find(kind, name)
         plugins[kind] = draw(models(installed(kind)[name]))
-    bred = size["population"], size["elites"], plugins["crossover"].children
+    elites = draw(st.integers(0, evolution.population - 1))
+    plugins["search"] = plugins["search"].model_copy(update={"elites": elites})
+    bred = size["population"], elites, plugins["crossover"].children
     assume(not plugins["selection"].objection(*bred))
     letters = st.characters(codec="utf-8", exclude_categories=["Cc", "Cs", "Zl", "Zp"])
     name = "n" + draw(st.text(letters, max_size=40)).translate(str.maketrans("", "", '/\\:*?"<>|'))

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from breeding import breed
 
-from gaitsim.evolution.breeding import breed
 from gaitsim.experiment import (
     load_experiment,
     parse_experiment,

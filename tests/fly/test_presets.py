@@ -31,7 +31,7 @@ def test_presets_are_the_sources_scheme(preset: str, fitness: str, layers: Any) 
     organism: Any = experiment.organism
     assert organism.layers == layers
     assert (organism.duration, organism.dt, organism.control_step) == (3.0, 0.001, 0.01)
-    assert (experiment.evolution.population, experiment.evolution.elites) == (100, 5)
+    assert (experiment.evolution.population, experiment.search.elites) == (100, 5)
     parts = [experiment.entries[kind].name for kind in ("selection", "crossover", "mutation")]
     assert parts == ["truncation", "uniform", "reset"]
     assert experiment.selection.model_dump() == {"share": 0.1}

@@ -196,7 +196,7 @@ def test_a_locked_run_is_reported(begun):
 
 
 def test_invalid_options_are_reported_at_once(begun):
-    process = RunProcess(begun(), overrides={"mutation.rat": 2, "evolution.elites": -1})
+    process = RunProcess(begun(), overrides={"mutation.rat": 2, "search.elites": -1})
     snapshot = asyncio.run(last(process))
     assert snapshot.state == "failed"
     assert "rat" in str(snapshot.error)

@@ -117,7 +117,7 @@ def test_a_pause_and_a_step_are_reported(begun):
 
 
 @pytest.mark.parametrize(
-    "assignments", [("mutation.plugin=none",), ("fitness.price=0.5", "evolution.elites=0")]
+    "assignments", [("mutation.plugin=none",), ("fitness.price=0.5", "search.elites=0")]
 )
 def test_a_change_is_what_resume_makes_of_it(begun, gaitsim, assignments):
     path, other = begun("one"), begun("other")

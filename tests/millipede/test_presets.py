@@ -28,7 +28,7 @@ def generations(experiment, seed=0):
 def test_each_algorithm_is_the_sources(algorithm):
     experiment = load_experiment(f"millipede-{algorithm}", {"evolution.generations": 6})
     assert experiment.evolution.population == 79
-    assert experiment.evolution.elites == 1
+    assert experiment.search.elites == 1
     assert experiment.crossover.children == 2
     parts = [experiment.entries[kind].name for kind in ("crossover", "mutation", "selection")]
     assert parts == [*ALGORITHMS[algorithm], "drop-worst"]

@@ -231,7 +231,7 @@ def test_the_band_is_of_the_runs_that_differ_in_seed_alone(puppet_run, tmp_path)
         bests.append(run(f"seed-{seed}", f"seed={seed}", "evolution.generations=4").history["best"])
     run("copy")
     run("short", "seed=4", "evolution.generations=1")
-    run("other", "seed=5", "evolution.elites=1")
+    run("other", "seed=5", "search.elites=1")
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged" / "experiment.toml").write_text("[")
     (axes,) = runs_figure(asked(one)).axes

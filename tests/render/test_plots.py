@@ -73,7 +73,7 @@ def test_generations_without_a_finite_score_are_left_out(
         return {"reach": motion["reach"] * (np.nan if fails else 1)}
 
     monkeypatch.setattr(puppets.Reach, "terms", terms)
-    run = puppet_run("evolution.elites=0")
+    run = puppet_run("search.elites=0")
     assert np.isinf(run.history["best"]).sum() == (5 if failing == "all" else 1)
     plot_fitness(run, tmp_path / "a.svg")
     assert "generations without a finite score are left out" in (tmp_path / "a.svg").read_text()

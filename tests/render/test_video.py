@@ -349,7 +349,7 @@ def test_a_run_in_which_all_failed_has_no_video(puppet_run, puppets, monkeypatch
         puppets.Reach, "terms", lambda self, motion: {"reach": motion["reach"] * np.nan}
     )
     with pytest.raises(RunError, match="has no champion"):
-        Video(puppet_run("evolution.elites=0"), (), RenderSettings(**SMALL))
+        Video(puppet_run("search.elites=0"), (), RenderSettings(**SMALL))
 
 
 def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):

@@ -39,6 +39,8 @@ def _checkpoint(**changes):
         "best_score": 2.5,
         "threshold": 2.0,
         "stages": (),
+        "values": {"yaw": np.array([1.0, np.nan, -2.0, 0.5])},
+        "state": {"mean": np.arange(3.0), "empty": np.empty((0, 3), np.int64)},
     }
     values |= changes
     return Checkpoint(**{"evaluations": values["generation"] * len(values["genomes"])} | values)

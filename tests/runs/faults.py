@@ -48,7 +48,7 @@ def run():
 
 
 def resume():
-    evolve(RUN, "evolution.generations=2", "evolution.elites=1")
+    evolve(RUN, "evolution.generations=2", "search.elites=1")
 
 
 def fork():

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
+from hypothesis.extra.numpy import array_shapes, arrays
 
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.checkpoint import (
@@ -50,6 +50,10 @@ names = st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1, max_si
 versions = st.dictionaries(names, names, max_size=3)
 
 
+shapes = array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3)
+states = arrays(st.sampled_from([np.float64, np.int64, np.uint8, np.bool_]), shapes)
+
+
 @st.composite
 def checkpoints(draw):
     individuals, genes = draw(st.integers(1, 6)), draw(st.integers(1, 6))
@@ -76,6 +80,8 @@ def checkpoints(draw):
         best_score=max(draw(reals | st.just(-INF)), float(scores.max())),
         threshold=draw(st.none() | reals),
         stages=stages,
+        values={"yaw": scores.copy()},
+        state=draw(st.dictionaries(names, states, max_size=3)),
     )
 
 
@@ -141,6 +147,8 @@ def test_a_large_population_is_read(tmp_path, checkpoint):
     genomes = np.random.default_rng(0).normal(size=(1000, 5000))
     scores = np.full(1000, -INF)
     reasons = {str(index): "fell over" for index in range(1000)}
-    large = checkpoint(genomes=genomes, scores=scores, terms={"speed": scores}, reasons=reasons)
+    large = checkpoint(
+        genomes=genomes, scores=scores, terms={"speed": scores}, reasons=reasons, values={}
+    )
     write_checkpoint(tmp_path / "a", large)
     same(large, read_checkpoint(tmp_path / "a"))

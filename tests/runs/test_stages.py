@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from breeding import breed
 from run_helpers import THRESHOLD, Killed, go_on, kill_at
 
 from gaitsim.errors import ExperimentError, RunError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import breed, evolve
+from gaitsim.evolution import evolve
 from gaitsim.experiment import with_overrides
 from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
 from gaitsim.runs.files.folder import create_run
@@ -177,7 +178,7 @@ def test_other_rates_alone_keep_scores_and_progress(puppet):
     options = ("evolution.stagnation=50", THRESHOLD)
     path = begin(puppet, *options, generations=10)
     before = RunSnapshot(path).checkpoint
-    rates = {"evolution.elites": 1, "crossover.children": 1}
+    rates = {"search.elites": 1, "crossover.children": 1}
     go_on(path, overrides=rates, generations=11)
     run = RunSnapshot(path)
     after = run.checkpoint
@@ -190,7 +191,7 @@ def test_other_rates_alone_keep_scores_and_progress(puppet):
     assert run.comparable == 1
     assert [str(change) for change in run.stages[1].changes] == [
         "crossover.children: 2, now 1",
-        "evolution.elites: 2, now 1",
+        "search.elites: 2, now 1",
     ]
 
 

@@ -59,7 +59,7 @@ def run(puppet, tmp_path):
     evolve(path, until=2)
     evolve(path)
     evolve(path, "fitness.price=0.4", generations=8)
-    return evolve(path, "evolution.elites=1", generations=LAST)
+    return evolve(path, "search.elites=1", generations=LAST)
 
 
 def everything(run):
@@ -361,7 +361,7 @@ def edit(run, *overrides):
         ("seed=77", ("seed", 1, 77)),
         ("mutation.plugin=none", ("mutation.plugin", "puppet-jitter", "none")),
         ("fitness.price=0.9", ("fitness.price", 0.4, 0.9)),
-        ("evolution.elites=2", ("evolution.elites", 1, 2)),
+        ("search.elites=2", ("search.elites", 1, 2)),
         ("evolution.fitness_threshold=7", ("evolution.fitness_threshold", 0.0, 7.0)),
         ("evolution.delta_fitness=7", ("evolution.delta_fitness", 0.1, 7.0)),
     ],

@@ -71,8 +71,8 @@ class TestValidate:
         assert set(validate(ExperimentBuilder(broken), catalogue).problems) == {"evolution.elite"}
 
     def test_options_that_do_not_fit_each_other(self, catalogue):
-        found = validate(drafted(evolution__elites="300"), catalogue)
-        assert set(found.problems) == {"evolution.elites"}
+        found = validate(drafted(search__elites="300"), catalogue)
+        assert set(found.problems) == {"search.elites"}
 
     def test_forms_have_every_option_as_it_is(self, catalogue):
         found = validate(drafted(fitness__yaw_weight="9"), catalogue)

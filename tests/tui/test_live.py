@@ -286,24 +286,24 @@ class TestSteering:
             dialog = pilot.app.screen
             await app_until(pilot, lambda: options_of(dialog))
             typed, said = dialog.query_one("#change-text", Input), dialog.query_one("#change-said")
-            await type_in(pilot, "evolution.elites=1 ")
+            await type_in(pilot, "search.elites=1 ")
             for way in (["down", "enter"], ["enter"], ["tab"], "click"):
                 await pilot.press("end", *"pric")
                 if way == "click":
                     await pilot.click("#change-options", offset=(3, 0))
                 else:
                     await pilot.press(*way)
-                await app_until(pilot, lambda: typed.value == "evolution.elites=1 fitness.price=")
+                await app_until(pilot, lambda: typed.value == "search.elites=1 fitness.price=")
                 await app_until(pilot, lambda: "now " in str(said.render()))
                 assert not said.has_class("problem")
                 await pilot.press("enter")  # no value yet
                 await pilot.press(*"0.7")
-                assert typed.value == "evolution.elites=1 fitness.price=0.7"
+                assert typed.value == "search.elites=1 fitness.price=0.7"
                 await pilot.press("down", "enter")
-                assert typed.value == "evolution.elites=1 fitness.price=0.7"
+                assert typed.value == "search.elites=1 fitness.price=0.7"
                 await pilot.press(*["backspace"] * len("fitness.price=0.7"))
             await pilot.press("down", "down", *"pri", "down", "up", "c", "tab")
-            assert typed.value == "evolution.elites=1 fitness.price="
+            assert typed.value == "search.elites=1 fitness.price="
             assert pilot.app.screen is dialog
             await pilot.click("#change-cancel")
             await app_until(pilot, lambda: pilot.app.screen is screen)
@@ -366,7 +366,7 @@ class TestSteering:
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             await app_until(pilot, lambda: options_of(pilot.app.screen))
             await type_in(pilot, "runs/[red]fork", "#change-out")
-            await type_in(pilot, "evolution.elites=1")
+            await type_in(pilot, "search.elites=1")
             await pilot.click("#change-do")
             await app_until(
                 pilot, lambda: pilot.app.screen is not screen and isinstance(pilot.app.screen, Live)

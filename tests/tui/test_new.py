@@ -268,7 +268,7 @@ class TestChecking:
 
     def test_parts_that_do_not_fit_each_other(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["evolution.elites"]
+            field = (await part(driver, screen, "evolution"))["search.elites"]
             await enter(driver, screen, field, "1000000")
             assert field.has_class("-wrong")
 

@@ -94,11 +94,13 @@ seed = 3
 [evolution]
 population = 6
 generations = 5
-elites = 1
 [organism]
 plugin = "stilt"
 [fitness]
 plugin = "far"
+[search]
+plugin = "genetic"
+elites = 1
 [selection]
 plugin = "truncation"
 [crossover]

@@ -10,6 +10,7 @@ from gaitsim.errors import RunError
 from gaitsim.opening import open_descriptor
 from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.history import (
+    figures_of,
     header,
     parse_history,
     read_history,
@@ -109,7 +110,7 @@ class AppendOnlyHistory:
         terms = terms_of(values)
         begins = ""
         if terms != self._terms:
-            begins = self._prepare(terms)
+            begins = self._prepare(terms, figures_of(values))
         row = line([values.get(name, math.nan) for name in self._columns])
         self._file.append((begins + row).encode())
         self._terms = terms
@@ -118,18 +119,18 @@ class AppendOnlyHistory:
         """Close the file."""
         self._file.close()
 
-    def _prepare(self, terms: Sequence[str]) -> str:
-        """Give the file columns for these terms; return the header of an empty file."""
+    def _prepare(self, terms: Sequence[str], figures: Sequence[str]) -> str:
+        """Give the file columns for these terms and figures; return the header of an empty file."""
         with opened(self._path) as file:
             head = read_head(self._path, file)
-        self._columns = header(terms)
+        self._columns = header(terms, figures)
         if not head:
             return line(self._columns)
         found = tuple(parse_history(self._path, head, b""))
         if found == self._columns:
             return ""
         before = read_history(self._path)
-        self._columns = header(used_terms(before, terms))
+        self._columns = header(used_terms(before, terms), figures)
         if wrong := wrong_names(self._columns):
             raise damaged(self._path, wrong)
         if found != self._columns:

@@ -38,6 +38,8 @@ COLUMNS = (
     "seconds",
 )
 MEAN = "mean:"
+FIGURE = "search:"
+"""Before the name of a figure of the search."""
 SCORES = ("best", "mean", "median", "lower quartile", "upper quartile", "worst", "std")
 A_SCORE = f"a number from {-LARGEST_SCORE:g} to {LARGEST_SCORE:g}, or −inf"
 LONGEST = 1e9  # seconds that a generation takes
@@ -50,7 +52,8 @@ def row(generation: Generation) -> dict[str, float]:
 
     Failed individuals, with a score of −inf, count for `worst` alone. `std` is the
     standard deviation. The column of a term holds the value of the best individual,
-    `mean:<term>` the mean over the individuals that did not fail.
+    `mean:<term>` the mean over the individuals that did not fail, `search:<figure>` what the
+    search says of itself.
     """
     scores = generation.scores
     alive = np.isfinite(scores)
@@ -78,6 +81,7 @@ def row(generation: Generation) -> dict[str, float]:
         "seconds": generation.seconds,
         **generation.evaluation.terms_of(best),
         **means,
+        **{FIGURE + name: value for name, value in generation.figures.items()},
     }
 
 
@@ -137,15 +141,21 @@ def _quartiles(values: NDArray[np.float64]) -> list[float]:
     return found
 
 
-def header(terms: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of a history's columns: general ones, terms, and the terms' means."""
-    return (*COLUMNS, *terms, *(MEAN + name for name in terms))
+def header(terms: Sequence[str], figures: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the names of a history's columns: general ones, terms, their means, and figures."""
+    means = (MEAN + name for name in terms)
+    return (*COLUMNS, *terms, *means, *(FIGURE + name for name in figures))
 
 
 def terms_of(names: Iterable[str]) -> list[str]:
     """Return the terms among the names of a history's columns."""
-    more = list(names)[len(COLUMNS) :]
+    more = [name for name in list(names)[len(COLUMNS) :] if not name.startswith(FIGURE)]
     return more[: len(more) // 2]
+
+
+def figures_of(names: Iterable[str]) -> list[str]:
+    """Return the figures of the search among the names of a history's columns."""
+    return [name.removeprefix(FIGURE) for name in names if name.startswith(FIGURE)]
 
 
 def used_terms(columns: Mapping[str, NDArray[np.float64]], present: Sequence[str]) -> list[str]:
@@ -174,11 +184,13 @@ def is_score(values: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 def wrong_names(names: Sequence[str]) -> str:
     """Return what is wrong with the names of a history's columns, or ''."""
-    terms = terms_of(names)
-    if tuple(names) != header(terms):
+    terms, figures = terms_of(names), figures_of(names)
+    if tuple(names) != header(terms, figures):
         return "its first line does not name the columns of a history"
-    if len(terms) > MOST_TERMS:
+    if max(len(terms), len(figures)) > MOST_TERMS:
         return f"it has {len(terms):,} terms, and at most {MOST_TERMS:,} are allowed"
+    if not all(map(is_term, figures)):
+        return "it names a figure of the search that no search has"
     wrong = next((name for name in terms if not is_term(name)), None)
     if wrong is None and len({*names}) < len(names):
         wrong = next(name for name in terms if terms.count(name) > 1)
@@ -191,7 +203,7 @@ def is_term(name: str) -> bool:
         name.isprintable()
         and 0 < len(name) <= 200
         and name not in COLUMNS
-        and not name.startswith(MEAN)
+        and not name.startswith((MEAN, FIGURE))
     )
 
 

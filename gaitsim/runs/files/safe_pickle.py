@@ -33,7 +33,7 @@ from gaitsim.opening import open_regular
 from gaitsim.runs.files.pickle_stack import MAX_DEPTH, OpcodeStack, RefusedError
 
 MAGIC = b"GAITSIM\0"
-VERSION = 3
+VERSION = 4
 HEADER = 52
 """Length of the header, bytes."""
 

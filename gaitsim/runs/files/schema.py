@@ -60,7 +60,7 @@ class _StoredArray:
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
 
     dtype: StrictStr
-    shape: tuple[Annotated[StrictInt, Field(ge=1, le=2**40)], ...]
+    shape: tuple[Annotated[StrictInt, Field(ge=0, le=2**40)], ...]
     bytes: StrictBytes
 
 
@@ -68,26 +68,29 @@ _STORED_ARRAY = TypeAdapter(_StoredArray)
 
 
 def array(
-    shape: tuple[str, ...], dtypes: tuple[str, ...], allowed: str, accepts: Callable[[Array], Array]
+    shape: tuple[str, ...] | None,
+    dtypes: tuple[str, ...],
+    allowed: str,
+    accepts: Callable[[Array], Array],
 ) -> PlainValidator:
     """Read an array as `plain_array` stores it: a writable copy, in the machine's byte order.
 
     Writable, because compiled code would be compiled once more for read-only arrays.
 
     Args:
-        shape: the names of the axes, for messages.
+        shape: the names of the axes, none of them empty; None allows any shape.
         dtypes: NumPy's names of the dtypes allowed; never one that holds objects.
         allowed: what each element has to be, for messages.
         accepts: checks every element.
     """
-    axes = f"({', '.join(shape)})"
+    axes = "of any shape" if shape is None else f"({', '.join(shape)})"
 
     def read(value: Any) -> Array:
         stored = _STORED_ARRAY.validate_python(value)
         if stored.dtype not in dtypes:
             raise ValueError(f"its dtype should be one of {', '.join(dtypes)}")
         dtype = np.dtype(stored.dtype)
-        if len(stored.shape) != len(shape):
+        if shape is not None and (len(stored.shape) != len(shape) or 0 in stored.shape):
             raise ValueError(f"its shape should be {axes}")
         if dtype.itemsize * math.prod(stored.shape) != len(stored.bytes):
             raise ValueError("its shape and dtype should fit the number of bytes")

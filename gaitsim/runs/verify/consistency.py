@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitsim.errors import CheckpointError
 from gaitsim.evolution import Generation, Progress, advance
+from gaitsim.evolution.searching import figures
 from gaitsim.experiment import read_outline
 from gaitsim.runs.compatibility import out_of_bounds
 from gaitsim.runs.files.checkpoint import Checkpoint, read_champion
@@ -144,7 +145,8 @@ def _of_checkpoint(
         return
     space = run.experiment_at(number).space()
     diversity = float(space.diversity(generation.genomes))
-    for what in row_differences(run, replace(generation, diversity=diversity)):
+    said = figures(run.experiment_at(number), generation.state)
+    for what in row_differences(run, replace(generation, diversity=diversity, figures=said)):
         yield number, f"{what} by {name}"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from gaitsim.contracts import Genomes
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation, Evaluator
-from gaitsim.evolution import Generation, evolve, island_map
+from gaitsim.evolution import Generation, evolve, island_map, reevaluated
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, PREVIOUS
@@ -85,7 +85,7 @@ def _evolve(
             )
             last = replace(last, progress=progress)
             if stage.reevaluated:
-                last = last.reevaluated(evaluator.evaluate, progress)
+                last = reevaluated(experiment, last, evaluator.evaluate)
         yield from evolve(experiment, evaluator.evaluate, last, start, island_map(evaluator))
 
 
@@ -119,6 +119,9 @@ def _checkpoint_differences(checkpoint: Checkpoint, name: str, again: Generation
         if len(genes):
             found.append(f"{name}: gene {genes[0] + 1} of individual {individuals[0]} is another")
         found += _score_differences(checkpoint, name, again.evaluation)
+    for array, values in again.state.items():
+        if not np.array_equal(checkpoint.state.get(array, np.empty(0)), values, equal_nan=True):
+            found.append(f"{name}: the search's {array} is another")
     if checkpoint.best_score != again.progress.best_score:
         found.append(f"{name}: the best score so far is another")
     if checkpoint.stagnation != again.progress.stagnation:

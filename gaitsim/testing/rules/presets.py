@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from gaitsim.contracts import Results
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution.breeding import breed, initial_population
+from gaitsim.evolution.searching import ask, initial_state, tell
 from gaitsim.experiment import Experiment, load_experiment, parse_experiment
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, error
@@ -59,11 +60,13 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     space = experiment.space()
-    first = initial_population(experiment, space)
+    first, state = ask(experiment, space, initial_state(experiment, space), None, 1)
     evaluation = evaluate(experiment, first[:FEW])
-    # Made up for breeding: evaluating all of them would take long.
+    # Made up for the search: evaluating all of them would take long.
     scores = np.sin(np.arange(len(first), dtype=np.float64))
-    second = breed(experiment, space, first, scores, 2)
+    values = {name: np.resize(some, len(first)) for name, some in evaluation.values.items()}
+    told = Results(first, scores, values)
+    second, _ = ask(experiment, space, tell(experiment, space, state, told, 1), told, 2)
     return {
         "scores": evaluation.scores,
         "terms": evaluation.terms,

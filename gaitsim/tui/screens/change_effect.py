@@ -8,7 +8,7 @@ from pydantic import BaseModel
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Overrides
 from gaitsim.experiment.problems import COMMAND_LINE
-from gaitsim.registry import KINDS, options
+from gaitsim.registry import options
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
@@ -30,7 +30,9 @@ def known_options(run: RunSnapshot) -> list[KnownOption]:
         GaitsimError: the experiment has problems.
     """
     experiment = run.experiment
-    models: dict[str, BaseModel] = {kind: experiment.plugin(kind) for kind in reversed(KINDS)}
+    models: dict[str, BaseModel] = {
+        kind: experiment.plugin(kind) for kind in reversed(experiment.kinds)
+    }
     models["evolution"] = experiment.evolution
     if experiment.islands.number > 1:
         models["islands"] = experiment.islands
@@ -45,7 +47,8 @@ def known_options(run: RunSnapshot) -> list[KnownOption]:
             found.append(KnownOption(f"{section}.{name}", value, about))
     chosen = [
         KnownOption(f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"another {kind}")
-        for kind in KINDS
+        for kind in experiment.kinds
+        if kind != "search"  # fixed, too
     ]
     return [*found, *chosen]
 

@@ -13,7 +13,7 @@ from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.toml_view import TomlView
 
 FILE = "file"
-TITLES = {"evolution": "Search", "islands": "Islands", "organism": "Body"}
+TITLES = {"evolution": "Run", "islands": "Islands", "organism": "Body"}
 TITLES |= {kind: kind.capitalize() for kind in KINDS[1:]} | {FILE: "File"}
 
 
@@ -45,7 +45,8 @@ class Sections(Vertical):
 
     def turn(self, by: int) -> None:
         """Show the section that stands so many tabs further."""
-        names = [*TITLES]
+        used = self._validation.used if self._validation else SECTIONS
+        names = [name for name in TITLES if name in (*used, FILE)]
         self.active = names[(names.index(self.active) + by) % len(names)]
 
     def part(self, section: str) -> Part:
@@ -56,7 +57,9 @@ class Sections(Vertical):
         """Show a validation: the active form, the tabs with problems, and the file."""
         self._validation = found
         self._show_part()
+        tabs = self.query_one(Tabs)
         for section in SECTIONS:
+            (tabs.show if section in found.used else tabs.hide)(section)
             wrong = any(key.partition(".")[0] == section for key in found.problems)
             self.query_one(f"#{section}", Tab).label = "✗ " * wrong + TITLES[section]
         for view in self.query(TomlView):
@@ -71,7 +74,7 @@ class Sections(Vertical):
 
     def _show_part(self) -> None:
         """Update the visible form: those that are not seen cost time."""
-        if self._validation is not None and self.active != FILE:
+        if self._validation is not None and self.active in self._validation.used:
             self.part(self.active).show(self._validation)
 
     def on_descendant_focus(self, event: DescendantFocus) -> None:

@@ -1,0 +1,137 @@
+"""The operators of an experiment, as its search calls them: checked, with streams of their own."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import BitSpace, Crossover, Genomes, GenomeSpace
+from gaitsim.evolution.streams import Purpose, stream
+from gaitsim.experiment import Experiment
+from gaitsim.registry import Entry, contract_error, plugin_errors
+
+
+@dataclass(frozen=True, eq=False)
+class ExperimentOperators:
+    """Implements `gaitsim.contracts.Operators` for one generation of one island.
+
+    Attributes:
+        experiment: whose operators and seed to use.
+        space: the genome space.
+        generation: number of the generation to breed, which schedules follow.
+        island: number of the island, which has random streams of its own.
+    """
+
+    experiment: Experiment
+    space: GenomeSpace
+    generation: int
+    island: int = 0
+
+    def parents(self, scores: NDArray[np.float64], children: int) -> NDArray[np.intp]:
+        """Select parents: scores (…, population) -> indices (…, pairs, 2).
+
+        Raises:
+            PluginError: the selection fails or breaks its contract; names its package.
+        """
+        entry, selection = self._at("selection")
+        *several, size = scores.shape
+        pairs = -(-children // self._crossover.children)
+        rows = scores.reshape(-1, size).copy()  # an operator gets arrays that it may change
+        with plugin_errors(entry, "selecting parents"):
+            if len(rows) == 1:
+                parents = selection.parents(rows[0], pairs, self._rng(Purpose.SELECTION))
+            else:
+                parents = selection.parents_each(rows, pairs, self._rng(Purpose.SELECTION))
+        shape = (pairs, 2) if len(rows) == 1 else (len(rows), pairs, 2)
+        _check_form(entry, parents, shape, np.dtype(np.intp))
+        if not ((parents >= 0) & (parents < size)).all():
+            chosen = f"chose the parents {parents.min()} to {parents.max()}"
+            raise contract_error(entry, chosen, f"indices from 0 to {size - 1}")
+        found: NDArray[np.intp] = parents.reshape(*several, pairs, 2)
+        return found
+
+    def cross(self, genomes: Genomes, parents: NDArray[np.intp], children: int) -> Genomes:
+        """Cross the parents: genomes (…, population, genes) -> (…, children, genes).
+
+        Raises:
+            PluginError: the crossover fails or breaks its contract; names its package.
+        """
+        entry, crossover = self.experiment.entries["crossover"], self._crossover
+        *several, size, genes = genomes.shape
+        pairs = parents.shape[-2]
+        # All populations in one list of individuals, for operators that see rows alone.
+        everyone, chosen = genomes.reshape(-1, genes), parents.reshape(-1, pairs, 2)
+        rows = (chosen + size * np.arange(len(chosen))[:, None, None]).reshape(-1, 2)
+        with plugin_errors(entry, "crossing parents"):
+            mothers, fathers = (everyone.take(one, axis=0) for one in rows.T)
+            crossed = crossover.cross(mothers, fathers, self.space, self._rng(Purpose.CROSSOVER))
+        _check_children(entry, crossed, len(rows) * crossover.children, self.space)
+        # First children of all pairs, then second ones: brought together by population.
+        families = crossed.reshape(crossover.children, len(chosen), pairs, genes).swapaxes(0, 1)
+        found: Genomes = families.reshape(*several, -1, genes)[..., :children, :]
+        return found
+
+    def mutate(self, genomes: Genomes) -> Genomes:
+        """Mutate and repair genomes, (…, population, genes) -> new array.
+
+        Raises:
+            PluginError: the mutation or the body's repair fails or breaks its contract.
+        """
+        entry, mutation = self._at("mutation")
+        rows = genomes.reshape(-1, genomes.shape[-1])
+        with plugin_errors(entry, "mutating children"):
+            mutants = mutation.mutate(rows, self.space, self._rng(Purpose.MUTATION))
+        _check_children(entry, mutants, len(rows), self.space)
+        return repaired(self.experiment, self.space, mutants).reshape(genomes.shape)
+
+    @cached_property
+    def _crossover(self) -> Crossover:
+        crossover: Crossover = self._at("crossover")[1]
+        return crossover
+
+    def _at(self, kind: str) -> tuple[Entry, Any]:
+        """Return an operator with its options at this generation, and where it comes from."""
+        entry = self.experiment.entries[kind]
+        with plugin_errors(entry, "following its schedule"):
+            return entry, self.experiment.plugin(kind).at(self.generation)
+
+    def _rng(self, purpose: Purpose) -> np.random.Generator:
+        return stream(self.experiment.seed, self.generation, purpose, self.island)
+
+
+def repaired(experiment: Experiment, space: GenomeSpace, genomes: Genomes) -> Genomes:
+    """Return genomes, (individuals, genes), brought back into the body's space.
+
+    Raises:
+        PluginError: the body fails or breaks its contract; names its package.
+    """
+    body = experiment.entries["organism"]
+    with plugin_errors(body, "repairing genomes"):
+        inside = space.repair(genomes)
+        belong = space.contains(inside) and len(inside) == len(genomes)
+    if not belong:
+        raise contract_error(body, "repairs genomes to ones that are not of its space")
+    return inside
+
+
+def _check_children(entry: Entry, children: Genomes, count: int, space: GenomeSpace) -> None:
+    """Check that repairing can bring the genomes of crossover or mutation into the space."""
+    _check_form(entry, children, (count, space.genes), space.dtype)
+    if children.dtype.kind == "f" and not np.isfinite(children).all():
+        raise contract_error(entry, "returned genes that are not finite", "finite genes")
+    if isinstance(space, BitSpace) and not children.max() <= 1:
+        raise contract_error(entry, "returned genes that are not bits", "0 and 1")
+
+
+def _check_form(
+    entry: Entry, result: object, shape: tuple[int, ...], dtype: np.dtype[np.generic]
+) -> None:
+    """Check the shape and dtype that the contract of an operator requires."""
+    actual = type(result).__name__
+    if isinstance(result, np.ndarray):
+        if result.shape == shape and result.dtype == dtype:
+            return
+        actual = f"shape {result.shape}, dtype {result.dtype}"
+    raise contract_error(entry, f"returned {actual}", f"an array of shape {shape}, dtype {dtype}")

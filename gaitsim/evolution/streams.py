@@ -1,0 +1,25 @@
+"""Random streams: each purpose in each generation has one, so that no generator is saved."""
+
+from enum import IntEnum
+
+import numpy as np
+
+
+class Purpose(IntEnum):
+    """Purpose of a random stream. Other numbers would change the results of every run."""
+
+    INITIAL = 0  # the first genomes
+    SELECTION = 1
+    CROSSOVER = 2
+    MUTATION = 3
+    ASK = 4  # all further genomes
+    TELL = 5
+    STATE = 6  # the first state of a search
+
+
+def stream(seed: int, generation: int, purpose: Purpose, island: int = 0) -> np.random.Generator:
+    """Return the random stream of one purpose in one generation, so that no state is saved.
+
+    Each island has streams of its own; the first one has those of a search without islands.
+    """
+    return np.random.default_rng([seed, generation, purpose, *([island] if island else [])])

@@ -1,0 +1,19 @@
+"""Single steps of the genetic algorithm, through the search of an experiment."""
+
+from gaitsim.contracts import Results
+from gaitsim.evolution import ask
+
+
+def initial_population(experiment, space, island=0, populations=None):
+    """Generation 1: (population, genes), or of several populations, one more axis."""
+    several = () if populations is None else (populations,)
+    return ask(experiment, space, {}, None, 1, island=island, populations=several)[0]
+
+
+def warm_start_population(experiment, space, start):
+    return ask(experiment, space, {}, None, 1, start=start)[0]
+
+
+def breed(experiment, space, genomes, scores, generation, island=0):
+    last, several = Results(genomes, scores), genomes.shape[:-2]
+    return ask(experiment, space, {}, last, generation, island=island, populations=several)[0]
