@@ -1,0 +1,199 @@
+"""MAP-Elites on the 100-dimensional sphere of pyribs, beside the table that pyribs publishes.
+
+Linear projection of Fontaine et al. 2020: 10,000 iterations of 540 genomes, a grid of 100 × 100,
+step sizes of 0.5 and a start at 0, as `examples/sphere.py` of pyribs has them. Genes have no bounds
+there; here they are too wide to be met. A run takes one minute, with emitters six.
+
+    python benchmarks/archives.py [--seeds 3] [--iterations 10000] [--only line]
+"""
+
+import argparse
+import importlib.util
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from itertools import count
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from timing import medians, milliseconds, print_figure, print_machine, times
+
+from gaitsim.contracts import Context, RealSpace, Results, State
+from gaitsim_searches.map_elites import MapElites
+
+GENES = 100
+BOUND = 5.12
+POPULATION = 540
+WIDTH = 1_000.0
+STEP = 0.5 / WIDTH
+REACH = GENES / 2 * BOUND
+VARIATIONS: dict[str, dict[str, Any]] = {
+    "isotropic": {"sigma": STEP},
+    "line": {"sigma": STEP, "line_sigma": 0.2},
+    "cma-me": {"step": STEP, "emitters": 15},
+    "cma-mae": {"step": STEP, "emitters": 15, "learning_rate": 0.01, "threshold": 0.0},
+}
+# pyribs 0.12, docs/examples/sphere.md: mean and standard deviation of 20 trials.
+PUBLISHED = {
+    "isotropic": ((50.72, 0.40), (416_112, 2_681)),
+    "line": ((60.44, 0.17), (491_014, 1_119)),
+    "cma-me": ((55.84, 0.41), (456_678, 2_882)),
+    "cma-mae": ((81.02, 0.27), (633_369, 1_504)),
+}
+
+
+def space(genes: int, width: float) -> RealSpace:
+    """Genes around 0."""
+    side = np.full(genes, width / 2)
+    return RealSpace(-side, side, tuple(f"gene {gene}" for gene in range(genes)))
+
+
+def sphere(genomes: NDArray[np.float64]) -> Results:
+    """Score from 0 to 100 at 0.4 · 5.12, and the sums of both halves of the genes."""
+    best = 0.4 * BOUND
+    worst = GENES * (BOUND + best) ** 2
+    scores = 100 * (1 - np.square(genomes - best).sum(1) / worst)
+    inside = np.abs(genomes) <= BOUND
+    clipped = np.where(inside, genomes, BOUND / np.where(inside, 1, genomes))
+    left, right = clipped[:, : GENES // 2].sum(1), clipped[:, GENES // 2 :].sum(1)
+    return Results(genomes, scores, {"left": left, "right": right})
+
+
+def evolve(search: MapElites, generations: int, seed: int) -> State:
+    """The state after so many generations."""
+    genes, start = space(GENES, WIDTH), np.zeros(GENES)
+
+    def context(generation: int, call: int) -> Context:
+        rng = np.random.default_rng([seed, generation, call])
+        return Context(genes, POPULATION, generation, rng, start)
+
+    state = search.initial(context(0, 0))
+    for generation in range(1, generations + 1):
+        genomes, state = search.ask(state, None, context(generation, 1))
+        state = search.tell(state, sphere(genomes), context(generation, 2))
+    return state
+
+
+def print_coverage(only: str | None, seeds: int, generations: int) -> None:
+    """Coverage and QD score of each variation, and how far they are from the published ones."""
+    print(
+        f"{'':<11} {'coverage %':>13} {'published':>14} {'QD score':>9} {'published':>17}  minutes"
+    )
+    for variation, options in VARIATIONS.items():
+        if only not in (None, variation):
+            continue
+        search = MapElites(
+            axes={"left": (-REACH, REACH), "right": (-REACH, REACH)},
+            cells=(100, 100),
+            variation=variation,
+            **options,
+        )
+        start = time.perf_counter()
+        found = [search.figures(evolve(search, generations, seed)) for seed in range(seeds)]
+        minutes = (time.perf_counter() - start) / seeds / 60
+        coverages = [100 * figures["coverage"] for figures in found]
+        spread = f" ± {statistics.stdev(coverages):.2f}" if seeds > 1 else ""
+        qd_score = statistics.mean(figures["QD score"] for figures in found)
+        (mean, deviation), (qd_mean, qd_deviation) = PUBLISHED[variation]
+        print(
+            f"{variation:<11} {f'{statistics.mean(coverages):.2f}{spread}':>13} "
+            f"{f'{mean:.2f} ± {deviation:.2f}':>14} {qd_score:>9,.0f} "
+            f"{f'{qd_mean:,} ± {qd_deviation:,}':>17}  {minutes:.1f}",
+            flush=True,
+        )
+
+
+def elites(number: int) -> Results:
+    """So many genomes in cells of their own among 200 × 200."""
+    rng = np.random.default_rng(0)
+    cells = np.stack(np.unravel_index(rng.permutation(40_000)[:number], (200, 200)))
+    values = dict(zip("xy", (cells + 0.5) / 200, strict=True))
+    return Results(rng.random((number, 48)) - 0.5, rng.random(number), values)
+
+
+def improvements(held: Results) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Scores and values of 100 genomes that all improve cells, again and again."""
+    rng, values = np.random.default_rng(1), np.stack([*held.values.values()], 1)
+    for generation in count(1):
+        yield generation + rng.random(100), values[rng.integers(0, len(values), 100)]
+
+
+def step_of_gaitsim(variation: str, held: Results) -> Callable[[], object]:
+    """Ask and tell of 100 genomes of 48 genes, with these elites."""
+    search = MapElites(axes={"x": (0, 1), "y": (0, 1)}, cells=(200, 200), variation=variation)
+    rng, box = np.random.default_rng(0), space(48, 1.0)
+    states = [search.initial(Context(box, 100, 0, rng))]
+    states[0] = search.tell(states[0], held, Context(box, len(held.scores), 1, rng))
+    news = improvements(held)
+
+    def step() -> None:
+        context = Context(box, 100, 2, rng)
+        genomes, state = search.ask(states[0], None, context)
+        scores, values = next(news)
+        told = dict(zip("xy", values.T, strict=True))
+        states[0] = search.tell(state, Results(genomes, scores, told), context)
+
+    return step
+
+
+def step_of_pyribs(variation: str, held: Results) -> Callable[[], object]:
+    """The same with pyribs, whose emitters have no bounds: it would draw anew until all fit."""
+    from ribs.archives import GridArchive
+    from ribs.emitters import EvolutionStrategyEmitter, GaussianEmitter, IsoLineEmitter
+    from ribs.schedulers import Scheduler
+
+    soft = {"learning_rate": 0.01, "threshold_min": 0.0} if variation == "cma-mae" else {}
+    archive = GridArchive(solution_dim=48, dims=(200, 200), ranges=[(0, 1), (0, 1)], **soft)
+    archive.add(held.genomes, held.scores, np.stack([*held.values.values()], 1))
+    shared = {"x0": np.zeros(48), "seed": 1}
+    if variation == "isotropic":
+        emitters = [GaussianEmitter(archive, sigma=0.01, batch_size=100, **shared)]
+    elif variation == "line":
+        sigmas = {"iso_sigma": 0.01, "line_sigma": 0.2}
+        emitters = [IsoLineEmitter(archive, batch_size=100, **sigmas, **shared)]
+    else:
+        annealing = {"ranker": "imp", "selection_rule": "mu", "restart_rule": "basic"}
+        rules = annealing if soft else {"ranker": "2imp"}
+        emitters = [
+            EvolutionStrategyEmitter(archive, sigma0=0.2, batch_size=20, **rules, **shared)
+            for _ in range(5)
+        ]
+    scheduler = Scheduler(archive, emitters)
+    news = improvements(held)
+
+    def step() -> None:
+        scheduler.ask()
+        scheduler.tell(*next(news))
+
+    return step
+
+
+def print_times() -> None:
+    """Ask and tell beside pyribs."""
+    print("\nask and tell of 100 genomes of 48 genes, all of which improve a cell")
+    for variation in VARIATIONS:
+        for number in (1_000, 15_000, 40_000):
+            held = elites(number)
+            steps = [step_of_gaitsim(variation, held)]
+            if importlib.util.find_spec("ribs"):
+                steps.append(step_of_pyribs(variation, held))
+            ours, *theirs = medians(*steps, repeats=40)
+            beside = [f"pyribs {milliseconds(t)}, {times(t / ours)}" for t in theirs]
+            print_figure(f"{variation}, {number:,} elites", milliseconds(ours), *beside)
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--iterations", type=int, default=10_000)
+    parser.add_argument("--only", choices=list(VARIATIONS))
+    arguments = parser.parse_args()
+    print_machine()
+    print_coverage(arguments.only, arguments.seeds, arguments.iterations)
+    print_times()
+
+
+if __name__ == "__main__":
+    main()

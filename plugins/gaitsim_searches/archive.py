@@ -1,0 +1,119 @@
+"""The archive of MAP-Elites: the best genome found in each cell."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Array, Genomes, State
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Evaluated genomes that may enter an archive.
+
+    Attributes:
+        cells: the cell of each, (candidates,) int64; −1 for one that has none.
+        genomes: (candidates, genes).
+        scores: (candidates,); one of −inf does not enter.
+        values: value of each axis, (candidates, axes).
+    """
+
+    cells: NDArray[np.int64]
+    genomes: Genomes
+    scores: NDArray[np.float64]
+    values: NDArray[np.float64]
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Whether each can enter an archive at all, (candidates,)."""
+        return (self.cells >= 0) & np.isfinite(self.scores)
+
+
+@dataclass(frozen=True, eq=False)
+class Archive:
+    """The elites of the occupied cells, in ascending order of the cells.
+
+    Attributes:
+        cells: (elites,) int64.
+        genomes: (elites, genes).
+        scores: (elites,).
+        values: value of each axis, (elites, axes).
+        thresholds: score that a candidate has to exceed for CMA-MAE to count it as an
+            improvement, (elites,); the elite's score for all others.
+    """
+
+    cells: NDArray[np.int64]
+    genomes: Genomes
+    scores: NDArray[np.float64]
+    values: NDArray[np.float64]
+    thresholds: NDArray[np.float64]
+
+    @classmethod
+    def empty(cls, genomes: Genomes, axes: int) -> Self:
+        """Return an archive without elites, of genomes such as these."""
+        none = np.empty(0)
+        return cls(np.empty(0, np.int64), genomes[:0], none, np.empty((0, axes)), none)
+
+    @classmethod
+    def of(cls, state: State) -> Self:
+        """Return the archive in a state."""
+        return cls(**{field.name: state[field.name] for field in fields(cls)})
+
+    def arrays(self) -> Mapping[str, Array]:
+        """Return its arrays by name, for a state."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def consistent(self, cells: int, axes: int) -> bool:
+        """Return whether the arrays fit each other, and an archive of so many cells and axes."""
+        elites = len(self.cells)
+        bounds = np.concatenate([[-1], self.cells, [cells]]) if self.cells.ndim == 1 else [0, 0]
+        return (
+            bool((np.diff(bounds) > 0).all())
+            and self.genomes.shape[:1] == self.scores.shape == self.thresholds.shape == (elites,)
+            and self.values.shape == (elites, axes)
+        )
+
+    def held(
+        self, cells: NDArray[np.int64], numbers: NDArray[np.float64], otherwise: float
+    ) -> NDArray[np.float64]:
+        """Return the number of each cell's elite, (cells,); `otherwise` where there is none."""
+        if not len(self.cells):
+            return np.full(len(cells), otherwise)
+        slots = np.minimum(np.searchsorted(self.cells, cells), len(self.cells) - 1)
+        return np.where(self.cells[slots] == cells, numbers[slots], otherwise)
+
+    def inserted(self, candidates: Candidates) -> "Archive":
+        """Return the archive after the insertion of a batch.
+
+        A candidate takes an empty cell, or one whose elite scores less. Of several in one cell
+        the best enters, of equals the first. The thresholds of cells that change become the
+        scores of their elites.
+        """
+        better = candidates.scores > self.held(candidates.cells, self.scores, -np.inf)
+        rows = np.flatnonzero(candidates.valid & better)
+        rows = rows[np.lexsort((-candidates.scores[rows], candidates.cells[rows]))]
+        cells, firsts = np.unique(candidates.cells[rows], return_index=True)
+        if not len(cells):
+            return self
+        rows = rows[firsts]
+        found = ~np.isin(cells, self.cells, assume_unique=True)
+        gaps = np.searchsorted(self.cells, cells[found])
+        all_cells = np.insert(self.cells, gaps, cells[found])
+        slots = np.searchsorted(all_cells, cells)
+
+        def placed(old: Array, new: Array) -> Array:
+            array = np.insert(old, gaps, new[found], axis=0) if len(gaps) else old.copy()
+            array[slots] = new
+            return array
+
+        scores = candidates.scores[rows]
+        return Archive(
+            cells=all_cells,
+            genomes=placed(self.genomes, candidates.genomes[rows]),
+            scores=placed(self.scores, scores),
+            values=placed(self.values, candidates.values[rows]),
+            thresholds=placed(self.thresholds, scores),
+        )

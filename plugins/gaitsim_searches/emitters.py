@@ -1,0 +1,200 @@
+"""Emitters: several CMA-ES at once, each of which climbs the improvement of the archive.
+
+Hansen 2016, "The CMA evolution strategy: a tutorial", with positive weights; restarts and
+selection of Fontaine et al. 2020 as in pyribs (Tjanaka et al. 2023). All lengths are in widths of
+the genes' bounds.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import State
+from gaitsim_searches.eigen import principal_axes
+
+_PREFIX = "emitters "
+_CONDITION = 1e14
+_SMALLEST = 1e-11
+_ZERO = 1e-300
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Emitters:
+    """Normal distributions of genomes, one for each emitter.
+
+    Attributes:
+        mean: genome in the centre, in the genes' units, (emitters, genes).
+        step: step size, (emitters,).
+        covariance: (emitters, genes, genes).
+        basis: eigenvectors of the covariance as it was at `decomposed`, (emitters, genes, genes).
+        lengths: square roots of its eigenvalues, (emitters, genes).
+        path: evolution path, (emitters, genes).
+        conjugate: conjugate evolution path, (emitters, genes).
+        age: generations since the start, (emitters,) int64.
+        decomposed: age at the last decomposition, (emitters,) int64.
+    """
+
+    mean: Floats
+    step: Floats
+    covariance: Floats
+    basis: Floats
+    lengths: Floats
+    path: Floats
+    conjugate: Floats
+    age: NDArray[np.int64]
+    decomposed: NDArray[np.int64]
+
+    @classmethod
+    def begun(cls, mean: Floats, step: float) -> Self:
+        """Return emitters that begin around these genomes, (emitters, genes)."""
+        count, genes = mean.shape
+        unit = np.tile(np.eye(genes), (count, 1, 1))
+        none, zeros = np.zeros(count, np.int64), np.zeros((count, genes))
+        return cls(
+            mean,
+            np.full(count, step),
+            unit,
+            unit,
+            np.ones((count, genes)),
+            zeros,
+            zeros,
+            none,
+            none,
+        )
+
+    @classmethod
+    def of(cls, state: State) -> Self:
+        """Return the emitters in a state."""
+        return cls(**{field.name: state[_PREFIX + field.name] for field in fields(cls)})
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Return the arrays by name, for a state."""
+        return {_PREFIX + field.name: getattr(self, field.name) for field in fields(self)}
+
+    def consistent(self, genes: int) -> bool:
+        """Return whether the arrays fit each other, and genomes of so many genes."""
+        count = len(self.mean)
+        return (
+            self.mean.shape
+            == self.lengths.shape
+            == self.path.shape
+            == self.conjugate.shape
+            == (count, genes)
+            and self.covariance.shape == self.basis.shape == (count, genes, genes)
+            and self.step.shape == self.age.shape == self.decomposed.shape == (count,)
+        )
+
+    def sampled(self, each: int, width: Floats, rng: np.random.Generator) -> Floats:
+        """Draw genomes, (each, emitters, genes); they may lie outside the bounds."""
+        normal = rng.standard_normal((len(self.mean), each, len(width)))
+        spread = (normal * self.lengths[:, None]) @ self.basis.swapaxes(1, 2)
+        return (self.mean[:, None] + self.step[:, None, None] * spread * width).swapaxes(0, 1)
+
+    def replaced(self, which: NDArray[np.bool_], by: Self) -> Self:
+        """Return the emitters with those of another set where `which` is true."""
+        return replace(
+            self,
+            **{
+                field.name: np.where(
+                    which.reshape(-1, *[1] * (getattr(self, field.name).ndim - 1)),
+                    getattr(by, field.name),
+                    getattr(self, field.name),
+                )
+                for field in fields(self)
+            },
+        )
+
+    def exhausted(self) -> NDArray[np.bool_]:
+        """Whether each emitter has contracted or degenerated, (emitters,)."""
+        longest, shortest = self.lengths.max(1), self.lengths.min(1)
+        ended: NDArray[np.bool_] = longest**2 > _CONDITION * shortest**2
+        ended |= self.step * longest < _SMALLEST
+        return ended
+
+    def adapted(self, changes: Floats, parents: NDArray[np.int64], width: Floats) -> Self:
+        """Return the emitters after a generation.
+
+        Args:
+            changes: the genomes minus the mean in widths, the best first, (emitters, each, genes).
+            parents: how many of the best are parents, (emitters,); 0 changes nothing but the age.
+            width: distance between the bounds of each gene, (genes,).
+        """
+        genes, each = self.mean.shape[1], changes.shape[1]
+        weights, mass = _weights(parents, each)
+        path_rate, rank_one, rank_mu, step_rate, damping = _rates(mass, genes)
+        change = (weights[:, None] @ changes)[:, 0]
+        shift = change / self.step[:, None]
+        white = (
+            ((shift[:, None] @ self.basis) / self.lengths[:, None]) @ self.basis.swapaxes(1, 2)
+        )[:, 0]
+        conjugate = _faded(self.conjugate, step_rate, mass, white)
+        age = self.age + 1
+        longer = (conjugate**2).sum(1) / genes
+        rising = longer / (1 - (1 - step_rate) ** (2 * age)) < 2 + 4 / (genes + 1)
+        path = _faded(self.path, path_rate, mass, shift * rising[:, None])
+        missing = ~rising * path_rate * (2 - path_rate)
+        scaled = changes / self.step[:, None, None]
+        covariance = (
+            (1 - rank_one * (1 - missing) - rank_mu)[:, None, None] * self.covariance
+            + rank_one[:, None, None] * path[:, :, None] * path[:, None]
+            + rank_mu[:, None, None] * ((scaled * weights[..., None]).swapaxes(1, 2) @ scaled)
+        )
+        growth = np.minimum(1, step_rate / damping * (longer - 1) / 2)
+        adapted = replace(
+            self,
+            mean=self.mean + change * width,
+            step=self.step * np.exp(growth),
+            covariance=covariance,
+            path=path,
+            conjugate=conjugate,
+        )
+        return replace(self.replaced(parents > 0, adapted), age=age)._decomposed(each)
+
+    def _decomposed(self, each: int) -> Self:
+        """Decompose covariances, as often as keeps the cost per genome in the square of genes."""
+        genes = self.mean.shape[1]
+        _, mass = _weights(np.array([each // 2]), each)
+        _, rank_one, rank_mu, _, _ = _rates(mass, genes)
+        pause = 0.5 / ((rank_one + rank_mu) * genes)
+        due = self.age > self.decomposed + pause
+        if not due.any():
+            return self
+        basis, lengths = self.basis.copy(), self.lengths.copy()
+        for emitter in np.flatnonzero(due):
+            # Along its axes of some generations before, a covariance is nearly diagonal, and
+            # takes a third of the sweeps.
+            before = basis[emitter]
+            variances, turns = principal_axes(before.T @ self.covariance[emitter] @ before)
+            basis[emitter] = before @ turns.T
+            lengths[emitter] = np.sqrt(np.maximum(variances, _ZERO))
+        return replace(
+            self, basis=basis, lengths=lengths, decomposed=np.where(due, self.age, self.decomposed)
+        )
+
+
+def _weights(parents: NDArray[np.int64], each: int) -> tuple[Floats, Floats]:
+    """Return the weight of each rank, (emitters, each), and their effective number, (emitters,)."""
+    ranks = np.arange(1, each + 1)
+    raw = np.maximum(np.log(parents[:, None] + 0.5) - np.log(ranks), 0)
+    raw[parents == 0, 0] = 1
+    weights = raw / raw.sum(1, keepdims=True)
+    return weights, 1 / (weights**2).sum(1)
+
+
+def _rates(mass: Floats, genes: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return the learning rates of path, rank one, rank µ and step size, and its damping."""
+    path = (4 + mass / genes) / (genes + 4 + 2 * mass / genes)
+    rank_one = 2 / ((genes + 1.3) ** 2 + mass)
+    rank_mu = np.minimum(1 - rank_one, 2 * (mass - 2 + 1 / mass) / ((genes + 2) ** 2 + mass))
+    step = (mass + 2) / (genes + mass + 5)
+    damping = 1 + 2 * np.maximum(0, np.sqrt((mass - 1) / (genes + 1)) - 1) + step
+    return path, rank_one, rank_mu, step, damping
+
+
+def _faded(path: Floats, rate: Floats, mass: Floats, shift: Floats) -> Floats:
+    return (1 - rate)[:, None] * path + np.sqrt(rate * (2 - rate) * mass)[:, None] * shift

@@ -1,0 +1,67 @@
+"""How far candidates improve an archive: what the emitters of CMA-ME and CMA-MAE climb."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim_searches.archive import Archive, Candidates
+
+
+@dataclass(frozen=True)
+class Soft:
+    """Thresholds that rise slowly, so that a cell rewards improvement more than once.
+
+    Attributes:
+        minimum: threshold of an empty cell.
+        rate: the archive's learning rate, 0 to 1.
+    """
+
+    minimum: float
+    rate: float
+
+
+@dataclass(frozen=True, eq=False)
+class Improvement:
+    """What each candidate is to an archive as it was before the batch.
+
+    Attributes:
+        status: 2 discovers a cell, 1 improves one, 0 does neither, (candidates,) int64.
+        gain: score above the threshold of its cell, (candidates,); −inf for an invalid candidate.
+    """
+
+    status: NDArray[np.int64]
+    gain: NDArray[np.float64]
+
+
+def improvement(archive: Archive, candidates: Candidates, soft: Soft | None) -> Improvement:
+    """Return what the candidates improve.
+
+    Without soft thresholds, the gain of a candidate that discovers a cell is its score, as in
+    Fontaine, Togelius, Nikolaidis and Hoover 2020, "Covariance matrix adaptation for the rapid
+    illumination of behavior space".
+    """
+    empty = soft.minimum if soft else -np.inf
+    limits = archive.held(candidates.cells, archive.thresholds, empty)
+    occupied = archive.held(candidates.cells, np.ones(len(archive.cells)), 0) > 0
+    accepted = candidates.valid & (candidates.scores > limits)
+    gain = candidates.scores - np.where(occupied, limits, soft.minimum if soft else 0)
+    return Improvement(
+        np.where(accepted, np.where(occupied, 1, 2), 0), np.where(candidates.valid, gain, -np.inf)
+    )
+
+
+def softened(before: Archive, after: Archive, candidates: Candidates, soft: Soft) -> Archive:
+    """Return the archive after an insertion with the thresholds of CMA-MAE.
+
+    Every candidate above the threshold of its cell moves it towards its score, all of a batch at
+    once: Fontaine and Nikolaidis 2023, "Covariance matrix adaptation MAP-annealing", appendix.
+    """
+    thresholds = before.held(after.cells, before.thresholds, soft.minimum)
+    accepted = improvement(before, candidates, soft).status > 0
+    slots = np.searchsorted(after.cells, candidates.cells[accepted])
+    counts = np.bincount(slots, minlength=len(thresholds))
+    sums = np.bincount(slots, candidates.scores[accepted], len(thresholds))
+    kept = (1 - soft.rate) ** counts
+    moved = kept * thresholds + (1 - kept) * sums / np.maximum(counts, 1)
+    return replace(after, thresholds=np.where(counts > 0, moved, thresholds))

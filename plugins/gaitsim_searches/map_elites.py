@@ -1,0 +1,277 @@
+"""MAP-Elites: the best genome for each way to behave."""
+
+import math
+from dataclasses import replace
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from gaitsim.contracts import (
+    BitSpace,
+    Context,
+    Genomes,
+    GenomeSpace,
+    Members,
+    RealSpace,
+    Results,
+    Search,
+    State,
+    option,
+)
+from gaitsim_searches.archive import Archive, Candidates
+from gaitsim_searches.emission import climbed, emitted
+from gaitsim_searches.emitters import Emitters
+from gaitsim_searches.improvement import Soft, improvement, softened
+from gaitsim_searches.real import real
+from gaitsim_searches.tessellation import Tessellation, even_centroids
+from gaitsim_searches.variation import along_lines, flipped, isotropic, mixed
+
+_MOST_CELLS = 1_000_000
+_MOST_CENTROIDS = 50_000
+_MOST_BYTES = 64_000_000
+
+
+class MapElites(Search):
+    """Keeps the best genome found in each cell of a space of measures.
+
+    Mouret and Clune 2015, "Illuminating search spaces by mapping elites". The variations are the
+    isotropic one of that article, the line of Vassiliades and Mouret 2018, and the emitters CMA-ME
+    (Fontaine et al. 2020) and CMA-MAE (Fontaine and Nikolaidis 2023), as pyribs has them.
+    """
+
+    axes: dict[str, tuple[float, float]] = option(
+        ...,
+        "measures, or terms of the score, that span the archive, each with its low and high end",
+    )
+    cells: (
+        Annotated[int, Field(ge=2, le=_MOST_CENTROIDS)]
+        | tuple[Annotated[int, Field(ge=1, le=_MOST_CELLS)], ...]
+    ) = option(1_000, "cells of each axis of a grid, or one number of evenly spread Voronoi cells")
+    variation: Literal["isotropic", "line", "cma-me", "cma-mae"] = option(
+        "line", "how new genomes arise from elites"
+    )
+    sigma: float = option(
+        0.01,
+        "standard deviation of the change of a gene in isotropic and line variation, in widths",
+        ge=0,
+        le=10,
+    )
+    line_sigma: float = option(
+        0.2, "standard deviation of the share of the way to another elite", ge=0, le=10
+    )
+    flips: float = option(1.0, "bits that isotropic and line variation flip, on average", gt=0)
+    step: float = option(0.2, "initial step size of an emitter, in widths", gt=0, le=10)
+    emitters: int = option(5, "emitters that share a generation", ge=1, le=1_000)
+    learning_rate: float = option(
+        0.01, "how fast the thresholds of cma-mae rise; 1 at once, 0 never", ge=0, le=1
+    )
+    threshold: float = option(0.0, "score that a genome of cma-mae must exceed in an empty cell")
+    random: int = option(
+        1,
+        "generations of random genomes before the first variation; a start replaces the first",
+        ge=1,
+    )
+    offset: float = option(0.0, "subtracted from the score of each elite in the QD score")
+
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
+    keeps: ClassVar[Literal["", "front", "archive"]] = "archive"
+
+    @model_validator(mode="after")
+    def _cells_fit_axes(self) -> "MapElites":
+        if not self.axes:
+            raise ValueError("axes must name at least one measure, such as { speed = [0, 1] }")
+        for name, (low, high) in self.axes.items():
+            if not low < high:
+                raise ValueError(
+                    f"the low end of the axis {name!r}, {low:g}, must be below {high:g}"
+                )
+        if isinstance(self.cells, tuple):
+            if len(self.cells) != len(self.axes):
+                raise ValueError(
+                    f"cells has {len(self.cells)} counts for {len(self.axes)} axes; "
+                    "give one count for each axis, or one number of Voronoi cells"
+                )
+            if math.prod(self.cells) > _MOST_CELLS:
+                raise ValueError(
+                    f"a grid of {math.prod(self.cells):,} cells is too large; at most "
+                    f"{_MOST_CELLS:,}: give fewer for each axis, or one number of Voronoi cells"
+                )
+        return self
+
+    def objection(self, space: GenomeSpace, population: int) -> str:
+        """Return why the emitters cannot work with these genes or this population, or ''."""
+        if not self._emits:
+            return ""
+        if not isinstance(space, RealSpace):
+            return (
+                f"the variation {self.variation!r} works on real genes only, not on bits; "
+                "use 'line' or 'isotropic'"
+            )
+        if population < 2 * self.emitters:
+            return (
+                f"a population of {population} is too small for {self.emitters} emitters, which "
+                f"need two genomes each: at least {2 * self.emitters}, or fewer emitters"
+            )
+        held = 2 * self.emitters * space.genes**2 * 8
+        if held > _MOST_BYTES:
+            return (
+                f"the covariances of {self.emitters} emitters with {space.genes:,} genes would "
+                f"take {held / 1e6:,.0f} MB of every checkpoint, above {_MOST_BYTES / 1e6:.0f}; "
+                "use fewer emitters, or the variation 'line'"
+            )
+        return ""
+
+    def reads(self) -> tuple[str, ...]:
+        """Return the names of the axes."""
+        return tuple(self.axes)
+
+    def initial(self, context: Context) -> State:
+        """Return an empty archive with its cells."""
+        ranges = np.array(list(self.axes.values()), float)
+        counts, centroids = np.empty(0, np.int64), np.empty((0, len(ranges)))
+        if isinstance(self.cells, tuple):
+            counts = np.array(self.cells, np.int64)
+        else:
+            centroids = even_centroids(self.cells, len(ranges), context.rng)
+        genomes = np.empty((0, context.space.genes), context.space.dtype)
+        return {
+            "axes": self._names,
+            "ranges": ranges,
+            "counts": counts,
+            "centroids": centroids,
+            **Archive.empty(genomes, len(ranges)).arrays(),
+            **Emitters.begun(np.empty((0, context.space.genes)), self.step).arrays(),
+        }
+
+    def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
+        """Return random genomes first, then variations of elites, or draws of the emitters."""
+        archive, emitters = Archive.of(state), Emitters.of(state)
+        begun = context.start is not None or context.generation > self.random
+        if not begun or (context.start is None and not len(archive.cells)):
+            none = Emitters.begun(np.empty((0, context.space.genes)), self.step)
+            return context.random(context.population), {**state, **none.arrays()}
+        if self._emits:
+            if len(emitters.mean) != self.emitters:
+                means = self._origins(archive, self.emitters, context)
+                emitters = Emitters.begun(means, self.step)
+                state = {**state, **emitters.arrays()}
+            genomes = emitted(emitters, context.population, real(context.space), context.rng)
+        else:
+            genomes = self._varied(archive, context)
+        if not len(archive.cells) and context.start is not None:
+            genomes[0] = context.start
+        return context.repair(genomes), state
+
+    def tell(self, state: State, results: Results, context: Context) -> State:
+        """Insert the genomes into the archive, and adapt the emitters to what they improved."""
+        before, candidates = Archive.of(state), self._candidates(state, results)
+        after = self._inserted(before, candidates)
+        emitters = Emitters.of(state)
+        if self._emits and len(emitters.mean):
+            found = improvement(before, candidates, self._soft)
+            emitters, ended = climbed(
+                emitters,
+                results.genomes,
+                found,
+                real(context.space),
+                two_stages=self._soft is None,
+            )
+            emitters = replace(emitters, mean=context.repair(emitters.mean))
+            if ended.any():
+                origins = self._origins(after, len(ended), context)
+                emitters = emitters.replaced(ended, Emitters.begun(origins, self.step))
+        return {**state, **after.arrays(), **emitters.arrays()}
+
+    def figures(self, state: State) -> dict[str, float]:
+        """Return coverage, QD score and the best score; −inf without any elite."""
+        scores = state["scores"]
+        return {
+            "coverage": len(scores) / _tessellation(state).total,
+            "QD score": float(np.sum(scores - self.offset)),
+            "best elite": float(scores.max(initial=-np.inf)),
+        }
+
+    def members(self, state: State) -> Members:
+        """Return the elites in the order of their cells."""
+        archive = Archive.of(state)
+        values = dict(zip(self.axes, archive.values.T, strict=True))
+        cells = _tessellation(state).indices(archive.cells)
+        return Members(archive.genomes, archive.scores, values, cells)
+
+    def remembered(self, state: State) -> Genomes:
+        """Return the genomes of the elites."""
+        return state["genomes"]
+
+    def rescored(self, state: State, results: Results, context: Context) -> State:
+        """Return the archive built anew: elites may change cells, or lose theirs to others."""
+        empty = Archive.empty(results.genomes, len(self.axes))
+        return {**state, **self._inserted(empty, self._candidates(state, results)).arrays()}
+
+    def mismatch(self, state: State, context: Context) -> str:
+        """Return why a state is of other axes, cells or genes, or ''."""
+        names = bytes(state["axes"]).decode(errors="replace").split("\0")
+        if names != list(self.axes):
+            return f"an archive of other axes: {', '.join(names)}"
+        ranges = np.array(list(self.axes.values()), float)
+        if not np.array_equal(state["ranges"], ranges):
+            return "an archive of axes with other ranges"
+        counts, centroids = state["counts"], state["centroids"]
+        cells = tuple(map(int, counts)) if len(counts) else len(centroids)
+        if cells != self.cells:
+            return f"an archive of other cells: {cells}"
+        if state["genomes"].shape[1:] != (context.space.genes,):
+            return "an archive of genomes with another number of genes"
+        archive, total = Archive.of(state), _tessellation(state).total
+        if not archive.consistent(total, len(names)) or not Emitters.of(state).consistent(
+            context.space.genes
+        ):
+            return "an archive whose arrays do not fit each other"
+        return ""
+
+    @property
+    def _emits(self) -> bool:
+        return self.variation in ("cma-me", "cma-mae")
+
+    @property
+    def _soft(self) -> Soft | None:
+        return Soft(self.threshold, self.learning_rate) if self.variation == "cma-mae" else None
+
+    @property
+    def _names(self) -> NDArray[np.uint8]:
+        return np.frombuffer("\0".join(self.axes).encode(), np.uint8)
+
+    def _origins(self, archive: Archive, count: int, context: Context) -> Genomes:
+        """Return elites drawn at random, (count, genes); without any the start or random ones."""
+        if len(archive.cells):
+            return archive.genomes[context.rng.integers(0, len(archive.cells), count)]
+        if context.start is None:
+            return context.random(count)
+        return np.repeat(np.asarray(context.start)[None], count, 0)
+
+    def _varied(self, archive: Archive, context: Context) -> Genomes:
+        elites = self._origins(archive, context.population, context)
+        line = self.variation == "line"
+        others = self._origins(archive, context.population, context) if line else elites
+        if isinstance(context.space, RealSpace):
+            changed = isotropic(elites, context.space, self.sigma, context.rng)
+            if not line:
+                return changed
+            shift = along_lines(elites, others, context.space, self.line_sigma, context.rng)
+            return changed + shift
+        parents = mixed(elites, others, context.rng) if line else elites
+        return flipped(parents, self.flips, context.rng)
+
+    def _candidates(self, state: State, results: Results) -> Candidates:
+        values = np.stack([results.values[name] for name in self.axes], 1)
+        cells = _tessellation(state).cells(values)
+        return Candidates(cells, results.genomes, results.scores, values)
+
+    def _inserted(self, before: Archive, candidates: Candidates) -> Archive:
+        after = before.inserted(candidates)
+        return softened(before, after, candidates, self._soft) if self._soft else after
+
+
+def _tessellation(state: State) -> Tessellation:
+    return Tessellation(state["ranges"], state["counts"], state["centroids"])

@@ -1,0 +1,87 @@
+"""Cells of an archive: a grid, or the Voronoi cells of centroids that lie evenly."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+_ROUNDING = 1e-9
+"""Share of a cell by which a value may fall short of a border, so that 0.3 begins the fourth of
+ten cells between 0 and 1 although 0.3 · 10 is less than 3 in floating point."""
+
+_SAMPLES = 20  # for each cell
+_LEAST_SAMPLES = 2_000
+_ROUNDS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class Tessellation:
+    """A division of the space of the axes into cells.
+
+    Attributes:
+        ranges: low and high end of each axis, (axes, 2).
+        counts: cells of each axis of a grid, (axes,) int64; empty for Voronoi cells.
+        centroids: centre of each Voronoi cell in shares of the axes' ranges, (cells, axes);
+            (0, axes) for a grid.
+    """
+
+    ranges: NDArray[np.float64]
+    counts: NDArray[np.int64]
+    centroids: NDArray[np.float64]
+
+    @property
+    def total(self) -> int:
+        """Number of cells."""
+        return int(np.prod(self.counts)) if len(self.counts) else len(self.centroids)
+
+    def cells(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the number of the cell of each point, (points, axes) -> (points,) int64.
+
+        Values outside the ranges belong to the cells at the border; a point with a value that
+        is not finite belongs to none, −1.
+        """
+        known = np.all(np.isfinite(values), axis=1)
+        low, high = self.ranges.T
+        shares = (np.clip(np.where(known[:, None], values, low), low, high) - low) / (high - low)
+        if len(self.counts):
+            steps = np.floor(shares * self.counts + _ROUNDING).astype(np.int64)
+            found = np.ravel_multi_index(tuple(np.minimum(steps, self.counts - 1).T), self.counts)
+        else:
+            _, found = _tree(self.centroids.tobytes(), len(self.ranges)).query(shares)
+        return np.where(known, found, -1)
+
+    def indices(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the index of each cell along each axis of a grid, or its number alone.
+
+        (cells,) -> (cells, axes) of a grid, (cells, 1) of Voronoi cells.
+        """
+        if not len(self.counts):
+            return cells[:, None]
+        return np.stack(np.unravel_index(cells, self.counts), 1).astype(np.int64)
+
+
+@lru_cache(maxsize=4)
+def _tree(centroids: bytes, axes: int) -> cKDTree:
+    """Return a search tree; to build one for 10,000 centroids takes longer than a generation."""
+    return cKDTree(np.frombuffer(centroids).reshape(-1, axes))
+
+
+def even_centroids(cells: int, axes: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return centroids of a centroidal Voronoi tessellation of the unit cube, (cells, axes).
+
+    Lloyd's algorithm on uniform samples, as in Vassiliades, Chatzilygeroudis and Mouret 2018,
+    "Using centroidal Voronoi tessellations to scale up the multidimensional archive of phenotypic
+    elites algorithm".
+    """
+    samples = rng.random((max(_SAMPLES * cells, _LEAST_SAMPLES), axes))
+    centroids = samples[:cells].copy()
+    for _ in range(_ROUNDS):
+        _, nearest = cKDTree(centroids).query(samples)
+        members = np.bincount(nearest, minlength=cells)
+        sums = [np.bincount(nearest, column, cells) for column in samples.T]
+        centroids = np.where(
+            members[:, None] > 0, np.stack(sums, 1) / np.maximum(members, 1)[:, None], centroids
+        )
+    return centroids
