@@ -5,37 +5,42 @@ beginning where a cell of it changed, and Rich begins and ends both colours of e
 """
 
 import re
+from collections import defaultdict
 from collections.abc import Iterator
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
-from rich.cells import cell_len
 from textual.driver import Driver
 
-_TOKEN = re.compile(
-    r"\x1b\[(?P<row>\d+);(?P<column>\d+)H|\x1b\[(?P<style>[\d;]*)m|(?P<line>\r?\n)(?=\x1b\[\d+;\d+H)"
-    r"|(?P<text>[^\x00-\x1f\x7f]+)|(?P<other>.)",
-    re.DOTALL,
-)
 _UPDATE = re.compile(r"\x1b\[\?2026[hl]")  # the beginning or the end of a synchronised update
+_MOVE = re.compile(r"\x1b\[(\d+);(\d+)H")
+_PIECE = re.compile(r"((?:\x1b\[[\d;]*m)*)([^\x00-\x1f]*)")  # styles, and a text in them
+# Pieces and moves, with or without a line break before each move.
+_KNOWN = re.compile(
+    r"(?:[^\x00-\x1f\x7f]++|\x1b\[(?:[\d;]*+m|\d++;\d++H)|\r?\n(?=\x1b\[\d+;\d+H))*+"
+)
+_NARROW = re.compile(
+    "[\r\n\x1b -~\u00a1-\u02ff\u2010-\u2027\u2190-\u2319\u2400-\u25fc\u2800-\u28ff]*"
+)
 _COLOURS = {**dict.fromkeys([*range(30, 40), *range(90, 98)], "foreground"),
             **dict.fromkeys([*range(40, 50), *range(100, 108)], "background")}  # fmt: skip
 _FOLLOWING = {"2": 3, "5": 1}  # parameters of a colour behind 38 or 48
-_NARROW = re.compile("[ -~\u00a1-\u02ff\u2010-\u2027\u2190-\u2319\u2400-\u25fc\u2800-\u28ff]*")
-GAP = 3  # unchanged cells that are sent rather than a move over them
+GAP = 4  # bytes of unchanged cells that are sent rather than a move over them
 
 
 class Pen(NamedTuple):
     """How a terminal writes: parameters of attributes and colours; '' is its own."""
 
     attributes: str = ""
-    foreground: str = ""
     background: str = ""
+    foreground: str = ""
 
 
 PLAIN = Pen()
 LOST = (-1, -1)
 Cell = tuple[str, Pen]
+Run = tuple[int, int, str]  # a row, the column where a text begins, and the text
 
 
 class Mirror:
@@ -52,7 +57,7 @@ class Mirror:
     def forget(self) -> None:
         """Know no cell, as after the terminal was resized or cleared."""
         self._rows: dict[int, list[Cell | None]] = {}
-        self._at = self._cursor = LOST  # where the terminal writes, and was left
+        self._at = LOST  # where the terminal writes
         self._pen = PLAIN
 
     def reduce(self, data: str) -> str:
@@ -62,54 +67,70 @@ class Mirror:
         return reduced
 
     def _reduced(self, data: str) -> Iterator[str]:
-        tokens = [*_TOKEN.finditer(data)]
-        lost = self._cursor == LOST and (not tokens or tokens[0]["row"] is None)
-        if lost or any(token.lastgroup == "other" for token in tokens):
+        head, *parts = _MOVE.split(data)
+        if head or not _KNOWN.fullmatch(data):
             self.forget()
             yield data
             return
-        pen, at = PLAIN, self._cursor
-        for token in tokens:
-            if token["style"] is not None:
-                pen = _after(pen, token["style"])
-            elif token["row"] is not None:
-                at = int(token["row"]), int(token["column"])
-            elif token["text"] is not None:
-                yield from self._write(at, token["text"], pen)
-                at = at[0], _column(at, token["text"])
+        pen, row, column = PLAIN, *LOST
+        runs: defaultdict[Pen, list[Run]] = defaultdict(list)
+        ends: dict[int, int] = {}  # of what was written in each row
+        for down, right, body in zip(parts[::3], parts[1::3], parts[2::3], strict=True):
+            row, column = int(down), int(right)
+            narrow = _NARROW.fullmatch(body) is not None
+            if not narrow or column < ends.get(row, 0):  # over what is not sent yet
+                yield from self._send(runs)
+                runs.clear()
+            if not narrow:  # some characters take no column, or two
+                self._rows.pop(row, None)
+                yield self._move((row, column)) + self._take(pen) + body.rstrip("\r\n")
+                self._at = row, column = LOST
+            for styles, text in _PIECE.findall(body):
+                pen = _after(pen, styles) if styles else pen
+                if narrow and text:
+                    self._compare(row, column, text, pen, runs)
+                    column += len(text)
+            self._pen = self._pen if narrow else pen
+            ends[row] = column
+        yield from self._send(runs)
         yield self._take(PLAIN)
-        yield self._move(at)
-        self._cursor = at
+        if (row, column) != LOST:
+            yield self._move((row, column))
 
-    def _write(self, at: tuple[int, int], text: str, pen: Pen) -> Iterator[str]:
-        """Yield what writes those characters that differ."""
-        row, first = at
+    def _compare(
+        self, row: int, first: int, text: str, pen: Pen, runs: defaultdict[Pen, list[Run]]
+    ) -> None:
+        """Add those characters that differ to the runs of their pen."""
         shown = self._rows.setdefault(row, [])
         end = first + len(text)
-        shown.extend([None] * (end - len(shown)))
-        if not _NARROW.fullmatch(text):  # some take no column, or two
-            del shown[max(first - 1, 0) :]
-            yield self._move(at) + self._take(pen) + text
-            self._at = row, _column(at, text)
-            return
-        space = " ", pen if pen.attributes else pen._replace(foreground="")  # it does not show
+        if len(shown) < end:
+            shown.extend([None] * (end - len(shown)))
+        space = " ", _blank(pen)
         cells: list[Cell | None] = [space if letter == " " else (letter, pen) for letter in text]
         before = shown[first:end]
         if before == cells:
             return
         shown[first:end] = cells
         changed = [index for index in range(len(cells)) if before[index] != cells[index]]
-        start = changed[0]
-        for index, following in zip(changed, [*changed[1:], end], strict=True):
-            if following - index <= GAP and following != end:
+        start, last = changed[0], changed[0]
+        for index in [*changed[1:], -1]:
+            if index - last == 1 or index > 0 and len(text[last + 1 : index].encode()) <= GAP:
+                last = index
                 continue
-            piece = text[start : index + 1]
-            yield self._move((row, first + start))
-            plain = not (piece.strip() or pen.attributes or self._pen.attributes)
-            yield self._take(pen._replace(foreground=self._pen.foreground) if plain else pen)
-            yield piece
-            self._at = row, first + index + 1
-            start = following
+            piece = text[start : last + 1]
+            runs[space[1] if piece.isspace() else pen].append((row, first + start, piece))
+            start = last = index
+
+    def _send(self, runs: dict[Pen, list[Run]]) -> Iterator[str]:
+        """Yield what writes the runs, those of a pen together: a move is shorter than a colour."""
+        for pen, following in pairwise([*sorted(runs), PLAIN]):
+            blank = not pen.attributes and all(text.isspace() for _, _, text in runs[pen])
+            if blank and following[:2] == pen[:2] and pen != following in runs:
+                runs[following] = sorted([*runs[pen], *runs[following]])  # any colour will do
+                continue
+            for row, column, text in runs[pen]:
+                yield self._move((row, column)) + self._take(pen) + text
+                self._at = row, column + len(text)
 
     def _move(self, place: tuple[int, int]) -> str:
         (row, column), before = place, self._at
@@ -136,15 +157,16 @@ class Mirror:
         return f"\x1b[{';'.join(parts)}m"
 
 
-def _column(at: tuple[int, int], text: str) -> int:
-    """Return the column behind a text."""
-    return at[1] + (len(text) if _NARROW.fullmatch(text) else cell_len(text))
+@lru_cache(4096)
+def _blank(pen: Pen) -> Pen:
+    """Return the pen of a space, whose foreground does not show unless it is underlined."""
+    return pen if pen.attributes else pen._replace(foreground="")
 
 
 @lru_cache(4096)
-def _after(pen: Pen, style: str) -> Pen:
-    """Return the pen after a sequence of parameters."""
-    numbers = iter((style or "0").split(";"))
+def _after(pen: Pen, styles: str) -> Pen:
+    """Return the pen after sequences of parameters."""
+    numbers = iter(";".join(one or "0" for one in re.findall(r"\[([\d;]*)m", styles)).split(";"))
     for number in numbers:
         kind = _COLOURS.get(int(number or 0), "attributes")
         if number in ("", "0"):
