@@ -1,5 +1,7 @@
 """The trunk, which is the rigid part of a body, and its heading."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +21,7 @@ def size(skeleton: Skeleton) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=1), axis=-1).max(initial=0.0))
 
 
+@lru_cache(4)  # several measures of one motion, and its picture, ask for it: 3 ms each
 def trunk(skeleton: Skeleton) -> Floats:
     """Return the points of the trunk over time, (frames, points, 3), metres.
 
@@ -41,7 +44,9 @@ def trunk(skeleton: Skeleton) -> Floats:
     best: NDArray[np.bool_] = max(groups, key=lambda group: len(np.unique(places[group])))
     if not best.any():  # not even one segment keeps its length
         best[:2] = True
-    return points[:, best]
+    found: Floats = points[:, best]
+    found.flags.writeable = False
+    return found
 
 
 def heading(body: Floats) -> Floats | None:

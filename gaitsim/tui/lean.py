@@ -114,7 +114,7 @@ class Mirror:
         changed = [index for index in range(len(cells)) if before[index] != cells[index]]
         start, last = changed[0], changed[0]
         for index in [*changed[1:], -1]:
-            if index - last == 1 or index > 0 and len(text[last + 1 : index].encode()) <= GAP:
+            if index - last == 1 or (index > 0 and len(text[last + 1 : index].encode()) <= GAP):
                 last = index
                 continue
             piece = text[start : last + 1]

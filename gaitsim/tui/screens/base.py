@@ -146,11 +146,12 @@ class GaitScreen(Screen[None]):
         """Say why a key of the screen does not work now, rather than ignore it."""
         if self.focused is not None and self.focused.check_consume_key(event.key, event.character):
             return
-        for kind in type(self).__mro__ if event.key not in self.active_bindings else ():
+        for kind in type(self).__mro__:
             for binding in kind.__dict__.get("BINDINGS", ()):
                 if not isinstance(binding, Binding) or event.key not in binding.key.split(","):
                     continue
-                if why := self.obstacle(binding.action):
+                why = self.obstacle(binding.action)
+                if why and event.key not in self.active_bindings:  # which checks all keys
                     self.notify(why, title=binding.description, markup=False)
                     return
 

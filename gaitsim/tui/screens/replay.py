@@ -150,7 +150,6 @@ The best individual of any generation, as it moves.
         self._time.set_range(0, max(leader.frames - 1, 0))
         self._time.value = leader.frame
         self._state()
-        self.refresh_bindings()
 
     @on(BodyCanvas.Moved)
     def _moved(self, event: BodyCanvas.Moved) -> None:
@@ -203,8 +202,9 @@ The best individual of any generation, as it moves.
         self._play(False)
 
     def _play(self, playing: bool) -> None:
-        self._playing = self.leader.playing = playing
-        self._state()
+        if playing != self._playing:  # it checks all keys
+            self._playing = self.leader.playing = playing
+            self._state()
 
     def action_frame(self, steps: int) -> None:
         """Go some frames on, round the ends."""
@@ -284,16 +284,15 @@ The best individual of any generation, as it moves.
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if not self.is_mounted:
             return super().check_action(action, parameters)
-        pane = self.pane
         match action:
             case "play" | "pause":
                 return self.leader.skeleton is not None and self._playing == (action == "pause")
             case "frame" | "speed" | "camera":
                 return self.leader.skeleton is not None
             case "measures" | "export" | "why" | "go_to":
-                return pane.shown is not None
+                return self.pane.shown is not None
             case "generation" | "best":
-                return pane.shown is not None or pane.problem is not None
+                return self.pane.shown is not None or self.pane.problem is not None
         return super().check_action(action, parameters)
 
 
