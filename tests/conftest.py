@@ -25,6 +25,10 @@ settings.load_profile("tests")
 # Looking for garbage as often as usual takes a tenth of the time of the terminal UI's tests.
 gc.set_threshold(100_000, 50, 50)
 
+# Programs that tests start would compile all of the package each, where bytecode is not kept.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 allow_missing_cache()  # as a run does: tests import kernels without it, but share its cache
 
 # A shell that starts the tests in the background lets them ignore Ctrl-C, and what they start.

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 import pytest
+from textual import _wait
 from waiting import app_until
 
 from gaitsim.evaluation import evaluate
@@ -13,6 +14,10 @@ from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 
 PUPPETS = Path(__file__).parents[1] / "puppets"
+
+# An app that moves something works in most intervals of 20 ms, and a pilot would wait a second.
+_wait.SLEEP_GRANULARITY = 1 / 200
+_wait.SLEEP_IDLE = _wait.SLEEP_GRANULARITY / 20
 
 
 @pytest.fixture
