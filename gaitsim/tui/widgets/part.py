@@ -1,5 +1,6 @@
 """One part of an experiment: which plugin, and its options."""
 
+import asyncio
 from dataclasses import dataclass
 
 from rich.text import Text
@@ -31,6 +32,7 @@ class Part(VerticalScroll):
         self._made_of: tuple[object, ...] = ()
         self._validation: Validation | None = None
         self._asked = ""
+        self._building = asyncio.Lock()
 
     def show(self, found: Validation) -> None:
         """Show the section of a validation."""
@@ -39,7 +41,7 @@ class Part(VerticalScroll):
         made_of = (found.builder.preset, form.plugin, found.offered.get(self.section))
         if made_of != self._made_of:
             self._made_of = made_of
-            self._build(found)
+            self._build(made_of, found)
         else:
             self._show_problems()
 
@@ -48,10 +50,15 @@ class Part(VerticalScroll):
             if self._validation is not None:
                 field.show_problem(self._validation.problems.get(field.option.key))
 
-    @work(exclusive=True, group="build")
-    async def _build(self, found: Validation) -> None:
+    @work(group="build")
+    async def _build(self, made_of: tuple[object, ...], found: Validation) -> None:
+        # Wait for an earlier build: widgets whose mounting is cancelled remain without children.
+        async with self._building:
+            if made_of == self._made_of:
+                await self._build_form(found)
+
+    async def _build_form(self, found: Validation) -> None:
         form = found.forms[self.section]
-        # One after the other: the fields that are taken away stay until they are.
         await self.remove_children()
         parts: list[Widget] = []
         if self.section in KINDS:
