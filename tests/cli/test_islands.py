@@ -66,11 +66,9 @@ def epochs(monkeypatch):
 
 def test_the_same_bits_here_and_in_processes(evolve, gaitsim, epochs):
     alone = evolve("alone", "--workers", 1)
-    for name, workers in (("two", 2), ("three", 3)):
-        assert evolve(name, "--workers", workers) == alone
-        # An island's epoch from one migration to the next was a worker's task.
-        assert epochs == [(4, 2, 5), (4, 6, 10), (4, 11, 13)]
-        epochs.clear()
+    assert evolve("two", "--workers", 2) == alone
+    # An island's epoch from one migration to the next was a worker's task.
+    assert epochs == [(4, 2, 5), (4, 6, 10), (4, 11, 13)]
     assert "identical" in gaitsim("verify", "two", "--all", "--workers", 1).stdout
     (line,) = [
         line for line in gaitsim("show", "two").stdout.splitlines() if line.startswith("4 islands")
@@ -78,6 +76,7 @@ def test_the_same_bits_here_and_in_processes(evolve, gaitsim, epochs):
     assert line == "4 islands on a ring; every 5 generations the best 1 of each migrate"
 
 
+@pytest.mark.slow
 def test_the_same_bits_over_dask(evolve):
     pytest.importorskip("distributed")
     assert evolve("cluster", "--dask", "local", "--workers", 2) == evolve("alone", "--workers", 1)

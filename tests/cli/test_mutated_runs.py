@@ -208,7 +208,7 @@ def changed_files(path, count, seed):
 )
 def test_commands_on_mutated_files_end_well(run, invoke, tmp_path, name):
     kept = shutil.copytree(run, tmp_path / "kept")
-    for number, data in enumerate(changed_files(run / name, 40, sum(name.encode()))):
+    for number, data in enumerate(changed_files(run / name, 15, sum(name.encode()))):
         shutil.rmtree(run)
         shutil.copytree(kept, run)
         (run / name).write_bytes(data)

@@ -166,7 +166,7 @@ def is_alive(number):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_check_that_is_stopped_takes_its_processes_with_it(
     install, working, start, tmp_path, monkeypatch, number
 ):

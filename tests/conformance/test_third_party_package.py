@@ -40,6 +40,7 @@ def test_an_installed_package_passes_in_full(environment, tmp_path):
     assert "force of an oar" in shown
 
 
+@pytest.mark.slow
 def test_it_runs_with_and_without_workers_and_resumes(environment, tmp_path):
     def summary(*command):
         lines = environment.run(["gaitsim", *command, "--json"], tmp_path).stdout.splitlines()
@@ -52,6 +53,7 @@ def test_it_runs_with_and_without_workers_and_resumes(environment, tmp_path):
     assert whole["fingerprint"] == resumed["fingerprint"]
 
 
+@pytest.mark.slow
 def test_its_parts_work_with_the_bundled_ones(environment, tmp_path):
     settings = ["--set", "selection.plugin=best-third", "--set", "crossover.plugin=beats"]
     run = ["gaitsim", "run", "millipede", *settings, "--generations", "3", "--json"]

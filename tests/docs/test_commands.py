@@ -93,7 +93,7 @@ def quick(arguments: list[str], runs: Path) -> list[str]:
     """The same command with less work."""
     command, *_ = arguments
     if command == "video":
-        return [*arguments, "--size", "480x270", "--fps", "2", "--speed", "1"]
+        return [*arguments, "--size", "320x180", "--fps", "1", "--speed", "1"]
     if command != "run":
         return arguments
     if "--generations" not in arguments:

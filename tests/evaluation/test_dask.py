@@ -150,6 +150,7 @@ def test_a_run_is_the_same_when_a_worker_is_killed(gaitsim, fingerprint, address
     assert fingerprint("hurt") == fingerprint("whole")
 
 
+@pytest.mark.slow
 def test_work_that_kills_its_workers_is_given_up(made, client, told, tmp_path):
     told.clear()
     for mark in range(MAX_ATTEMPTS):
@@ -185,6 +186,7 @@ def test_closing_with_unfinished_tasks_prints_nothing(address, alarmed, caplog):
     assert not caplog.records
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
 def test_workers_that_are_still_beginning_are_ended(alarmed, monkeypatch):
     begun = []
@@ -201,6 +203,7 @@ def test_workers_that_are_still_beginning_are_ended(alarmed, monkeypatch):
     assert begun[0].status.name == "closed"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
 def test_ctrl_c_while_it_closes_waits_until_all_is_closed(address, alarmed, monkeypatch):
     another = DaskExecutor(address)
@@ -244,6 +247,7 @@ def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, mon
     assert gaitsim("show", "millipede", "--json").stdout.count('"generation": 0')
 
 
+@pytest.mark.slow
 def test_after_a_lost_scheduler_the_run_can_be_resumed(gaitsim, fingerprint, shared, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 2)
     gaitsim(*RUN, "--out", "whole", "--workers", 1)
@@ -265,6 +269,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_reported(program, tmp_path):
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
@@ -283,6 +288,7 @@ def test_a_scheduler_without_workers_is_reported(monkeypatch):
         DaskExecutor(theirs.scheduler_address)
 
 
+@pytest.mark.slow
 def test_workers_come_and_go_with_one_warning_when_none_are_left(monkeypatch):
     monkeypatch.setattr(cluster, "COUNT", 0.05)
     monkeypatch.setattr(cluster, "ALONE", 2)
@@ -325,6 +331,7 @@ repeats = 3
 """
 
 
+@pytest.mark.slow
 def test_studies_and_comparisons_are_the_same(gaitsim, tmp_path, address):
     (tmp_path / "small.toml").write_text(STUDY)
     gaitsim("study", "small.toml", "--out", "one", "--workers", 1)
@@ -340,6 +347,7 @@ def test_studies_and_comparisons_are_the_same(gaitsim, tmp_path, address):
 SLOW = ("--generations", 5000, "--set", "organism.pause=0.05", "--out", "run")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_workers_of_our_own_end_with_the_program(start, puppet_file, tmp_path, number):

@@ -120,6 +120,7 @@ def test_costly_bodies_are_shared_when_workers_are_asked_for(slow, chunks):
     assert not told
 
 
+@pytest.mark.slow
 def test_no_warning_while_it_is_in_doubt_that_workers_are_faster(slow, chunks):
     told = []
     with Evaluator(slow(0.002), 2, told.append) as evaluator:
@@ -224,6 +225,7 @@ def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared,
     assert len(told) == 1
 
 
+@pytest.mark.slow
 def test_workers_not_asked_for_start_once_they_would_have_paid(slow, chunks, monkeypatch):
     monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
     told = []

@@ -199,6 +199,7 @@ def test_an_evaluator_does_other_work_with_its_experiment(puppet, workers):
         assert evaluator.map(chores.seeded, [1, 2, 3]) == [("puppet", 7, n) for n in (1, 2, 3)]
 
 
+@pytest.mark.slow
 def test_workers_not_asked_for_start_when_tasks_pay(puppet, monkeypatch):
     monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
     with Evaluator(puppet()) as evaluator:

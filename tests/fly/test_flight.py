@@ -143,7 +143,7 @@ def loads(
     return force, torque
 
 
-@pytest.mark.parametrize("wings", ["symmetric", "asymmetric"])
+@pytest.mark.parametrize("wings", ["symmetric", pytest.param("asymmetric", marks=pytest.mark.slow)])
 def test_flapping_flight_agrees_with_scipy(wings: str) -> None:
     fly, motion = flown(2, wings=wings, duration=0.15, trials=2, dt=0.00025, start_spin=3.0)
     for individual, trial in ((0, 0), (1, 1)):

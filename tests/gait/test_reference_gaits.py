@@ -106,7 +106,7 @@ def test_the_flip_flop_is_flagged(reference, played):
     assert "L1, L2, L3, L4, R1, R2, R3, R4" in flags["flip-flop"]
 
 
-@settings(max_examples=12)
+@settings(max_examples=5)
 @given(
     file=st.sampled_from(sorted(WALKS)),
     shift=st.integers(0, 79),
@@ -128,7 +128,7 @@ def test_neither_the_start_nor_the_order_of_legs_changes_the_name(
     assert gait.footfalls.margin == pytest.approx(same.footfalls.margin)
 
 
-@settings(max_examples=12)
+@settings(max_examples=5)
 @given(away=st.lists(st.floats(-0.06, 0.06), min_size=8, max_size=8))
 def test_pairs_need_not_be_exactly_in_phase(script, played, away):
     exact = np.array([0, 0.5, 0, 0.5, 0.5, 0, 0.5, 0])

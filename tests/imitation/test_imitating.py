@@ -55,6 +55,15 @@ def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
     assert result.free_running < 0.02
 
 
+def test_the_expert_walks_straight_and_never_falls(spider):
+    measures = spider.individual().measures
+    assert measures["forward"] >= 2.6
+    assert abs(measures["yaw"]) < 10
+    assert abs(measures["lateral"]) < 0.15
+    assert measures["slip ratio"] < 0.15
+    assert measures["least margin"] > 0
+
+
 def test_what_the_body_cannot_follow_is_counted(spider):
     result = imitate(spider.individual(), SETTINGS["source"])
     played, commanded = result.imitation.gait.angles, result.imitation.commanded

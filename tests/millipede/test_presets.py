@@ -69,9 +69,9 @@ def test_every_genome_but_the_worst_breeds_once():
     ("name", "size", "lowest", "highest"),
     [
         ("millipede-random", (79, 80), 9.2, 9.75),
-        ("millipede-double-mutation", (79, 80), 9.9, 10),
         ("millipede-crossover", (35, 37), 9.8, 10),
-        ("millipede-crossover", (79, 80), 10, 10),
+        pytest.param("millipede-double-mutation", (79, 80), 9.9, 10, marks=pytest.mark.slow),
+        pytest.param("millipede-crossover", (79, 80), 10, 10, marks=pytest.mark.slow),
     ],
 )
 def test_the_optimum_is_reached_after_the_sources_generations(name, size, lowest, highest):

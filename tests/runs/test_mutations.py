@@ -95,4 +95,4 @@ def test_mutated_files_are_read_or_refused(run):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
 def test_many_mutated_files_are_read_or_refused(run, name):
-    check(run, name, 2000)
+    check(run, name, 500)

@@ -62,7 +62,13 @@ def test_over_a_walk_the_floor_carries_the_weight_on_average(nominal: Replay) ->
     assert nominal.load.sum(axis=1).mean() == pytest.approx(WEIGHT, rel=0.01)
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize(
+    "variant",
+    [
+        name if name in ("nominal", "30 ms delay") else pytest.param(name, marks=pytest.mark.slow)
+        for name in VARIANTS
+    ],
+)
 def test_a_hand_made_tetrapod_walks_straight(variant: str) -> None:
     walk = replay(tetrapod(), **VARIANTS[variant])
     assert 1.6 < walk.forward < 2.1
@@ -73,6 +79,7 @@ def test_a_hand_made_tetrapod_walks_straight(variant: str) -> None:
     assert walk.belly == 0
 
 
+@pytest.mark.slow
 def test_the_timestep_does_not_matter(nominal: Replay) -> None:
     fine = replay(tetrapod(), timestep=0.001)
     assert fine.forward == pytest.approx(nominal.forward, rel=0.02)

@@ -165,4 +165,4 @@ def test_mutants_of_a_study_file(tmp_path):
 
 @pytest.mark.slow
 def test_many_mutants_of_a_study_file(tmp_path):
-    mutants_are_read_or_refused(2000, tmp_path / "study.toml")
+    mutants_are_read_or_refused(500, tmp_path / "study.toml")

@@ -23,6 +23,7 @@ def test_description_of_a_known_sample() -> None:
     assert found.median_low <= found.median <= found.median_high
 
 
+@pytest.mark.slow
 def test_the_interval_of_the_median_covers_it_as_often_as_it_says() -> None:
     rng = np.random.default_rng(1)
     covered = 0

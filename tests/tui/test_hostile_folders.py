@@ -91,5 +91,5 @@ def test_values_that_no_run_has(file, old, new, template, drive):
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(4))
 def test_attacked_runs(part, template, drive, tmp_path, monkeypatch):
-    cases = [("exports", "link to a folder"), (".gaitsim-0.partial", "folder"), *CASES[::12]]
+    cases = [("exports", "link to a folder"), (".gaitsim-0.partial", "folder"), *CASES[::24]]
     check(cases[part::4], template, tmp_path, monkeypatch, drive)

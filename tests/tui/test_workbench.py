@@ -16,7 +16,6 @@ from gaitsim.tui.widgets.curves import Curves
 
 pytestmark = pytest.mark.slow
 RUN = Path("runs/walk")
-SIZES = [(80, 24), (120, 34)]
 
 
 def shown(app):
@@ -172,18 +171,14 @@ async def at_rest(hand, name, state):
     await hand.driver.until(holds)
 
 
-@pytest.fixture(params=SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
-def size(request):
-    return request.param
-
-
-@pytest.fixture(params=[Keyboard, Mouse])
-def day(request, drive, size):
-    """Runs a task with one of the two hands on the app."""
+@pytest.fixture(params=[(Keyboard, (120, 34)), (Mouse, (80, 24))], ids=["keyboard", "mouse"])
+def day(request, drive):
+    """Runs a task with one of the two hands on the app; the mouse where the footer is short."""
+    hand, size = request.param
 
     def day(task):
         async def test(driver):
-            await task(request.param(driver))
+            await task(hand(driver))
 
         drive(test, size=size)
 
