@@ -1,0 +1,242 @@
+"""Differential evolution: the paper's formulas, what it finds, and what it must not depend on."""
+
+import io
+from itertools import islice, takewhile
+
+import numpy as np
+import pytest
+from scipy import stats
+from searching import box, generations
+
+from gaitsim.contracts.search import Context, Results
+from gaitsim_searches.differential_evolution import (
+    DifferentialEvolution,
+    draw_scales,
+    gains,
+    lehmer_mean,
+)
+from gaitsim_searches.real import differences, halved_past_bounds
+
+SEARCH = DifferentialEvolution()
+
+
+def sphere(genomes):
+    return -np.sum((genomes - 1) ** 2, axis=1)
+
+
+def rosenbrock(genomes):
+    steps = 100 * (genomes[:, 1:] - genomes[:, :-1] ** 2) ** 2 + (1 - genomes[:, :-1]) ** 2
+    return -steps.sum(axis=1)
+
+
+def rastrigin(genomes):
+    waves = genomes**2 - 10 * np.cos(2 * np.pi * genomes) + 10
+    return -waves.sum(axis=1)
+
+
+def context(genes=3, population=6, rng=0, **parts):
+    return Context(box(genes), population, 1, np.random.default_rng(rng), **parts)
+
+
+def saved(state):
+    """The state, written to a file and read again."""
+    file = io.BytesIO()
+    np.savez(file, **state)
+    file.seek(0)
+    with np.load(file) as arrays:
+        return dict(arrays)
+
+
+# Budgets are 1.3 times the median of 21 seeds, whose largest they exceed.
+@pytest.mark.parametrize(
+    ("score", "genes", "population", "budget"),
+    [(sphere, 10, 30, 5_000), (rosenbrock, 5, 30, 6_500), (rastrigin, 5, 50, 15_000)],
+    ids=["sphere", "rosenbrock", "rastrigin"],
+)
+def test_the_optimum_is_found(score, genes, population, budget):
+    found = generations(SEARCH, box(genes), score, population)
+    missed = takewhile(lambda each: each[1].scores.max() < -1e-8, islice(found, 1_000))
+    assert population * (1 + sum(1 for _ in missed)) < budget
+
+
+def test_the_memory_takes_the_weighted_means_of_what_succeeded():
+    # Gains 1 and 3 weigh 1/4 and 3/4. F: (0.04/4 + 3 × 0.36/4) / (0.2/4 + 3 × 0.6/4) = 0.56;
+    # CR of SHADE: 0.1/4 + 3 × 0.5/4 = 0.4. The third trial is no better and does not count.
+    genomes = context().random(4)
+    state = {
+        **SEARCH.initial(context()),
+        "genomes": genomes,
+        "scores": np.array([0.0, 0.0, 5.0, 5.0]),
+        "trial F": np.array([0.2, 0.6, 1.0, 1.0]),
+        "trial CR": np.array([0.1, 0.5, 1.0, 1.0]),
+    }
+    trials = Results(genomes + 0.5, np.array([1.0, 3.0, 5.0, 4.0]))
+    told = SEARCH.tell(state, trials, context(population=4))
+
+    np.testing.assert_allclose(told["memory F"], [0.56, 0.5, 0.5, 0.5, 0.5, 0.5])
+    np.testing.assert_allclose(told["memory CR"], [0.4, 0.9, 0.9, 0.9, 0.9, 0.9])
+    assert told["next"] == 1
+    # As good is good enough to move on, but only what was beaten is archived.
+    np.testing.assert_array_equal(told["genomes"][:3], trials.genomes[:3])
+    np.testing.assert_array_equal(told["genomes"][3], genomes[3])
+    np.testing.assert_array_equal(told["archive"], genomes[:2])
+    assert SEARCH.figures(told)["mean F"] == pytest.approx(0.51)
+
+    nothing = SEARCH.tell(told, Results(genomes, np.full(4, -np.inf)), context(population=4))
+    for name in ("memory F", "memory CR", "next", "genomes", "archive"):
+        np.testing.assert_array_equal(nothing[name], told[name])
+
+
+def test_the_oldest_memory_is_replaced_and_the_archive_keeps_its_size():
+    search = DifferentialEvolution(memory=2, archive=0.5)
+    states = [state for state, _ in islice(generations(search, box(3), sphere, 8), 30)]
+
+    assert {int(state["next"]) for state in states} == {0, 1}
+    assert max(len(state["archive"]) for state in states) == 4
+    assert len(states[-1]["memory F"]) == 2
+
+
+def test_scale_factors_are_cauchy_above_0_and_1_at_most():
+    drawn = draw_scales(np.full(20_000, 0.1), np.random.default_rng(1))
+    assert (drawn > 0).all()
+    assert drawn.max() == 1
+    cauchy = stats.cauchy(0.1, 0.1)
+    assert (drawn == 1).mean() == pytest.approx(cauchy.sf(1) / cauchy.sf(0), abs=0.005)
+    below = np.linspace(0, 0.99, 50)
+    share = [(drawn <= x).mean() for x in below]
+    np.testing.assert_allclose(
+        share, (cauchy.cdf(below) - cauchy.cdf(0)) / cauchy.sf(0), atol=0.012
+    )
+
+
+def test_gains_of_failures_that_succeed_are_finite():
+    inf = np.inf
+    np.testing.assert_allclose(
+        gains(np.array([0, -inf, 1]), np.array([2.0, 5, 2])), [0.4, 0.4, 0.2]
+    )
+    np.testing.assert_allclose(gains(np.full(2, -inf), np.zeros(2)), [0.5, 0.5])
+    assert lehmer_mean(np.array([0.3]), np.array([1.0])) == pytest.approx(0.3)
+
+
+def test_a_trial_moves_towards_one_of_the_best_and_along_a_difference_of_others():
+    # CR = 1 and F known: each trial must be one of few possible sums.
+    search = DifferentialEvolution(greediness=0.01)
+    genomes = context().random(6) / 5
+    state = {
+        **search.initial(context()),
+        "genomes": genomes,
+        "scores": np.arange(6.0),
+        "archive": np.full((1, 3), 0.25),
+        "memory CR": np.full(6, 5.0),
+    }
+    others = np.concatenate([genomes, state["archive"]])
+    for seed in range(20):
+        trials, asked = search.ask(state, None, context(rng=seed))
+        for number, (trial, scale) in enumerate(zip(trials, asked["trial F"], strict=True)):
+            possible = [
+                genomes[number] + scale * (genomes[best] - genomes[number] + genomes[one] - other)
+                for best in (4, 5)
+                for one in range(6)
+                for position, other in enumerate(others)
+                if len({number, one, position}) == 3
+            ]
+            assert np.isclose(trial, possible, atol=1e-12).all(axis=1).any()
+
+
+@pytest.mark.parametrize("start", [None, np.array([4.0, -4.0])], ids=["random", "warm"])
+def test_a_state_that_was_saved_continues_to_the_bit(start):
+    whole = list(islice(generations(SEARCH, box(2), sphere, 8, start=start), 260))
+    restart = [int(state["restarts"]) for state, _ in whole].index(1)
+    for stopped in (1, 30, restart, restart + 1):
+        state, last = whole[stopped - 1]
+        rest = generations(
+            SEARCH, box(2), sphere, 8, start=start, after=(stopped, saved(state), last)
+        )
+        for (there, told), (here, expected) in zip(rest, whole[stopped:], strict=False):
+            np.testing.assert_array_equal(told.genomes, expected.genomes)
+            assert there.keys() == here.keys()
+            assert all(np.array_equal(there[name], here[name]) for name in here)
+
+
+def test_genomes_come_close_to_a_bound_and_stay_inside():
+    space = box(4, -1, 3)
+    found = list(islice(generations(SEARCH, space, lambda genomes: genomes.sum(axis=1), 12), 80))
+
+    assert all(space.contains(results.genomes) for _, results in found)
+    assert max(results.scores.max() for _, results in found) > 11.99
+
+
+def test_past_a_bound_is_halfway_and_cycles_wrap():
+    space = box(3, 0, 4, periodic=np.array([False, False, True]))
+    start, moved = np.array([[1.0, 2.0, 3.5]]), np.array([[-2.0, 9.0, 4.5]])
+
+    np.testing.assert_allclose(halved_past_bounds(moved, start, space), [[0.5, 3.0, 0.5]])
+    to = np.array([[3.5, 0.5, 0.5]])
+    np.testing.assert_allclose(differences(to, start, space), [[2.5, -1.5, 1.0]])
+
+
+def test_periodic_genes_cross_their_bounds():
+    space = box(4, 0, 2 * np.pi, periodic=np.ones(4, bool))
+    start = np.full(4, 5.5)  # 1.1 from the best across the bound, 5.2 without
+
+    def score(genomes):
+        return np.cos(genomes - 0.3).sum(axis=1)
+
+    found = list(islice(generations(SEARCH, space, score, 12, start=start), 80))
+    genomes = np.concatenate([results.genomes for _, results in found])
+
+    assert space.contains(genomes)
+    assert found[-1][1].scores.max() > 3.999
+    assert not ((genomes > 2) & (genomes < 3.6)).all(axis=1).any()
+
+
+def test_a_warm_start_is_the_first_genome_with_the_others_around_it():
+    start = np.array([4.0, -4.9, 0.5])
+    genomes, _ = SEARCH.ask(SEARCH.initial(context()), None, context(population=4_000, start=start))
+
+    np.testing.assert_array_equal(genomes[0], start)
+    assert box(3).contains(genomes)
+    assert genomes[:, 2].std() == pytest.approx(SEARCH.spread * 10, rel=0.05)
+    assert np.median(genomes, axis=0) == pytest.approx(start, abs=0.1)
+
+
+def test_failed_individuals_never_replace_others():
+    def half(genomes):
+        return np.where(genomes[:, 0] > 0, sphere(genomes), -np.inf)
+
+    found = list(islice(generations(SEARCH, box(3), half, 12), 120))
+    assert max(results.scores.max() for _, results in found) > -1e-6
+
+    failing = generations(SEARCH, box(3), lambda genomes: np.full(len(genomes), -np.inf), 10)
+    state = [state for state, _ in islice(failing, 10)][-1]
+    assert state["restarts"] >= 1
+    assert all(np.isfinite(array).all() for name, array in state.items() if name != "scores")
+
+
+def test_without_restarts_a_population_of_equals_goes_on():
+    search = DifferentialEvolution(restarts=False)
+    *_, (state, results) = islice(generations(search, box(2), sphere, 8), 300)
+
+    assert state["restarts"] == 0
+    assert box(2).contains(results.genomes)
+    assert np.isfinite(list(search.figures(state).values())).all()
+
+
+def test_new_scores_and_what_does_not_fit():
+    first = SEARCH.initial(context())
+    assert SEARCH.remembered(first) is None
+    assert SEARCH.mismatch(first, context()) == ""
+    *_, (state, _) = islice(generations(SEARCH, box(3), sphere, 6), 5)
+
+    remembered = SEARCH.remembered(state)
+    assert remembered is not None
+    rescored = SEARCH.rescored(state, Results(remembered, np.arange(6.0)), context())
+    np.testing.assert_array_equal(rescored["scores"], np.arange(6.0))
+    np.testing.assert_array_equal(rescored["archive"], state["archive"])
+
+    assert SEARCH.mismatch(state, context()) == ""
+    assert "genes" in SEARCH.mismatch(state, context(genes=4))
+    assert "the population is 7" in SEARCH.mismatch(state, context(population=7))
+    assert "memory" in DifferentialEvolution(memory=7).mismatch(state, context())
+    assert "at least 4" in SEARCH.objection(box(3), 3)
+    assert SEARCH.objection(box(3), 4) == ""

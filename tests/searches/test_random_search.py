@@ -1,0 +1,57 @@
+"""Random search draws as the body does, and keeps nothing."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from scipy import stats
+from searching import box, generations
+
+from gaitsim.contracts import BitSpace
+from gaitsim.contracts.search import Context
+from gaitsim_searches.random_search import RandomSearch
+
+SEARCH = RandomSearch()
+
+
+def _asked(space, population, **parts):
+    context = Context(space, population, 1, np.random.default_rng(1), **parts)
+    return SEARCH.ask({}, None, context)[0]
+
+
+def test_real_genes_are_uniform_or_around_the_middle_as_the_body_says():
+    uniform = _asked(box(3), 5_000)
+    around = _asked(box(3, initial_sigma=np.full(3, 1.0)), 5_000)
+
+    for gene, other in zip(uniform.T, around.T, strict=True):
+        assert stats.kstest(gene, stats.uniform(-5, 10).cdf).pvalue > 1e-3
+        assert stats.kstest(other, stats.norm(0, 1).cdf).pvalue > 1e-3
+    correlations = np.corrcoef(uniform.T)[np.triu_indices(3, 1)]
+    np.testing.assert_allclose(correlations, 0, atol=0.05)
+
+
+def test_bits_are_fair_and_repaired():
+    space = BitSpace(tuple("abcd"), lambda bits: bits | np.uint8([0, 0, 0, 1]))
+    genomes = _asked(space, 5_000)
+
+    assert genomes.dtype == np.uint8
+    np.testing.assert_allclose(genomes.mean(axis=0), [0.5, 0.5, 0.5, 1], atol=0.03)
+
+
+def test_generations_differ_and_scores_do_not_matter():
+    def draws(score):
+        return [told.genomes for _, told in islice(generations(SEARCH, box(2), score, 6), 3)]
+
+    scored, failed = draws(lambda x: x.sum(axis=1)), draws(lambda x: np.full(len(x), -np.inf))
+    np.testing.assert_array_equal(scored, failed)
+    assert len(np.unique(np.concatenate(scored), axis=0)) == 18
+
+
+@pytest.mark.parametrize("populations", [(), (3,)], ids=["one", "several"])
+def test_a_warm_start_is_the_first_genome_of_the_first_generation(populations):
+    start = np.array([1.0, 2.0])
+    genomes = _asked(box(2), 5, start=start, populations=populations)
+
+    assert genomes.shape == (*populations, 5, 2)
+    np.testing.assert_array_equal(genomes[..., 0, :], np.broadcast_to(start, (*populations, 2)))
+    assert (genomes[..., 1:, :] != start).all()
