@@ -20,7 +20,7 @@ from gaitsim.cli.display import BEST_SHOWN, RESTING, STOPPING, Display, Row, sta
 from gaitsim.live.protocol import Snapshot
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number, visible
-from gaitsim.runs.files.history import MEAN
+from gaitsim.runs.files.history import FIGURE, MEAN, figures_of
 from gaitsim.runs.follow import Rows
 
 COURSES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
@@ -120,11 +120,14 @@ class LiveView(Display):
             parts.append(self._curves(width))
             if snapshot.islands:
                 parts.append(self._bests(snapshot.islands))
+            figures = figures_of(self._row)
+            if figures:
+                parts.append(self._figures(figures))
             parts.append(self._foot(snapshot))
             # At the end, the summary tells of the champion.
             if not (self._ended and snapshot.state == "finished"):
                 rows = (options.height or console.height) - HEIGHT_ABOVE_TERMS
-                rows -= bool(snapshot.islands)
+                rows -= bool(snapshot.islands) + bool(figures)
                 parts += ["", self._terms(snapshot, width, rows)]
         elif self._note() and not self._ended:
             parts.append(self._foot(snapshot))
@@ -175,6 +178,11 @@ class LiveView(Display):
                 f" {number(best):>{VALUE}}", style="bold green" if best == max(bests) else ""
             )
         return line
+
+    def _figures(self, names: Sequence[str]) -> Text:
+        """What the search says of itself, in a line."""
+        said = [f"{name} {number(self._row[FIGURE + name])}" for name in names]
+        return Text("search    " + "   ".join(said), no_wrap=True, overflow="ellipsis")
 
     def _foot(self, snapshot: Snapshot) -> Text:
         foot = Text(style="dim", no_wrap=True, overflow="ellipsis")

@@ -15,6 +15,7 @@ from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.folder import command, find_run
+from gaitsim.runs.files.history import FIGURE, figures_of
 from gaitsim.runs.snapshot import RunSnapshot
 
 
@@ -80,6 +81,7 @@ def _print_json(run: RunSnapshot) -> None:
             ],
             "pending": [str(change) for change in run.pending],
             "champion": to_dict(champion) if champion else None,
+            "figures": {name: float(history[FIGURE + name][-1]) for name in figures_of(history)},
             "fingerprint": run.fingerprint() if history else None,
         }
     )
@@ -123,6 +125,8 @@ def _print(run: RunSnapshot) -> None:
     for name in ("best", "mean"):
         course = history[name][run.comparable - 1 :]
         console.print(f"{name} {sparkline(list(course), 48)} {number(course[-1])}")
+    for name in figures_of(history):
+        console.print(f"{name} {number(history[FIGURE + name][-1])}")
     _print_stages(run, history)
     console.print()
     print_champion(run, champion_of(run))

@@ -123,11 +123,11 @@ def _values(
                 f"(population,) = {scores.shape}",
             )
     if unknown := [name for name in names if name not in known]:
-        units = {name: measure.unit for name, measure in measures.items()}
-        units |= dict.fromkeys(["score", *terms], experiment.fitness.unit)
+        units = dict.fromkeys(["score", *terms], experiment.fitness.unit)
+        units |= {name: measure.unit for name, measure in measures.items()}
         raise GaitsimError(
             f"there is no term or measure {unknown[0]!r}",
-            where="search",
+            where="section search of the experiment",
             allowed=", ".join(f"{name} ({unit})" if unit else name for name, unit in units.items()),
             remedy=nearest(unknown[0], list(units)),
         )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, PREVIOUS, ends_early
-from gaitsim.runs.files.history import COLUMNS, MEAN, parse_history
+from gaitsim.runs.files.history import COLUMNS, MEAN, figures_of, parse_history
 from gaitsim.runs.files.tables import Columns, opened, read_head, read_rows
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -119,6 +119,11 @@ class HistoryBuffer:
     def terms(self) -> list[str]:
         """The names of the terms, in the order in which they came."""
         return [name for name in self._columns if MEAN + name in self._columns]
+
+    @property
+    def figures(self) -> list[str]:
+        """The names of the figures of the search."""
+        return figures_of(self._columns)
 
     def extend(self, rows: Rows) -> bool:
         """Add rows, without those that are here already; those from generation 1 on replace all.

@@ -9,6 +9,7 @@ from itertools import chain, count, takewhile
 from pathlib import Path
 
 from gaitsim.errors import RunError
+from gaitsim.evaluation.serialized import prepare
 from gaitsim.experiment import Experiment
 from gaitsim.opening import is_folder
 from gaitsim.runs.files.atomic import sync_folder, write_bytes, writing
@@ -235,6 +236,8 @@ def create_run(
         RunError: it cannot be made, or the population is too large for a checkpoint.
     """
     check_size(experiment)
+    if experiment.search.reads():
+        prepare(experiment)  # refuses the names of terms and measures that are not there
     wanted = RUNS / experiment.name if out is None else out
     files: dict[str, str | bytes] = {EXPERIMENT: experiment.to_toml()}
     if start is not None:

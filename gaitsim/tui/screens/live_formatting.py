@@ -9,7 +9,7 @@ from rich.text import Text
 from gaitsim.live.protocol import Event, Snapshot
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
-from gaitsim.runs.files.history import MEAN
+from gaitsim.runs.files.history import FIGURE, MEAN
 from gaitsim.runs.follow import HistoryBuffer
 from gaitsim.tui.formatting import clip, duration
 
@@ -91,13 +91,14 @@ def event_line(event: Event, width: int, styles: Styles) -> Text:
 
 
 def table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles) -> list[Text]:
-    """Return score, terms and diversity, one a line.
+    """Return score, terms, diversity and the figures of the search, one a line.
 
     First the best of each generation as a curve, then in numbers the mean and the best
     individuals of the last generation, as many as there is room for.
     """
     terms = list(snapshot.top[0].terms) if snapshot.top else course.terms
-    name = min(max(map(cell_len, ["diversity", *terms])), max(NAME, width // 6))
+    names = ["diversity", *terms, *course.figures]
+    name = min(max(map(cell_len, names)), max(NAME, width // 6))
     fit = (width - name - LEAST_SPARK - 2) // VALUE - 1
     top = snapshot.top[: max(fit, 0)]
     room = min(max(width - name - 2 - (1 + len(top)) * VALUE, 0), WIDEST_SPARK)
@@ -111,6 +112,7 @@ def table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles)
         (term, term, MEAN + term, [one.terms.get(term, math.nan) for one in top]) for term in terms
     ]
     rows += [("diversity", "diversity", "diversity", [])]
+    rows += [(figure, FIGURE + figure, FIGURE + figure, []) for figure in course.figures]
     lines, scored_from = [head], snapshot.scored_from
     for label, column, mean, values in rows:
         first = scored_from - 1 if len(course) >= scored_from else 0
