@@ -1,0 +1,149 @@
+"""Every installed search: resumed, repeated, verified and killed, it makes the same bits."""
+
+import os
+import random
+import signal
+import time
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.scoring import evaluate
+from gaitsim.evolution import evolve
+from gaitsim.evolution.repeats import evolve_repeats
+from gaitsim.registry import entries
+from gaitsim.runs.files.checkpoint import write_checkpoint
+from gaitsim.runs.files.folder import CHECKPOINT, create_run
+from gaitsim.runs.fork import fork_run
+from gaitsim.runs.resume import plan_resume
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.verify.verify import verify
+from gaitsim.runs.writer import RunWriter
+
+NEEDED = {
+    "nsga-2": ["search.objectives.reach=max", "search.objectives.price=max"],
+    "map-elites": ["search.axes.reach=[-2, 3]", "search.cells=[8]"],
+}
+"""Options without a default."""
+
+ALL = [name for name in entries("search") if name != "puppet"]
+
+
+@pytest.fixture(params=ALL)
+def searching(request, puppet):
+    """Makes an experiment of puppets with each installed search."""
+    name = request.param
+    chosen = [] if name == "genetic" else [f"search.plugin={name}", *NEEDED.get(name, [])]
+    return lambda *more: puppet("evolution.population=12", *chosen, *more)
+
+
+def evolved(experiment, path, generations=None):
+    path = path if path.exists() else create_run(experiment, path)
+    with RunWriter.open(path, generations=generations) as writer:
+        for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+            pass
+    return path
+
+
+def test_a_run_in_steps_is_the_run_in_one_go(searching, tmp_path):
+    experiment = searching("evolution.generations=9")
+    whole = RunSnapshot(evolved(experiment, tmp_path / "whole"))
+    steps = tmp_path / "steps"
+    evolved(searching("evolution.generations=1"), steps)
+    for generations in (2, 3, 5, 9):
+        evolved(experiment, steps, generations)
+    assert RunSnapshot(steps).fingerprint() == whole.fingerprint()
+    assert verify(whole, everything=True).identical
+
+
+def test_workers_and_forks_make_no_difference(searching, tmp_path):
+    experiment = searching("evolution.generations=4")
+    here = RunSnapshot(evolved(experiment, tmp_path / "here"))
+    with Evaluator(experiment, workers=2) as evaluator:
+        *_, last = evolve(experiment, evaluator.evaluate)
+    assert np.array_equal(last.genomes, here.finished.genomes)
+    assert all(
+        np.array_equal(last.state[n], a, equal_nan=True) for n, a in here.finished.state.items()
+    )
+    copy = fork_run(here.path, tmp_path / "copy")
+    for path in (copy, here.path):
+        evolved(experiment, path, 7)
+    assert RunSnapshot(copy).fingerprint() == RunSnapshot(here.path).fingerprint()
+
+
+def test_another_fitness_reevaluates_what_the_search_remembers(searching, tmp_path):
+    path = evolved(searching("evolution.generations=3"), tmp_path / "run")
+    with RunWriter.open(path, overrides={"fitness.price": 0.4}, generations=6) as writer:
+        for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+            pass
+    run = RunSnapshot(path)
+    assert [stage.last for stage in run.stages] == [3, 6]
+    assert verify(run, everything=True).identical
+    assert run.experiment.search.remembered(run.finished.state) is None or (
+        run.finished.evaluations > 7 * 12
+    )
+
+
+def test_a_changed_state_is_found_and_a_damaged_one_refused(searching, tmp_path):
+    path = evolved(searching("evolution.generations=3"), tmp_path / "run")
+    checkpoint = RunSnapshot(path).finished
+    for name, values in checkpoint.state.items():
+        other = values.copy()
+        if not other.size:
+            continue
+        other.flat[0] = 1 if other.flat[0] == 0 else 0
+        write_checkpoint(
+            path / CHECKPOINT, replace(checkpoint, state={**checkpoint.state, name: other})
+        )
+        with suppress(GaitsimError):  # such a state may be refused, too
+            assert not verify(RunSnapshot(path), everything=True).identical, name
+    if checkpoint.state:
+        write_checkpoint(path / CHECKPOINT, replace(checkpoint, state={}))
+        with pytest.raises(RunError, match="cannot continue from the state"):
+            plan_resume(RunSnapshot(path), generations=5, any_version=False)
+
+
+def test_a_resumed_run_keeps_its_search(searching, tmp_path):
+    path = evolved(searching("evolution.generations=2"), tmp_path / "run")
+    name = RunSnapshot(path).experiment.entries["search"].name
+    other = "cma-es" if name == "genetic" else "genetic"
+    operators = {
+        f"{kind}.plugin": f"puppet-{what}"
+        for kind, what in (("selection", "best"), ("crossover", "mean"), ("mutation", "jitter"))
+    }
+    more = operators if other == "genetic" else {}
+    with pytest.raises(GaitsimError, match="keeps its search"):
+        plan_resume(
+            RunSnapshot(path), {"search.plugin": other, **more}, generations=5, any_version=False
+        )
+
+
+def test_repeats_differ_and_improve(searching):
+    experiment = searching("evolution.generations=6")
+    best = list(evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 3))
+    assert len(set(best[0].tolist())) == 3
+    assert (np.diff(best, axis=0) >= 0).all()
+
+
+@pytest.mark.slow
+def test_fifty_kills_change_no_bit(searching, tmp_path):
+    experiment = searching("evolution.generations=300")
+    whole = RunSnapshot(evolved(experiment, tmp_path / "whole")).fingerprint()
+    path = create_run(experiment, tmp_path / "killed")
+    moments, kills, status = random.Random(1), 0, None
+    while status != 0:
+        child = os.fork()
+        if not child:
+            evolved(experiment, path)
+            os._exit(0)
+        if kills < 50:
+            time.sleep(moments.uniform(0, 0.06))
+            os.kill(child, signal.SIGKILL)
+            kills += 1
+        status = os.waitpid(child, 0)[1]
+    assert RunSnapshot(path).fingerprint() == whole
+    assert kills == 50
