@@ -29,6 +29,9 @@ gc.set_threshold(100_000, 50, 50)
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+# What a test writes need not outlast a loss of power, and thousands of waits for the disk add up.
+os.fsync = lambda descriptor: None
+
 allow_missing_cache()  # as a run does: tests import kernels without it, but share its cache
 
 # A shell that starts the tests in the background lets them ignore Ctrl-C, and what they start.

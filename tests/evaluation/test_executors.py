@@ -20,44 +20,45 @@ from gaitsim.evaluation.serialized import SerializedExperiment
 posix = pytest.mark.skipif(os.name == "nt", reason="needs signals")
 
 
-@pytest.fixture
+@pytest.fixture(scope="class")
 def processes():
     with ProcessExecutor(2) as executor:
         yield executor
 
 
-def test_results_come_in_the_tasks_order(processes):
-    assert processes.map(chores.square, range(20)) == [number**2 for number in range(20)]
-    assert processes.map(chores.square, []) == []
-    assert dict(processes.each(chores.square, [3, 4])) == {0: 9, 1: 16}
+class TestUse:
+    def test_results_come_in_the_tasks_order(self, processes):
+        assert processes.map(chores.square, range(20)) == [number**2 for number in range(20)]
+        assert processes.map(chores.square, []) == []
+        assert dict(processes.each(chores.square, [3, 4])) == {0: 9, 1: 16}
 
+    def test_an_exception_of_a_task_leaves_the_workers_usable(self, processes):
+        with pytest.raises(ValueError, match="is too much"):
+            processes.map(partial(chores.fail_at, 3), range(8))
+        assert processes.map(partial(chores.fail_at, 3), range(3)) == [0, 1, 2]
 
-def test_an_exception_of_a_task_leaves_the_workers_usable(processes):
-    with pytest.raises(ValueError, match="is too much"):
-        processes.map(partial(chores.fail_at, 3), range(8))
-    assert processes.map(partial(chores.fail_at, 3), range(3)) == [0, 1, 2]
+    def test_closing_the_iterator_drops_the_rest(self, processes):
+        some = processes.each(chores.square, range(100))
+        next(some)
+        some.close()
+        assert processes.map(chores.square, [5]) == [25]
 
+    def test_all_workers_work(self, processes):
+        assert len(set(processes.map(chores.whose, range(6)))) == 2
+        assert os.getpid() not in processes.map(chores.whose, range(2))
 
-def test_closing_the_iterator_drops_the_rest(processes):
-    some = processes.each(chores.square, range(100))
-    next(some)
-    some.close()
-    assert processes.map(chores.square, [5]) == [25]
+    def test_whatever_a_task_raises_or_returns_the_worker_goes_on(self, processes):
+        with pytest.raises(EOFError, match="no more input"):
+            processes.map(chores.exit_like_a_user, [0])
+        with pytest.raises(Exception, match="pickle"):
+            processes.map(chores.return_a_function, [0])
+        with pytest.raises(Exception, match="pickle"):
+            processes.map(chores.square, [lambda: None])
+        assert processes.map(chores.square, [5]) == [25]
 
-
-def test_all_workers_work(processes):
-    assert len(set(processes.map(chores.whose, range(6)))) == 2
-    assert os.getpid() not in processes.map(chores.whose, range(2))
-
-
-def test_whatever_a_task_raises_or_returns_the_worker_goes_on(processes):
-    with pytest.raises(EOFError, match="no more input"):
-        processes.map(chores.exit_like_a_user, [0])
-    with pytest.raises(Exception, match="pickle"):
-        processes.map(chores.return_a_function, [0])
-    with pytest.raises(Exception, match="pickle"):
-        processes.map(chores.square, [lambda: None])
-    assert processes.map(chores.square, [5]) == [25]
+    def test_a_plugin_does_not_end_its_worker(self, processes):
+        with pytest.raises(PluginError, match="failed while moving: SystemExit"):
+            processes.map(chores.leave, [0])
 
 
 def test_workers_that_nobody_closed_end_with_the_program(tmp_path):
@@ -159,11 +160,6 @@ def test_a_task_that_kills_every_worker_is_given_up(tmp_path):
         with pytest.raises(WorkerLostError, match="died 3 times over the same work"):
             executor.map(chores.die, [(n, str(tmp_path)) for n in range(3)])
         assert executor.map(chores.square, [6]) == [36]
-
-
-def test_a_plugin_does_not_end_its_worker(processes):
-    with pytest.raises(PluginError, match="failed while moving: SystemExit"):
-        processes.map(chores.leave, [0])
 
 
 @posix

@@ -200,6 +200,7 @@ class TestAtRest:
 
 
 class TestSteering:
+    @pytest.mark.slow
     def test_pauses_and_steps_change_nothing(self, make, gaitsim):
         run = make(0, SLOW, generations=150)  # longer than a busy machine takes to press a key
 

@@ -268,8 +268,8 @@ class TestChecking:
 
     def test_parts_that_do_not_fit_each_other(self, fill):
         async def test(driver, screen):
-            field = (await part(driver, screen, "evolution"))["search.elites"]
-            await enter(driver, screen, field, "1000000")
+            field = (await part(driver, screen, "evolution"))["evolution.population"]
+            await enter(driver, screen, field, "2")  # as many as there are elites
             assert field.has_class("-wrong")
 
         fill(test)
