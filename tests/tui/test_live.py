@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.style import Style
+from textual.events import Key
 from textual.widgets import Input, Static
 from waiting import app_until
 
@@ -322,6 +323,8 @@ class TestSteering:
 
         monkeypatch.setattr("gaitsim.tui.screens.change_dialog.known_options", slow)
 
+        run = make(3)
+
         async def test(screen, pilot):
             await pilot.press("c")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
@@ -332,8 +335,15 @@ class TestSteering:
             await app_until(pilot, lambda: typed.value == "fitness.price=7")
             await pilot.press("5")
             assert typed.value == "fitness.price=75"
+            typed.value = ""
+            for key in (*"pric", way[-1], *"23", "backspace", "5", "enter"):  # in one burst
+                pilot.app.post_message(Key(key, key if len(key) == 1 else None))
+            await app_until(pilot, lambda: pilot.app.screen is screen)
+            await app_until(pilot, lambda: screen.snapshot.stage == 2)
+            (change,) = RunSnapshot(run).stages[-1].changes
+            assert (change.key, change.now) == ("fitness.price", 25)
 
-        live(make(3), test)
+        live(run, test)
 
     def test_the_text_that_a_finished_run_begins_with_is_accepted(self, make):
         async def test(screen, pilot):

@@ -27,6 +27,7 @@ from gaitsim.tui.screens.change_effect import (
     without_command_line,
     words_of,
 )
+from gaitsim.tui.screens.change_field import AssignmentsField
 
 CALM = 0.15  # seconds without a key before what is typed is checked
 
@@ -58,10 +59,6 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss", "Cancel", id="change.cancel", tooltip="Change nothing"),
-        Binding("down", "options", "Options", show=False, id="change.options",
-                tooltip="To the list of options"),
-        Binding("tab", "complete", "Complete", show=False, id="change.complete",
-                tooltip="Complete the word that is typed, or go on to the next field"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     ChangeDialog {
@@ -81,9 +78,11 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         super().__init__()
         self._run, self._fork = run, fork
         self._known: list[KnownOption] = []
-        self._ahead: str | None = None  # typed while a word waits for the options
-        self._input = Input(
+        self._offered: str | None = None  # the word whose options are listed
+        self._seen: tuple[str, str] | None = None  # both texts, as they were last checked
+        self._input = AssignmentsField(
             typed,
+            reading=True,
             placeholder="KEY=VALUE …",
             select_on_focus=False,
             compact=True,
@@ -113,17 +112,33 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     def on_mount(self) -> None:
         self._input.focus()
-        self._check()
+        self._read()
+
+    @work(group="read")
+    async def _read(self) -> None:
+        """Read the options, in a thread: plugins are imported for it."""
+        try:
+            self._known = await asyncio.to_thread(known_options, RunSnapshot(self._run))
+        except GaitsimError as error:
+            self._say(without_command_line(error), wrong=True)
+        else:
+            self._check()
+        await self._input.catch_up()
 
     @on(Input.Changed)
     def _changed(self) -> None:
-        if self._known:
-            self._offer()
-        self._check(CALM)
+        self._offer()
+        # It may arrive after an Enter, which must not be forgotten for it.
+        if self._texts != self._seen:
+            self._check(CALM)
 
-    @on(Input.Submitted)
-    def _entered(self, event: Input.Submitted) -> None:
-        if event.input is self._folder or not self._complete():
+    @on(Input.Submitted, "#change-out")
+    def _take(self) -> None:
+        self._check(submit=True)
+
+    def enter(self) -> None:
+        """Complete the word that is typed, or take the changes."""
+        if not self._complete():
             self._check(submit=True)
 
     @on(Button.Pressed)
@@ -133,20 +148,25 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         else:
             self.dismiss()
 
-    @work(exclusive=True)
-    async def _check(self, delay: float = 0.0, *, submit: bool = False) -> None:
+    @property
+    def _texts(self) -> tuple[str, str]:
+        return self._input.value, self._folder.value
+
+    def _check(self, delay: float = 0.0, *, submit: bool = False) -> None:
         """Show the effect of the changes, unless others are typed meanwhile.
 
         Args:
             delay: seconds to wait for that.
             submit: whether to take the changes if they are valid.
         """
+        self._seen = self._texts
+        self._offer()
+        self._show_effect(delay, submit)
+
+    @work(exclusive=True)
+    async def _show_effect(self, delay: float, submit: bool) -> None:
         await asyncio.sleep(delay)
         try:
-            if not self._known:  # in a thread: plugins are imported for it
-                self._known = await asyncio.to_thread(known_options, RunSnapshot(self._run))
-                self._offer()
-                self._catch_up()
             words = words_of(self._input.value)
             self._shell.update(Text(f"$ {self._command(words)}"))
             if words and "=" not in words[-1] and not submit:
@@ -177,6 +197,9 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
     def _offer(self) -> None:
         """List the options whose keys contain the beginning of the last word."""
         wanted = self._word.partition("=")[0]
+        if not self._known or wanted == self._offered:
+            return
+        self._offered = wanted
         width = max(len(one.key) for one in self._known)
         self._options.clear_options()
         self._options.add_options(
@@ -222,24 +245,13 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         self._insert(event.option)
 
     def _complete(self) -> bool:
-        """Complete a word that is part of a key, once the options are read; return if there is."""
+        """Complete a word that is part of a key; return if there is one."""
+        self._offer()
         marked = self._options.highlighted_option
-        if not self._word or "=" in self._word or (self._known and marked is None):
+        if not self._word or "=" in self._word or marked is None:
             return False
-        if marked is not None:
-            self._insert(marked)
-        else:
-            self._ahead = self._ahead or ""
-            self._options.focus()
+        self._insert(marked)
         return True
-
-    def _catch_up(self) -> None:
-        """Complete the word that waited for the options, and type what was typed since."""
-        if self._ahead is not None:
-            ahead, self._ahead = self._ahead, None
-            if not self._complete():
-                self._to_input()
-            self._input.insert_text_at_cursor(ahead)
 
     def _insert(self, option: Option) -> None:
         """Write the key of an option in place of the word's; a value that it has stays."""
@@ -248,33 +260,33 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         self._to_input()
 
     def _to_input(self) -> None:
-        self._input.focus()
+        self.set_focus(self._input)  # at once
         self._input.cursor_position = len(self._input.value)
 
-    def on_key(self, event: Key) -> None:
+    async def on_key(self, event: Key) -> None:
         """Go back from the list to the text, which letters are for."""
         if not self._options.has_focus:
             return
-        if event.key == "enter" and not self._known:
-            self._complete()
-        elif self._ahead is not None and event.is_printable and event.character:
-            self._ahead += event.character
-        elif event.key == "up" and not self._options.highlighted:
+        if event.key == "up" and not self._options.highlighted:
             self._to_input()
-        elif event.key == "backspace":
+        elif event.key == "backspace" or (event.key == "enter" and self._input.reading):
             self._to_input()
-            self._input.action_delete_left()
+            await self._input.on_key(event)
+        elif event.key == "enter" and (marked := self._options.highlighted_option):
+            self._insert(marked)
         elif event.is_printable and event.character:
             self._to_input()
-            self._input.insert_text_at_cursor(event.character)
+            await self._input.on_key(event)
         else:
             return
         event.stop()
         event.prevent_default()
 
-    def action_options(self) -> None:
-        self._options.focus()
+    def to_options(self) -> None:
+        """Go to the list."""
+        self.set_focus(self._options)
 
-    def action_complete(self) -> None:
-        if not (self._input.has_focus and self._complete()):
+    def complete_or_go_on(self) -> None:
+        """Complete the word that is typed, or go on to the next field."""
+        if not self._complete():
             self.focus_next()

@@ -1,0 +1,39 @@
+"""The field of the dialog that asks for changes."""
+
+from typing import ClassVar, Protocol, cast
+
+from textual.binding import Binding, BindingType
+
+from gaitsim.tui.widgets.ordered_input import OrderedInput
+
+
+class Dialog(Protocol):
+    """The dialog as its field sees it."""
+
+    def enter(self) -> None: ...
+    def to_options(self) -> None: ...
+    def complete_or_go_on(self) -> None: ...
+
+
+class AssignmentsField(OrderedInput):
+    """The field in which changes are typed."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("down", "options", "Options", show=False, id="change.options",
+                tooltip="To the list of options"),
+        Binding("tab", "complete", "Complete", show=False, id="change.complete",
+                tooltip="Complete the word that is typed, or go on to the next field"),
+    ]  # fmt: skip
+
+    @property
+    def _dialog(self) -> Dialog:
+        return cast(Dialog, self.screen)
+
+    async def action_submit(self) -> None:
+        self._dialog.enter()  # at once
+
+    def action_options(self) -> None:
+        self._dialog.to_options()
+
+    def action_complete(self) -> None:
+        self._dialog.complete_or_go_on()

@@ -1,0 +1,55 @@
+"""A field in which keys that arrive at once have their effect one after the other."""
+
+from typing import Any
+
+from textual.binding import Binding
+from textual.events import Key
+from textual.widgets import Input
+
+_ASKS = {"enter", "tab"}  # keys whose effect needs what is being read
+
+
+class OrderedInput(Input):
+    """A field that does what a letter or a key of its own does before it takes the next one.
+
+    Textual hands a key that is not a letter on to the parents of a field before its binding runs.
+    Letters that arrive with it, as in a paste, would come first.
+
+    Attributes:
+        reading: whether Enter and Tab, and the keys behind them, wait for `catch_up`.
+    """
+
+    def __init__(self, *values: Any, reading: bool = False, **settings: Any) -> None:
+        super().__init__(*values, **settings)
+        self.reading = reading
+        self._held: list[Key] = []
+
+    async def on_key(self, event: Key) -> None:
+        if not (event.is_printable or self._own(event)):
+            return
+        event.stop()
+        event.prevent_default()
+        if self._held or (self.reading and event.key in _ASKS):
+            self._held.append(event)
+        else:
+            await self._do(event)
+
+    async def catch_up(self) -> None:
+        """Do what the keys that waited do."""
+        self.reading = False
+        while self._held:  # until then, later keys wait as well
+            await self._do(self._held[0])
+            del self._held[0]
+
+    async def _do(self, event: Key) -> None:
+        if event.is_printable and event.character:
+            self.replace(event.character, *self.selection)
+        elif binding := self._own(event):
+            await self.app.run_action(binding.action, self)
+
+    def _own(self, event: Key) -> Binding | None:
+        """Return the field's own binding of a key."""
+        if not self.has_focus:  # it has gone on meanwhile
+            return next(iter(self._bindings.key_to_bindings.get(event.key, ())), None)
+        found = self.screen.active_bindings.get(event.key)
+        return found.binding if found and found.node is self else None
