@@ -46,12 +46,18 @@ class Members:
         values: the objectives or axes by name, each (members,).
         cells: index of each one's cell in a grid, (members, axes), or in a tessellation,
             (members, 1), int64; None for a front.
+        borders: borders of the cells along each axis, ascending, (cells + 1,) each; of a
+            tessellation the two ends of the axis. None for a front.
+        centroids: centre of each Voronoi cell in the units of the axes, (cells, axes), where the
+            distances are in shares of the axes' lengths; None for a grid or a front.
     """
 
     genomes: Genomes
     scores: NDArray[np.float64]
     values: Mapping[str, NDArray[np.float64]]
     cells: NDArray[np.int64] | None = None
+    borders: Mapping[str, NDArray[np.float64]] | None = None
+    centroids: NDArray[np.float64] | None = None
 
 
 class Operators(Protocol):

@@ -141,7 +141,7 @@ class Emitters:
         scaled = changes / self.step[:, None, None]
         covariance = (
             (1 - rank_one * (1 - missing) - rank_mu)[:, None, None] * self.covariance
-            + rank_one[:, None, None] * path[:, :, None] * path[:, None]
+            + rank_one_update(path, rank_one)
             + rank_mu[:, None, None] * ((scaled * weights[..., None]).swapaxes(1, 2) @ scaled)
         )
         growth = np.minimum(1, step_rate / damping * (longer - 1) / 2)
@@ -175,6 +175,11 @@ class Emitters:
         return replace(
             self, basis=basis, lengths=lengths, decomposed=np.where(due, self.age, self.decomposed)
         )
+
+
+def rank_one_update(path: Floats, rate: Floats) -> Floats:
+    """Return what the path, (emitters, genes), adds to the covariances at a rate, (emitters,)."""
+    return rate[:, None, None] * path[:, :, None] * path[:, None]
 
 
 def _weights(parents: NDArray[np.int64], each: int) -> tuple[Floats, Floats]:

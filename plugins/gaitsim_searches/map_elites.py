@@ -53,7 +53,7 @@ class MapElites(Search):
         "line", "how new genomes arise from elites"
     )
     sigma: float = option(
-        0.01,
+        0.03,
         "standard deviation of the change of a gene in isotropic and line variation, in widths",
         ge=0,
         le=10,
@@ -197,8 +197,15 @@ class MapElites(Search):
         """Return the elites in the order of their cells."""
         archive = Archive.of(state)
         values = dict(zip(self.axes, archive.values.T, strict=True))
-        cells = _tessellation(state).indices(archive.cells)
-        return Members(archive.genomes, archive.scores, values, cells)
+        tessellation = _tessellation(state)
+        return Members(
+            archive.genomes,
+            archive.scores,
+            values,
+            tessellation.indices(archive.cells),
+            dict(zip(self.axes, tessellation.borders, strict=True)),
+            tessellation.centres,
+        )
 
     def remembered(self, state: State) -> Genomes:
         """Return the genomes of the elites."""

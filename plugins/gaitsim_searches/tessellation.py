@@ -36,6 +36,23 @@ class Tessellation:
         """Number of cells."""
         return int(np.prod(self.counts)) if len(self.counts) else len(self.centroids)
 
+    @property
+    def borders(self) -> list[NDArray[np.float64]]:
+        """Borders of the cells along each axis of a grid, or the ends of the axis."""
+        counts = self.counts if len(self.counts) else np.ones(len(self.ranges), np.int64)
+        return [
+            np.linspace(low, high, count + 1)
+            for (low, high), count in zip(self.ranges, counts, strict=True)
+        ]
+
+    @property
+    def centres(self) -> NDArray[np.float64] | None:
+        """Centre of each Voronoi cell in the units of the axes, (cells, axes); None of a grid."""
+        if len(self.counts):
+            return None
+        low, high = self.ranges.T
+        return np.asarray(low + self.centroids * (high - low))
+
     def cells(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the number of the cell of each point, (points, axes) -> (points,) int64.
 

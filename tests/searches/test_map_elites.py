@@ -135,9 +135,10 @@ def test_members_lie_in_their_cells_with_the_values_of_their_axes():
     np.testing.assert_array_equal(members.scores, results.scores)
     for axis, (name, count) in enumerate({"x": 6, "y": 4}.items()):
         np.testing.assert_array_equal(members.values[name], results.values[name])
-        borders = np.linspace(-1, 1, count + 1)[1:-1]
+        borders = members.borders[name]
+        np.testing.assert_allclose(borders, np.linspace(-1, 1, count + 1))
         np.testing.assert_array_equal(
-            members.cells[:, axis], np.digitize(members.values[name], borders)
+            members.cells[:, axis], np.digitize(members.values[name], borders[1:-1])
         )
     assert members.cells.tolist() == sorted(members.cells.tolist())
     figures = search.figures(state)
