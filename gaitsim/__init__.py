@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from gaitsim.experiment import Experiment as Experiment
     from gaitsim.experiment import load_experiment as load_experiment
     from gaitsim.individual import Individual as Individual
+    from gaitsim.individual import Member as Member
 
 # Looked up when first asked for: `gaitsim --help` needs none of it, nor NumPy.
 _PLACES = {
@@ -20,6 +21,7 @@ _PLACES = {
     "GaitsimError": "gaitsim.errors",
     "Generation": "gaitsim.evolution",
     "Individual": "gaitsim.individual",
+    "Member": "gaitsim.individual",
     "Run": "gaitsim.api",
     "Search": "gaitsim.api",
     "evolve": "gaitsim.api",
@@ -32,6 +34,7 @@ __all__ = [
     "GaitsimError",
     "Generation",
     "Individual",
+    "Member",
     "Run",
     "Search",
     "evolve",

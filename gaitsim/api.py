@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import evolution
+from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
-from gaitsim.individual import Individual
+from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
 from gaitsim.render.notebook import RunViews, picture
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -26,7 +27,7 @@ from gaitsim.runs.renaming import rename_run
 from gaitsim.runs.session import Session
 from gaitsim.runs.writer import RunWriter
 
-__all__ = ["Individual", "Run", "Search", "evolve", "load", "picture"]
+__all__ = ["Individual", "Member", "Run", "Search", "evolve", "load", "picture"]
 
 ARGUMENTS = "arguments"  # where options come from, for messages
 Generations = Generator[Generation, None, None]
@@ -216,13 +217,29 @@ class Run(RunViews, BackgroundControls, ReprMixin):
         """
         return self.replay()
 
-    def replay(self, generation: int | None = None) -> Individual:
+    def replay(self, generation: int | None = None, *, member: int | None = None) -> Individual:
         """Return the best individual of one generation; of all where none is given.
 
+        Args:
+            generation: whose best.
+            member: number of a member of the search's front or archive instead, from 1.
+
         Raises:
-            RunError: there is no such generation, or all its individuals failed.
+            GaitsimError: both are given.
+            RunError: there is no such generation or member, or all its individuals failed.
         """
-        return self.snapshot.individual(generation)
+        if generation is not None and member is not None:
+            raise GaitsimError("replay() takes a generation or a member, not both", where=ARGUMENTS)
+        return self.snapshot.individual(generation if member is None else Member(member))
+
+    @property
+    def members(self) -> Members | None:
+        """The front or archive that the search keeps; None where it keeps none.
+
+        Raises:
+            RunError: no generation is finished yet, or the checkpoint is damaged.
+        """
+        return self.snapshot.members
 
     def fingerprint(self) -> str:
         """Return the SHA-256 of population, scores and history, times left out.

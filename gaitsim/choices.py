@@ -15,6 +15,7 @@ PlotKind = Literal[
     "diversity",
     "genome",
     "runs",
+    "front",
     "path",
     "channel",
     "footfall",

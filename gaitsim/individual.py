@@ -24,6 +24,20 @@ class Measurement(NamedTuple):
     help: str
 
 
+@dataclass(frozen=True)
+class Member:
+    """An individual that a search keeps, of its front or archive, by its number from 1."""
+
+    number: int
+
+    def __str__(self) -> str:
+        return f"member {self.number}"
+
+
+Which = int | Member | None
+"""An individual of a run: the best of a generation, a member, or the best of all."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Individual(ReprMixin):
     """An individual of a search, or a gait from a file.
@@ -32,10 +46,13 @@ class Individual(ReprMixin):
         experiment: the experiment in force when the individual was evaluated.
         score: its score then; of a gait from a file, the score of its motion.
         terms: the terms of that score by name.
-        generation: its generation, counted from 1; 0 for a gait from a file.
+        generation: its generation, counted from 1; of a member, the last one of its search; 0
+            for a gait from a file.
         genome: (genes,); None for a gait from a file.
         source: the run's folder or the gait's file; None where nothing is recorded.
         played: the motion of a gait from a file, a population of one.
+        member: which member of its search's front or archive it is; None for the best of a
+            generation.
     """
 
     experiment: Experiment
@@ -45,6 +62,7 @@ class Individual(ReprMixin):
     genome: NDArray[Any] | None = None
     source: Path | None = None
     played: Motion | None = None
+    member: Member | None = None
 
     @classmethod
     def of_motion(
@@ -64,7 +82,25 @@ class Individual(ReprMixin):
         """Where it comes from, in words."""
         if not self.generation:
             return f"{self.source} on the {self.experiment.entries['organism'].name}"
-        return f"{self.source or self.experiment.name}, best of generation {self.generation}"
+        which = f"best of generation {self.generation}" if self.member is None else self.label
+        return f"{self.source or self.experiment.name}, {which}"
+
+    @property
+    def label(self) -> str:
+        """Which one of its run it is, such as 'generation 12' or 'member 3 of generation 12'."""
+        generation = f"generation {self.generation}"
+        return generation if self.member is None else f"{self.member} of {generation}"
+
+    @property
+    def stem(self) -> str:
+        """Its part of a file's name, such as 'generation-12' or 'generation-12-member-3'."""
+        member = "" if self.member is None else f"-member-{self.member.number}"
+        return f"generation-{self.generation}{member}"
+
+    @property
+    def best_of(self) -> int | None:
+        """The generation of which it is the best; None for a member, or a gait from a file."""
+        return self.generation or None if self.member is None else None
 
     @property
     def name(self) -> str:
@@ -126,6 +162,15 @@ class Individual(ReprMixin):
         """
         return {name: measurement.value for name, measurement in self.measurements.items()}
 
+    def unit_of(self, name: str) -> str:
+        """Return the unit of one of its measures, of a term, or of the score, by name.
+
+        Raises:
+            PluginError: the body cannot measure it.
+        """
+        measured = self.measurements.get(name)
+        return measured.unit if measured else self.experiment.fitness.unit
+
     @property
     def replayed_terms(self) -> dict[str, float]:
         """The terms of its motion as the installed body and fitness give them now.
@@ -160,6 +205,7 @@ class Individual(ReprMixin):
         return {
             "experiment": self.experiment.name,
             "generation": self.generation or "",
+            **({} if self.member is None else {"member": self.member.number}),
             "score": self.score,
         }
 

@@ -7,7 +7,8 @@ import typer
 
 from gaitsim.cli.console import echo, print_json, wrote
 from gaitsim.cli.gait_view import print_gait
-from gaitsim.cli.options import BestOf, Json, RunName
+from gaitsim.cli.options import BestOf, Json, MemberOf, RunName
+from gaitsim.cli.parsing import which
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown
 from gaitsim.errors import GaitsimError
@@ -15,7 +16,7 @@ from gaitsim.gait import analyse_individual
 from gaitsim.gait.files.reader import individual_of, read_gait
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
-from gaitsim.individual import Individual
+from gaitsim.individual import Individual, Member, Which
 from gaitsim.render.plots.gait import plot_gait
 from gaitsim.render.plots.style import check_target
 from gaitsim.runs.files.folder import find_run
@@ -25,6 +26,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 def analyse(
     run: RunName,
     generation: BestOf = None,
+    member: MemberOf = None,
     gait: Annotated[
         Path | None,
         typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
@@ -52,7 +54,7 @@ def analyse(
     if figure is not None:
         check_target(figure)
     opened = RunSnapshot(find_run(run))
-    individual = _individual(opened, generation, gait)
+    individual = _individual(opened, which(generation, member), gait)
     history = opened.history
     found = analyse_individual(individual)
     if figure is not None:
@@ -80,9 +82,10 @@ def analyse(
         echo(f"\n{figure}")
 
 
-def _individual(run: RunSnapshot, generation: int | None, gait: Path | None) -> Individual:
+def _individual(run: RunSnapshot, asked: Which, gait: Path | None) -> Individual:
     if gait is None:
-        return run.individual(generation)
-    if generation is not None:
-        raise GaitsimError("--generation and --gait exclude each other", remedy="give one of them")
+        return run.individual(asked)
+    if asked is not None:
+        option = "--member" if isinstance(asked, Member) else "--generation"
+        raise GaitsimError(f"{option} and --gait exclude each other", remedy="give one of them")
     return individual_of(read_gait(gait), run.experiment)

@@ -8,8 +8,8 @@ import typer
 
 from gaitsim.choices import GaitFormat
 from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.options import BestOf, ExportFile, RunName
-from gaitsim.cli.parsing import file_format
+from gaitsim.cli.options import BestOf, ExportFile, MemberOf, RunName
+from gaitsim.cli.parsing import file_format, which
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
 from gaitsim.gait.files.writer import Gait, check_folder, gait_of, write_gait
@@ -31,6 +31,7 @@ def export(
     ] = None,
     out: ExportFile = None,
     generation: BestOf = None,
+    member: MemberOf = None,
     keyframe_ms: Annotated[
         int | None,
         _servo(min=1, max=60_000, help="Milliseconds between two rows. Default: every frame."),
@@ -79,9 +80,10 @@ def export(
             allowed="servo, with these options",
         )
     servos = ServoRange.around(centre or 0.0, low, high) if table else None
-    gait = gait_of(opened.individual(generation))
+    individual = opened.individual(which(generation, member))
+    gait = gait_of(individual)
     ends = "servo.csv" if servos else chosen
-    path = out or exports_folder(opened.path) / f"gait-generation-{gait.generation}.{ends}"
+    path = out or exports_folder(opened.path) / f"gait-{individual.stem}.{ends}"
     if servos:
         _export_servo(gait, servos, keyframe_ms, clip, path)
         return

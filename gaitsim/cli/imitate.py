@@ -12,7 +12,8 @@ from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPr
 from gaitsim.cli.console import notice, print_json, status, wrote
 from gaitsim.cli.imitation_view import print_results
 from gaitsim.cli.interrupts import all_or_nothing
-from gaitsim.cli.options import BestOf, Json, RunName
+from gaitsim.cli.options import BestOf, Json, MemberOf, RunName
+from gaitsim.cli.parsing import which
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.imitation.imitating import Result, learnable_gait
 from gaitsim.imitation.imitating import imitate as imitated
@@ -26,6 +27,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 def imitate(
     run: RunName,
     generation: BestOf = None,
+    member: MemberOf = None,
     settings: Annotated[
         TrainingPreset,
         typer.Option(
@@ -92,7 +94,7 @@ def imitate(
     chosen = replace(
         SETTINGS[settings], **{name: value for name, value in given.items() if value is not None}
     )
-    expert = opened.individual(generation)
+    expert = opened.individual(which(generation, member))
     learnable_gait(expert)  # before the training compiles its kernel
     names = [chosen.activation]
     if compare_activations:

@@ -21,7 +21,7 @@ def print_results(results: Sequence[Result], files: Files, preset: str = "") -> 
     run = expert.source or Path(expert.name)
     sizes = first.imitation.imitator.network.sizes
     console.print(
-        f"{run}: imitator of the best of generation {expert.generation}, "
+        f"{expert.title}: imitator, "
         f"network {'-'.join(map(str, sizes))}, {first.settings.activation}",
         style="bold",
         markup=False,

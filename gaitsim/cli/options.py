@@ -9,6 +9,12 @@ RunName = Annotated[str, typer.Argument(help="Name of a run under runs/, or its 
 BestOf = Annotated[
     int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
 ]
+MemberOf = Annotated[
+    int | None,
+    typer.Option(
+        "--member", min=1, help="This member of the front or archive; 'gaitsim members' lists them."
+    ),
+]
 ExperimentName = Annotated[
     str, typer.Argument(help="A preset's name, or the path of a TOML file.", metavar="NAME|FILE")
 ]

@@ -5,22 +5,55 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError
+from gaitsim.individual import Member, Which
 
 
-def asked_generations(one: int | None, several: str | None) -> tuple[int, ...]:
-    """Return the generations of `--generation` or `--generations 1,50`, in order; () for neither.
+def which(generation: int | None, member: int | None) -> Which:
+    """Return the individual of `--generation` or `--member`; None for neither.
 
     Raises:
-        GaitsimError: both are given, or they are not numbers.
+        GaitsimError: both are given.
     """
-    if several is None:
-        return () if one is None else (one,)
-    if one is not None:
+    if member is None:
+        return generation
+    if generation is not None:
         raise GaitsimError(
-            "one generation and several are requested",
-            where="--generation, --generations",
+            "a generation's best and a member are requested",
+            where="--generation, --member",
+            allowed="one of the two: members are of the last generation",
+        )
+    return Member(member)
+
+
+def asked_individuals(
+    one: int | None, several: str | None, member: int | None
+) -> tuple[Which, ...]:
+    """Return the individuals of `--generation`, `--generations 1,50` or `--member`, in order.
+
+    Raises:
+        GaitsimError: more than one of them are given, or they are not numbers.
+    """
+    asked = which(one, member)
+    if several is None:
+        return () if asked is None else (asked,)
+    if asked is not None:
+        option = "--generation" if member is None else "--member"
+        raise GaitsimError(
+            f"one {option[2:]} and several generations are requested",
+            where=f"{option}, --generations",
             allowed="one of the two",
         )
+    return asked_generations(several)
+
+
+def asked_generations(several: str | None) -> tuple[int, ...]:
+    """Return the generations of `--generations 1,50`, in order; () without.
+
+    Raises:
+        GaitsimError: they are not numbers.
+    """
+    if several is None:
+        return ()
     parts = [part.strip() for part in several.split(",")]
     if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
         raise GaitsimError(

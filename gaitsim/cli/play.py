@@ -12,7 +12,8 @@ from gaitsim.choices import TerminalView
 from gaitsim.cli.cells import BODY, lines
 from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import BestOf, RunName
+from gaitsim.cli.options import BestOf, MemberOf, RunName
+from gaitsim.cli.parsing import which
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.scene.clip import Clip
@@ -30,6 +31,7 @@ SIZE = 80, 24  # columns and rows of a still where the output is not a terminal
 def play(
     run: RunName,
     generation: BestOf = None,
+    member: MemberOf = None,
     view: Annotated[TerminalView, typer.Option(help="Direction of the camera.")] = "iso",
     speed: Annotated[float, typer.Option(help="Speed relative to real time.")] = 1.0,
     whole: Annotated[
@@ -59,7 +61,7 @@ def play(
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
-    found = RunSnapshot(find_run(run)).individual(generation)
+    found = RunSnapshot(find_run(run)).individual(which(generation, member))
     clip = Clip(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)
     if at is None:
@@ -111,7 +113,7 @@ def _picture(
     """Return a title line and the body."""
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.name), "bold")
-    title.append(f"  generation {found.generation}  score {number(found.score)}")
+    title.append(f"  {found.label}  score {number(found.score)}")
     title.append(f"  {seconds:.2f} s of {clip.seconds:.2f} s", "dim")
     drawn = lines(*picture(clip, seconds, camera, columns, rows - 1), BODY)
     return Group(Text("\n").join([title, *drawn]))

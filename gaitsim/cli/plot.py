@@ -9,10 +9,11 @@ import typer
 
 from gaitsim.choices import PlotFormat, PlotKind, Theme
 from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.options import BestOf, RunName
-from gaitsim.cli.parsing import asked_generations, file_format, seconds
+from gaitsim.cli.options import BestOf, MemberOf, RunName
+from gaitsim.cli.parsing import asked_individuals, file_format, seconds
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
+from gaitsim.individual import Which
 from gaitsim.render.plots.channel import OWN, usual_channel
 from gaitsim.render.plots.kinds import KINDS, OF_ALL, file_stem
 from gaitsim.render.plots.request import NothingToPlotError, Request
@@ -30,11 +31,12 @@ def plot(
         Kind,
         typer.Option(
             metavar="KIND",
-            help="fitness, terms, diversity, genome, runs, path, channel, footfall, phase, joints, "
-            "stability, or all of these that the run has.",
+            help="fitness, terms, diversity, genome, runs, front, path, channel, footfall, phase, "
+            "joints, stability, or all of these that the run has.",
         ),
     ] = "fitness",
     generation: BestOf = None,
+    member: MemberOf = None,
     generations: Annotated[
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several, as 1,50,300, for --kind channel."),
@@ -90,11 +92,12 @@ def plot(
 
     gaitsim plot spider --kind all --format svg --theme dark
     """
-    numbers = asked_generations(generation, generations)
+    numbers = asked_individuals(generation, generations, member)
     _check_options(
         kind,
         {
             "--generation": generation,
+            "--member": member,
             "--generations": generations,
             "--channel": channel,
             "--component": component,
@@ -119,7 +122,7 @@ def plot(
 def _plot(
     kind: PlotKind,
     request: Request,
-    numbers: Sequence[int],
+    numbers: Sequence[Which],
     out: Path | None,
     format: PlotFormat | None,
 ) -> None:
@@ -136,7 +139,7 @@ def _plot(
 
 
 def _plot_all(
-    request: Request, numbers: Sequence[int], out: Path | None, format: PlotFormat
+    request: Request, numbers: Sequence[Which], out: Path | None, format: PlotFormat
 ) -> None:
     """Plot every kind that the body has; report the others with the reason."""
     if out is not None and out.exists() and not out.is_dir():
@@ -172,7 +175,7 @@ def _check_channel(request: Request) -> None:
         raise NothingToPlotError(f"{OWN[name]} draws {name}; --channel chooses another")
 
 
-def _with_individuals(request: Request, numbers: Sequence[int]) -> Request:
+def _with_individuals(request: Request, numbers: Sequence[Which]) -> Request:
     """Return the request with the individuals of the generations."""
     found = tuple(request.run.individual(number) for number in numbers or (None,))
     return replace(request, individuals=found)

@@ -54,6 +54,7 @@ def show(
 def _print_json(run: RunSnapshot) -> None:
     experiment, history = run.experiment, run.history
     champion = champion_of(run)
+    members = run.members if history else None
     start = run.start
     print_json(
         {
@@ -80,6 +81,7 @@ def _print_json(run: RunSnapshot) -> None:
                 for stage in run.stages
             ],
             "pending": [str(change) for change in run.pending],
+            "members": len(members.scores) if members else None,
             "champion": to_dict(champion) if champion else None,
             "figures": {name: float(history[FIGURE + name][-1]) for name in figures_of(history)},
             "fingerprint": run.fingerprint() if history else None,
@@ -128,8 +130,25 @@ def _print(run: RunSnapshot) -> None:
     for name in figures_of(history):
         console.print(f"{name} {number(history[FIGURE + name][-1])}")
     _print_stages(run, history)
+    _print_members(run)
     console.print()
     print_champion(run, champion_of(run))
+
+
+def _print_members(run: RunSnapshot) -> None:
+    """How many members the search keeps, and the range of their values."""
+    members = run.members
+    if members is None or not len(members.scores):
+        return
+    count = len(members.scores)
+    ranges = "; ".join(
+        f"{name} {number(values.min())} to {number(values.max())}"
+        for name, values in members.values.items()
+    )
+    output().print(
+        f"{run.experiment.search.keeps} of {count:,} member{'s' * (count != 1)}: {ranges}\n"
+        f"List them: {command('members', run.path)}"
+    )
 
 
 def _note(run: RunSnapshot) -> str:

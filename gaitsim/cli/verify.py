@@ -60,7 +60,7 @@ def verify(
             allowed="one of the two",
         )
     opened = RunSnapshot(find_run(run))
-    chosen = asked_generations(None, generations)
+    chosen = asked_generations(generations)
     with interruptible(), Progress(opened.path.name, "generations") as progress:
         verdict = verify_generations(
             opened,

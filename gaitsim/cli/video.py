@@ -7,8 +7,8 @@ import typer
 from gaitsim.choices import Theme, VideoFormat, VideoView
 from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.interrupts import all_or_nothing
-from gaitsim.cli.options import BestOf, ExportFile, RunName
-from gaitsim.cli.parsing import asked_generations, file_format, pixels
+from gaitsim.cli.options import BestOf, ExportFile, MemberOf, RunName
+from gaitsim.cli.parsing import asked_individuals, file_format, pixels
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.render.tempo import speed_words
@@ -25,6 +25,7 @@ def video(
     ] = None,
     out: ExportFile = None,
     generation: BestOf = None,
+    member: MemberOf = None,
     generations: Annotated[
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several generations, in a race."),
@@ -59,7 +60,7 @@ def video(
     """
     chosen = file_format(format, out, FORMATS, "mp4", "videos")
     settings = RenderSettings(chosen, pixels(size), fps, speed, view, theme, intro)
-    wanted = asked_generations(generation, generations)
+    wanted = asked_individuals(generation, generations, member)
     if out is not None:
         check_folder(out)
     opened = RunSnapshot(find_run(run))

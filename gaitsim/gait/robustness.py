@@ -95,7 +95,7 @@ def measure_robustness(
         )
     worth = abs(score)
     if history:
-        generation = individual.generation or len(history["best"])
+        generation = individual.best_of or len(history["best"])
         first_best = float(history["best"][term_changes(history, generation)[0] - 1])
         worth = max(worth, score - first_best if np.isfinite(first_best) else 0.0)
     perturbations: list[Perturbation] = []

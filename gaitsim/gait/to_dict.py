@@ -21,17 +21,18 @@ def analysis_to_dict(
     robustness: Robustness | None,
 ) -> dict[str, Any]:
     """Return an individual's gait, the breakdown of its score, and its robustness."""
-    generation = individual.generation or None
+    generation = individual.best_of
     changes = None
     if generation is not None:
         first, found = term_changes(history, generation)
         changes = {"first_generation": first, "terms": [asdict(change) for change in found]}
     return {
         "subject": individual.title,
-        "generation": generation,
+        "generation": individual.generation or None,
+        "member": individual.member.number if individual.member else None,
         "score": individual.replayed_score,
         "failure": individual.replayed_failure or None,
-        "recorded_score": individual.score if generation else None,
+        "recorded_score": individual.score if individual.generation else None,
         "terms": individual.replayed_terms,
         **gait_to_dict(gait),
         "terms_over_time": _terms_over_time(individual),

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gaitsim.errors import unknown
-from gaitsim.individual import Individual
+from gaitsim.individual import Individual, Which
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -63,7 +63,7 @@ class RunViews:
         self,
         kind: str = "fitness",
         *,
-        generations: Sequence[int] = (),
+        generations: Sequence[Which] = (),
         channel: str | None = None,
         components: Sequence[str] = (),
         window: tuple[float, float] | None = None,
@@ -73,9 +73,9 @@ class RunViews:
         """Return a plot, as `gaitsim plot` draws it.
 
         Args:
-            kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'path', 'channel',
-                'footfall', 'phase', 'joints', 'stability'.
-            generations: whose best to draw; () for the champion.
+            kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'front', 'path',
+                'channel', 'footfall', 'phase', 'joints', 'stability'.
+            generations: whose best to draw, or members, as `gs.Member(3)`; () for the champion.
             channel: of the motion, for the kind 'channel'.
             components: names of what to draw of the channel; () draws all.
             window: first and last second of the motion.
@@ -111,7 +111,7 @@ class RunViews:
         self,
         path: str | Path,
         *,
-        generations: Sequence[int] = (),
+        generations: Sequence[Which] = (),
         view: str = "iso",
         size: tuple[int, int] | None = None,
         fps: float | None = None,
@@ -123,7 +123,8 @@ class RunViews:
 
         Args:
             path: the file.
-            generations: whose best to show, several in a race; () for the champion.
+            generations: whose best to show, several in a race, or a member; () for the
+                champion.
             view: 'iso', 'side', 'top' or 'orbit'.
             size: width and height, pixels.
             fps: pictures a second.

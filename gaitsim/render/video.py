@@ -11,7 +11,7 @@ import numpy as np
 from gaitsim.choices import VideoFormat
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.gait.files.writer import check_folder
-from gaitsim.individual import Individual
+from gaitsim.individual import Individual, Which
 from gaitsim.registry import contract_error
 from gaitsim.render.encoder import encode
 from gaitsim.render.intro import fitness_picture
@@ -112,7 +112,7 @@ class Video:
 
     Args:
         run: whose champions are shown.
-        generations: whose best; () for the best of all.
+        generations: whose best, or which members; () for the best of all.
         settings: size, speed, view and colours; the defaults of `RenderSettings` for None.
 
     Raises:
@@ -123,12 +123,13 @@ class Video:
     def __init__(
         self,
         run: RunSnapshot,
-        generations: Sequence[int] = (),
+        generations: Sequence[Which] = (),
         settings: RenderSettings | None = None,
     ) -> None:
         self.run, self.settings = run, settings or RenderSettings()
         shown = [run.individual(generation) for generation in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
+        self._stem = shown[0].stem
         self._check_room(len(shown))
         clips = [_clip(one, len(shown) > 1) for one in shown]
         # A motion whose frames all have a picture is shown as it is.
@@ -184,7 +185,7 @@ class Video:
         """The default name of its file."""
         numbers = "-".join(map(str, self.generations))
         if len(self.generations) == 1:
-            return f"video-generation-{numbers}.{self.settings.format}"
+            return f"video-{self._stem}.{self.settings.format}"
         many = f"{self.generations[0]}-to-{self.generations[-1]}" if len(numbers) > 60 else numbers
         return f"video-generations-{many}.{self.settings.format}"
 
@@ -273,7 +274,7 @@ def _clip(shown: Individual, several: bool) -> Clip:
 
 
 def _words(shown: Individual) -> tuple[str, str]:
-    return f"generation {shown.generation}", score_words(shown)
+    return shown.label, score_words(shown)
 
 
 def _mixed(one: Picture, other: Picture, share: float) -> Picture:

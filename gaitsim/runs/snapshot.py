@@ -1,19 +1,22 @@
 """A run folder as it was at one moment: each of its files is read once."""
 
 import hashlib
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.contracts.search import Members
 from gaitsim.errors import ExperimentError, RunError
+from gaitsim.evolution.searching import members, state_mismatch
 from gaitsim.experiment import Experiment, Overrides, parse_experiment
 from gaitsim.experiment.problems import COMMAND_LINE
-from gaitsim.individual import Individual
+from gaitsim.individual import Individual, Member, Which
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.contents import RunFiles
-from gaitsim.runs.files.folder import BESTS, EXPERIMENT, HISTORY, command
+from gaitsim.runs.files.folder import BESTS, CHECKPOINT, EXPERIMENT, HISTORY, command
 from gaitsim.runs.files.history import best_terms, read_records, record_type
 from gaitsim.runs.stages import Change, RunStage, changes, comparable, pending
 
@@ -157,16 +160,71 @@ class RunSnapshot(RunFiles):
             return None
         return self.comparable + int(np.argmax(scores))
 
-    def individual(self, generation: int | None = None) -> Individual:
-        """Return the best individual of a generation, or of all.
+    @cached_property
+    def members(self) -> Members | None:
+        """The front or archive after the last generation; None where the search keeps none.
+
+        Raises:
+            ExperimentError: the experiment has problems.
+            PluginError: the search fails.
+            RunError: no generation is finished yet, or the state of the search is damaged.
+        """
+        checkpoint = self.finished
+        experiment = self.experiment_at(checkpoint.generation)
+        if not experiment.search.keeps:
+            return None
+        wrong = state_mismatch(experiment, checkpoint.state, checkpoint.generation)
+        found = None if wrong else members(experiment, checkpoint.state)
+        if found is not None:
+            wrong = out_of_bounds(experiment, found.genomes, "a member")
+        if wrong:
+            raise RunError(
+                f"the {experiment.search.keeps} of the run is damaged: {wrong}",
+                where=str(self.path / CHECKPOINT),
+                remedy="restore all files of the run from one copy",
+            )
+        return found
+
+    def individual(self, which: Which = None) -> Individual:
+        """Return the best individual of a generation, or of all; or a member.
 
         Of all, only those count whose scores can be compared with the last generation's.
 
         Raises:
             ExperimentError: its experiment has problems, such as a plugin that is not installed.
-            RunError: no generation is finished yet, there is no such one, or all failed; or the
-                files of the run contradict each other.
+            RunError: no generation is finished yet, there is no such one, no such member, or all
+                failed; or the files of the run contradict each other.
         """
+        return self._member(which) if isinstance(which, Member) else self._best(which)
+
+    def _member(self, which: Member) -> Individual:
+        found = self.members
+        if found is None:
+            raise RunError(
+                f"the run {self.path} has no members: its search keeps neither a front nor an "
+                "archive",
+                remedy=f"leave the member out, for the champion: {command('play', self.path)}",
+            )
+        count, index = len(found.scores), which.number - 1
+        if not 0 <= index < count:
+            raise RunError(
+                f"the run {self.path} has no {which}",
+                allowed=f"1 to {count}" if count else "none: every individual failed",
+                remedy=f"list them: {command('members', self.path)}",
+            )
+        generation = self.finished.generation
+        individual = Individual(
+            self.experiment_at(generation),
+            float(found.scores[index]),
+            {},
+            generation,
+            found.genomes[index],
+            self.path,
+            member=which,
+        )
+        return replace(individual, terms=individual.replayed_terms)
+
+    def _best(self, generation: int | None) -> Individual:
         bests = self.bests  # first: it reads the experiment, and says so where the run is gone
         self.stage_at(self.finished.generation if generation is None else generation)
         first = self.comparable

@@ -1,38 +1,40 @@
 """A run that begins with a kept individual instead of a population that is drawn."""
 
 import os
+import re
 from pathlib import Path
 
 from gaitsim.contracts import Array
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.experiment import Experiment
+from gaitsim.individual import Member, Which
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
 from gaitsim.runs.files.checkpoint import Champion, read_champion
 from gaitsim.runs.files.folder import START, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 ALLOWED = (
-    "a champion's file, as in runs/spider/champions; a run, for its champion; or RUN@GENERATION, "
-    "for that generation's best"
+    "a champion's file, as in runs/spider/champions; a run, for its champion; RUN@GENERATION, "
+    "for that generation's best; or RUN#MEMBER, for a member of its front or archive"
 )
 
 
 def kept_individual(reference: str) -> Champion:
-    """The individual that a user names: a champion's file, a run, or RUN@GENERATION.
+    """The individual that a user names: a champion's file, a run, RUN@GENERATION or RUN#MEMBER.
 
     Raises:
         CheckpointError: the file is not a champion's, is damaged, or hostile.
-        RunError: there is no such file, run or generation, or it has no champion.
+        RunError: there is no such file, run, generation or member, or it has no champion.
     """
     # os.path, unlike pathlib, answers for names that no file can have, too.
     if os.path.exists(reference) and not os.path.isdir(reference):  # noqa: PTH110, PTH112
         return read_champion(Path(reference).resolve())  # the link of a user is theirs
-    run, mark, number = reference.rpartition("@")
-    if mark and number.isascii() and number.isdecimal() and len(number) < 10:
+    if parts := re.fullmatch(r"(.*)([@#])([0-9]{1,9})", reference, re.DOTALL):
+        run, mark, number = parts[1], parts[2], int(parts[3])
         try:  # for a run whose name ends so
             path = find_run(reference)
         except RunError:
-            return champion_of(_found(run), int(number))
+            return champion_of(_found(run), number if mark == "@" else Member(number))
         return champion_of(RunSnapshot(path))
     return champion_of(_found(reference))
 
@@ -46,13 +48,13 @@ def _found(run: str) -> RunSnapshot:
         raise
 
 
-def champion_of(run: RunSnapshot, generation: int | None = None) -> Champion:
-    """A run's champion, or a generation's, as its file would hold it.
+def champion_of(run: RunSnapshot, which: Which = None) -> Champion:
+    """A run's champion, a generation's or a member, as its file would hold it.
 
     Raises:
-        RunError: there is no such generation, or it has no champion.
+        RunError: there is no such generation or member, or it has no champion.
     """
-    individual = run.individual(generation)
+    individual = run.individual(which)
     stage, genome = run.stage_at(individual.generation), individual.genome
     if genome is None:
         raise ValueError("an individual of a run has a genome")

@@ -254,6 +254,7 @@ PLOTS = {
     "diversity": "Diversity",
     "genome": "Genome of each best",
     "runs": "Repeats and other runs",
+    "front": "Front of objectives",
     "path": "Path in space",
     "channel": "Channel over time",
     "footfall": "Footfalls",

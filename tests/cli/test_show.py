@@ -35,7 +35,7 @@ def test_a_run_is_shown_in_full(gaitsim, finished):
     assert "\x1b" not in shown.stdout
     for text in (
         "runs/puppet",
-        "seed 1  organism puppet  fitness puppet-reach  selection puppet-best",
+        "seed 1  organism puppet  fitness puppet-reach  search genetic  selection puppet-best",
         "generation 5 of 5, 30 evaluations in ",
         "Champion of generation ",
         "how far it reaches",

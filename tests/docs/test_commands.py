@@ -40,7 +40,7 @@ def in_rows(text: str) -> list[str]:
 
 def words(command: str) -> list[str]:
     """What a shell passes to the program."""
-    found = shlex.split(re.split(r" [|>] ", command)[0], comments=True)
+    found = shlex.split(re.split(r" [|>#] ", command)[0])
     return found[1:]
 
 
@@ -71,7 +71,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     import gaitsim as gs
 
     folder = tmp_path_factory.mktemp("docs") / "runs"
-    for preset, population in (("spider", 4), ("fly", 8)):
+    for preset, population in (("spider", 4), ("fly", 8), ("spider-front", 8)):
         for _ in gs.evolve(preset, population=population, out=folder / preset):
             pass
     shutil.copytree(folder / "spider", folder / "spider-2")

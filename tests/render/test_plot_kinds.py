@@ -102,7 +102,8 @@ def drawn(spider_run, bundled):
     """Draws a kind of plot, of a run that has what it shows."""
 
     def draw(kind, **more):
-        run = bundled("millipede") if kind == "phase" else spider_run
+        runs = {"phase": "millipede", "front": "spider-front"}
+        run = bundled(runs[kind]) if kind in runs else spider_run
         beside = (bundled("millipede"),) if kind == "runs" else ()
         return KINDS[kind].draw(asked(run, beside=beside, **more))
 
@@ -130,6 +131,27 @@ def test_nothing_drawn_leaves_the_picture(drawn, kind):
     assert room.x1 < figure.get_figwidth() + 0.02
     assert room.y0 > -0.02
     assert room.y1 < figure.get_figheight() + 0.02
+
+
+@pytest.mark.parametrize("objectives", [2, 3])
+def test_a_front_shows_every_pair_of_objectives_and_marks_the_best_score(puppet_run, objectives):
+    names = ["reach", "price", "score"][:objectives]
+    given = ", ".join(f"{name} = 'max'" for name in names)
+    run = puppet_run("search.plugin=nsga-2", f"search.objectives={{ {given} }}")
+    members = run.members
+    figure = KINDS["front"].draw(Request(run))
+    assert len(figure.axes) == {2: 1, 3: 3}[objectives]
+    assert {"reach (m, more is better)", "price (more is better)"} < texts(figure)
+    population, *_, front, best = figure.axes[0].collections
+    np.testing.assert_array_equal(
+        population.get_offsets(), np.stack([run.finished.values[name] for name in names[:2]], 1)
+    )
+    values = np.stack([members.values[name] for name in names[:2]], axis=1)
+    np.testing.assert_array_equal(front.get_offsets(), values)
+    np.testing.assert_array_equal(best.get_offsets()[0], values[members.scores.argmax()])
+    for edge in figure.axes[0].lines:  # what is better than its corners is attained by nobody
+        assert objectives == 2
+        assert edge.get_drawstyle() == "steps-pre"  # both are to be large
 
 
 OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}

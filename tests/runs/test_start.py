@@ -70,6 +70,7 @@ def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
         ("nobody@3", "there is no run 'nobody'"),
         ("staged@0", "has no generation 0"),
         ("staged@11", "has no generation 11"),
+        ("staged#1", "has no members"),
         ("staged@x", "there is no run 'staged@x'"),
         ("staged@", "there is no run 'staged@'"),
         ("@1", "there is no run ''"),

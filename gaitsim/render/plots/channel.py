@@ -108,7 +108,7 @@ def _numbers(
     for axes, (title, indices) in zip(places, panels.items(), strict=True):
         for index, (which, i) in enumerate(product(range(len(signals)), indices)):
             line, part = lines[which][i], parts[which]
-            generation = f"generation {request.individuals[which].generation}"
+            generation = request.individuals[which].label
             label = generation if several else _rest(line, title)
             times = np.arange(part.start, part.stop) / signals[which].rate
             axes.plot(times, finite(line.values[part]), label=label, **request.theme.line(index))

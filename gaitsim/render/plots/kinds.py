@@ -9,6 +9,7 @@ from gaitsim.render.plots.channel import channel_figure, usual_channel
 from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.footfall import contacts_of, footfall_figure
+from gaitsim.render.plots.front import front_figure, require_front
 from gaitsim.render.plots.genome import genome_figure
 from gaitsim.render.plots.joints import joints_figure, require_joints
 from gaitsim.render.plots.path import path_figure
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_MOTION = ("--generation", "--window")
+_MOTION = ("--generation", "--member", "--window")
 _CHANNEL = (*_MOTION, "--generations", "--channel", "--component")
 
 
@@ -57,10 +58,11 @@ KINDS: Mapping[str, Kind] = {
     "diversity": Kind(diversity_figure, options=()),
     "genome": Kind(genome_figure, options=()),
     "runs": Kind(runs_figure, options=("--beside",)),
+    "front": Kind(front_figure, (), require_front),
     "path": Kind(path_figure),
     "channel": Kind(channel_figure, _CHANNEL, usual_channel),
     "footfall": Kind(footfall_figure, check=contacts_of),
-    "phase": Kind(phase_figure, ("--generation",), stride_of),
+    "phase": Kind(phase_figure, ("--generation", "--member"), stride_of),
     "joints": Kind(joints_figure, check=require_joints),
     "stability": Kind(stability_figure, check=contacts_of),
 }
@@ -76,8 +78,7 @@ def file_stem(kind: str, request: Request) -> str:
     if kind == "channel":
         parts += [request.channel or usual_channel(request.individual), *request.components]
     numbers = [str(individual.generation) for individual in request.individuals]
-    if not KINDS[kind].several:
-        numbers = numbers[:1]
     shown = "-".join(numbers) if len(numbers) <= 4 else f"{numbers[0]}-to-{numbers[-1]}"
-    stem = "-".join([*parts, f"generation-{shown}"])
+    several = KINDS[kind].several and len(numbers) > 1
+    stem = "-".join([*parts, f"generation-{shown}" if several else request.individual.stem])
     return "".join(char if char.isalnum() or char in "-_" else "-" for char in stem)

@@ -51,7 +51,7 @@ def heading_of(individuals: Sequence[Individual]) -> str:
     """Return the run's name and seed with the generation and score, or the generations."""
     numbers = ", ".join(str(individual.generation) for individual in individuals)
     one = individuals[0]
-    what = f"generation {numbers}, {score_words(one)}"
+    what = f"{one.label}, {score_words(one)}"
     if len(individuals) > 1:
         what = f"generations {shortened(numbers, 24)}"
     return heading_of_run(one.name, one.experiment, f", {what}")

@@ -62,7 +62,7 @@ def stride_of(individual: Individual) -> tuple[GaitAnalysis, Footfalls, Stride]:
     found = gait.footfalls
     if found is None or found.stride is None or not np.isfinite(found.phases).any():
         raise NothingToPlotError(
-            f"the feet of generation {individual.generation}'s best have no common stride",
+            f"the feet of {individual.title} have no common stride",
             where=str(individual.source),
             allowed="a gait that repeats",
             remedy="--kind footfall shows when each foot is on the ground",

@@ -51,9 +51,9 @@ def explanation(
         PluginError: the body or the fitness fails.
     """
     yield _over_time(individual)
-    if individual.generation:
+    if individual.best_of:
         yield _over_generations(individual, history)
-    told = summarise(individual.replayed_terms, history, individual.generation or None)
+    told = summarise(individual.replayed_terms, history, individual.best_of)
     if told:
         yield Section(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in told))
 

@@ -1,0 +1,147 @@
+"""Plot a front: the compromises that a search has found between its objectives."""
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts.search import Members
+from gaitsim.individual import Individual, Member
+from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
+from gaitsim.render.plots.request import NothingToPlotError, Request
+from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.runs.files.folder import command
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST = 6  # objectives: 15 panels
+
+
+def require_front(individual: Individual) -> None:
+    """Refuse the run of an individual whose search keeps no front.
+
+    Raises:
+        NothingToPlotError: it keeps none.
+    """
+    if individual.experiment.search.keeps != "front":
+        name = individual.experiment.entries["search"].name
+        raise NothingToPlotError(
+            f"the search {name!r} keeps no front",
+            allowed="a search of several objectives, such as nsga-2",
+        )
+
+
+def front_figure(request: Request) -> "Figure":
+    """Plot the members of a front, each pair of objectives against each other.
+
+    Of two objectives, the front is drawn as the edge of what it dominates. Faint are the other
+    individuals of the last generation. The best score is marked, and the first and the last
+    member have their numbers.
+
+    Raises:
+        NothingToPlotError: the search keeps no front, or has too many objectives.
+        RunError: no generation is finished yet, or all individuals failed.
+    """
+    from matplotlib.figure import Figure
+
+    run, theme = request.run, request.theme
+    individual = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
+    require_front(individual)
+    members = run.members
+    if members is None:
+        raise ValueError("a search that keeps a front has members")
+    names = [*members.values]
+    if len(names) > MOST:
+        raise NothingToPlotError(
+            f"{len(names)} objectives have {len(names) * (len(names) - 1) // 2} pairs",
+            allowed=f"at most {MOST} objectives",
+            remedy=f"plot some of them from {command('members', run.path, '--out', 'front.csv')}",
+        )
+    directions: Mapping[str, str] = getattr(run.experiment.search, "objectives", {})
+    labels = {name: _label(name, individual.unit_of(name), directions) for name in names}
+    everybody = {
+        name: run.finished.scores if name == "score" else run.finished.values[name]
+        for name in names
+    }
+    pairs = [*combinations(names, 2)]
+    with styled(theme):
+        columns = min(len(pairs), 3)
+        rows = -(-len(pairs) // columns)
+        width = WIDTH if columns == 1 else 2.1 * WIDTH
+        figure = Figure(figsize=(width, 2.9 if columns == 1 else 0.6 + 2.2 * rows))
+        places = [*figure.subplots(rows, columns, squeeze=False).ravel()]
+        for unused in places[len(pairs) :]:
+            unused.remove()
+        for axes, (across, up) in zip(places, pairs, strict=False):
+            _draw_population(axes, everybody[across], everybody[up], theme)
+            if len(names) == 2:
+                _draw_edge(axes, members, directions.get(across, "max"), theme)
+            _draw_members(axes, members, across, up, theme)
+            axes.set_xlabel(labels[across])
+            axes.set_ylabel(labels[up])
+        count = len(members.scores)
+        more = f", generation {run.generation}, {count} member{'s' * (count != 1)}"
+        head(
+            figure,
+            heading_of_run(run.path.resolve().name, run.experiment, more),
+            *places[0].get_legend_handles_labels(),
+        )
+    return figure
+
+
+def _label(name: str, unit: str, directions: Mapping[str, str]) -> str:
+    words = {"max": "more is better", "min": "less is better"}.get(directions.get(name, ""), "")
+    inside = ", ".join(part for part in (unit, words) if part)
+    return f"{shortened(name, 24)} ({inside})" if inside else shortened(name, 40)
+
+
+def _draw_population(
+    axes: "Axes", across: NDArray[np.float64], up: NDArray[np.float64], theme: Theme
+) -> None:
+    axes.scatter(across, up, s=7, color=theme.faint, linewidth=0, label="last generation", zorder=2)
+
+
+def _draw_edge(axes: "Axes", members: Members, direction: str, theme: Theme) -> None:
+    """Draw the edge of what two objectives dominate, in steps."""
+    across, up = members.values.values()
+    # Between two members, the one is attained whose first objective is worse than the place.
+    axes.step(
+        across,
+        up,
+        where="post" if direction == "min" else "pre",
+        color=theme.colours[0],
+        linewidth=0.8,
+        alpha=0.6,
+        zorder=3,
+    )
+
+
+def _draw_members(axes: "Axes", members: Members, across: str, up: str, theme: Theme) -> None:
+    x, y = members.values[across], members.values[up]
+    axes.scatter(x, y, s=11, color=theme.colours[0], linewidth=0, label="front", zorder=4)
+    best = int(np.argmax(members.scores))
+    label = f"best score, {numeral(float(members.scores[best]))}: member {best + 1}"
+    axes.scatter(
+        x[best],
+        y[best],
+        s=34,
+        marker="D",
+        facecolor=theme.background,
+        edgecolor=theme.colours[1],
+        linewidth=1.1,
+        label=label,
+        zorder=5,
+    )
+    for index in {0, len(x) - 1} - {best}:
+        axes.annotate(
+            str(index + 1),
+            (x[index], y[index]),
+            xytext=(3, 3),
+            textcoords="offset points",
+            fontsize=6,
+            color=theme.ink,
+        )

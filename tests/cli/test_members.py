@@ -1,0 +1,86 @@
+"""Members of a front, by number: listed, shown, exported and begun with."""
+
+import json
+
+import numpy as np
+import pytest
+
+import gaitsim as gs
+
+SEARCH = """[search]
+plugin = "nsga-2"
+objectives = { price = "max", reach = "max" }
+"""
+
+
+@pytest.fixture
+def front(gaitsim, puppet_file):
+    """A run with a front, and its members as JSON has them."""
+    puppet_file.write_text(puppet_file.read_text().partition("[search]")[0] + SEARCH)
+    gaitsim("run", puppet_file, "--population", 12)
+    return [json.loads(line) for line in gaitsim("members", "puppet", "--json").stdout.splitlines()]
+
+
+def test_members_are_listed_in_the_order_of_the_first_objective(gaitsim, front, tmp_path):
+    assert [row["member"] for row in front] == list(range(1, len(front) + 1))
+    assert list(front[0]) == ["member", "score", "price", "reach"]
+    prices = [row["price"] for row in front]
+    assert prices == sorted(prices)
+    shown = gaitsim("members", "puppet").stdout
+    assert "reach, m" in shown
+    assert f"{len(front)} member" in shown
+    assert f"{len(front)} member" in gaitsim("show", "puppet").stdout
+    gaitsim("members", "puppet", "--out", "front.csv")
+    first, *rows = (tmp_path / "front.csv").read_text().splitlines()
+    assert first == "member,score,price,reach"
+    assert [float(row.split(",")[3]) for row in rows] == [row["reach"] for row in front]
+
+
+def test_a_member_is_the_same_individual_everywhere(gaitsim, front, tmp_path):
+    number, last = len(front), front[-1]
+    member = gs.load("runs/puppet").replay(member=number)
+    genome = member.genome
+    assert member.score == pytest.approx(member.replayed_score) == last["score"]
+    assert member.terms == pytest.approx({"price": last["price"], "reach": last["reach"]})
+    np.testing.assert_array_equal(gs.load("runs/puppet").members.genomes[-1], genome)
+
+    assert (
+        f"member {number} of generation 5"
+        in gaitsim("play", "puppet", "--member", number, "--at", 0).stdout
+    )
+    analysis = json.loads(gaitsim("analyse", "puppet", "--member", number, "--json").stdout)
+    assert (analysis["member"], analysis["score"]) == (number, pytest.approx(last["score"]))
+    assert analysis["terms_over_generations"] is None  # it is the best of none
+    gaitsim("export", "puppet", "--member", number, "--format", "csv")
+    file = tmp_path / f"runs/puppet/exports/gait-generation-5-member-{number}.csv"
+    angles = [float(cell) for cell in file.read_text().splitlines()[-1].split(",")[-3:]]
+    np.testing.assert_allclose(angles, genome)
+    drawn = gaitsim("plot", "puppet", "--kind", "joints", "--member", number).stdout
+    assert f"joints-generation-5-member-{number}.png" in drawn
+
+    gaitsim("run", "puppet.toml", "--from", f"puppet#{number}", "--out", "b")
+    assert gs.load("b").snapshot.start.genome.tobytes() == genome.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("play", "puppet", "--member", 99), "has no member 99"),
+        (("play", "puppet", "--member", 1, "--generation", 1), "--generation, --member"),
+        (("plot", "puppet", "--kind", "fitness", "--member", 1), "does not take --member"),
+        (("video", "puppet", "--generations", "1,2", "--member", 1), "--member, --generations"),
+        (("run", "puppet.toml", "--from", "puppet#99"), "has no member 99"),
+        (("members", "puppet", "--out", "front.txt"), "FILE.csv"),
+    ],
+)
+def test_mistakes(gaitsim, front, arguments, says):
+    assert says in " ".join(gaitsim(*arguments, code=2).stderr.replace("│", " ").split())
+
+
+def test_a_run_without_a_front_has_no_members(gaitsim, puppet_file):
+    gaitsim("run", puppet_file)
+    for command in (("members", "puppet"), ("play", "puppet", "--member", 1)):
+        assert "neither a front nor an archive" in " ".join(
+            gaitsim(*command, code=2).stderr.replace("│", " ").split()
+        )
+    assert gs.load("runs/puppet").members is None
