@@ -75,6 +75,14 @@ class ServedApp(AppService):
         else:
             await self._websocket.close()
 
+    async def on_meta(self, data: bytes) -> None:
+        """Do what the app asks the server for, or pass the colour of its ground to the page."""
+        match json.loads(data):
+            case {"type": "ground", "colour": str(colour)}:
+                await self.remote_write_str(json.dumps(["ground", colour]))
+            case _:
+                await super().on_meta(data)
+
     async def obey(self, text: str) -> None:
         """Pass a message of the page on to the app.
 

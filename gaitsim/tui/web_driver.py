@@ -5,6 +5,7 @@ from threading import Lock
 from typing import Any
 
 from textual.app import App
+from textual.color import Color
 from textual.drivers.web_driver import WebDriver
 from textual.messages import ExitApp
 
@@ -27,6 +28,16 @@ class PipeDriver(WebDriver):
                     data = data[os.write(self.fileno, data) :]
             except BrokenPipeError:
                 pass  # the server is gone; standard input closes, too
+
+    def start_application_mode(self) -> None:
+        """Begin, and tell the page the colour of the ground now and whenever it is another."""
+        super().start_application_mode()
+        self._tell_ground()
+        self._app.theme_changed_signal.subscribe(self._app, lambda _: self._tell_ground())
+
+    def _tell_ground(self) -> None:
+        ground = Color.parse(self._app.theme_variables["background"])
+        self.write_meta({"type": "ground", "colour": ground.hex6})
 
     def run_input_thread(self) -> None:
         """Pass input on until it ends, and end the app then."""

@@ -113,6 +113,12 @@ def test_all_runs_are_stopped_in_a_folder_or_everywhere(gaitsim, detached, monke
     assert "No run" in gaitsim("stop", "--all").stdout
 
 
+def test_where_runs_cannot_be_found_stopping_all_says_so(gaitsim, tmp_path, monkeypatch):
+    monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path))
+    tmp_path.chmod(0o755)
+    assert "GAITSIM_RUNTIME_DIR" in gaitsim("stop", "--all", code=2).stderr
+
+
 def test_a_paused_run_continues_by_resume(gaitsim, detached):
     path = detached()
     send(path, Command("pause"))

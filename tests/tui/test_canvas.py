@@ -16,7 +16,7 @@ from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, runs
-from gaitsim.render.terminal.view import NAMED, Viewpoint, camera
+from gaitsim.render.terminal.view import FARTHEST, NAMED, Viewpoint, camera
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
 
@@ -211,6 +211,10 @@ class TestPicture:
             metres = float(drawn[2]) * {"mm": 1e-3, "cm": 1e-2, "m": 1.0}[drawn[3]]
             scale = camera(view, clip, clip.at(1.0), 160, 80).scale
             assert -0.5 <= metres * scale - 2 * (len(drawn[1]) - 1) <= 1.5
+        point = Clip(Skeleton(np.zeros((2, 1, 2, 3)), ("limb",), 1.0))
+        for zoom in (1.0, FARTHEST):
+            codes, _ = body.picture(point, 0.0, Viewpoint(zoom=zoom), 80, 20)
+            assert "mm" not in text(codes)[-1]
 
     @pytest.mark.parametrize(
         ("degrees", "said"), [(0, "yaw ↑ 0°"), (50, "yaw ↖ 50°"), (-90, "yaw → −90°")]

@@ -89,10 +89,13 @@ def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
 ):
     text = puppet_file.read_text().replace("generations = 5", "generations = 100000")
     (tmp_path / "long.toml").write_text(text)
-    server, address = serve()
+    server, address = serve("--theme", "gaitsim-light")
     history = tmp_path / "runs" / "puppet" / "history.csv"
     window = Window(browser, address)
     window.see("No runs in runs yet")
+    for place in ("document.body", "document.querySelector('.xterm-viewport')"):
+        ground = f"getComputedStyle({place}).backgroundColor"
+        window.until(lambda: window.page.evaluate(ground) == "rgb(247, 248, 246)")  # noqa: B023
     window.press("n")
     window.see("It can run")
     window.press("Control+l")

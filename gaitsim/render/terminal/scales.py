@@ -15,6 +15,7 @@ from gaitsim.render.ticks import labels, round_step
 
 LEAST = 24, 6  # columns and rows of a picture from which it has them
 BAR = 6  # columns of a scale bar, at least
+LEAST_BAR = 1e-5  # metres; no body is as small
 APART = 3  # rows between two ticks of altitude, at least
 STEEP = 0.9  # sine of the camera's elevation from which on altitude cannot be seen
 ARROWS = "↑↖←↙↓↘→↗"  # as seen from above, the starting heading upwards
@@ -82,7 +83,12 @@ def length(metres: float) -> str:
 
 
 def _bar(eye: Camera, widest: int) -> list[int]:
-    """Return a bar of a round length at the camera's target, and that length."""
+    """Return a bar of a round length at the camera's target, and that length.
+
+    There is none for a body without extent, which is drawn as if it had one.
+    """
+    if BAR * WIDE / eye.scale < LEAST_BAR:
+        return []
     metres = round_step(BAR * WIDE / eye.scale)
     width = round(metres * eye.scale)  # dots
     if width > widest * WIDE:

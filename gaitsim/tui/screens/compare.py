@@ -12,7 +12,7 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
-from textual.widgets import DataTable, Header, Static
+from textual.widgets import DataTable, Static
 
 from gaitsim.render.terminal.curve_view import compared
 from gaitsim.render.terminal.text import visible, visible_lines
@@ -30,6 +30,7 @@ from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
 
 EVERY = 1.0  # seconds between two looks whether a run has grown
 NAME = 18  # columns of a run's name, at most

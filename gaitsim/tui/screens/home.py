@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 from textual import on, work
 from textual.app import ComposeResult
 from textual.reactive import reactive
-from textual.widgets import DataTable, Header, Input, Static
+from textual.widgets import DataTable, Input, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.screens.base import PaletteCommand
 from gaitsim.tui.screens.run_actions import RunActions
 from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
 
 if TYPE_CHECKING:
     from gaitsim.runs.overview import Overview, RunsWatcher

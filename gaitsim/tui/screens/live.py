@@ -10,7 +10,6 @@ from textual import work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
-from textual.widgets import Header
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides
@@ -26,6 +25,7 @@ from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
 from gaitsim.tui.screens.live_source import about, explained
 from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
 
 RESTING = ("stopped", "failed")
 LOOK = 1.0  # seconds between two looks whether someone else evolves a run that rests here

@@ -11,7 +11,7 @@ from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.containers import Vertical
 from textual.events import DescendantFocus
-from textual.widgets import Header, Input, Select, Static
+from textual.widgets import Input, Select, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
@@ -32,6 +32,7 @@ from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.widgets.experiment_head import KEYS, ExperimentHead
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.form import Field
+from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.sections import Sections
 

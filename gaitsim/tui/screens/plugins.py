@@ -9,7 +9,7 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
-from textual.widgets import Header, Input, OptionList, Static
+from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
@@ -19,6 +19,7 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.choice_list import ChoiceList
 from gaitsim.tui.widgets.conformance import checked, verdict_view
 from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.plugin_view import described, plugin_view, preset_view
 
 TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "presets"}

@@ -9,7 +9,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.widgets import Header
 
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import command
@@ -18,6 +17,7 @@ from gaitsim.tui.screens.questions import Ask
 from gaitsim.tui.screens.replay_pane import ReplayPane
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.scrubber import Scrubber
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)

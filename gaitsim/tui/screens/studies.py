@@ -8,7 +8,7 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.widgets import DataTable, Header, Static
+from textual.widgets import DataTable, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
@@ -23,6 +23,7 @@ from gaitsim.tui.screens.tasks import BAR
 from gaitsim.tui.tasks import Task, TaskChanged
 from gaitsim.tui.widgets.file_table import OpenTable
 from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
 
 EVERY = 1.0  # seconds between two looks at the folders
 STATES = {

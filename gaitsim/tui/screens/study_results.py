@@ -9,7 +9,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widget import Widget
-from textual.widgets import DataTable, Header, Static
+from textual.widgets import DataTable, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
@@ -20,6 +20,7 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.tasks import TaskChanged
 from gaitsim.tui.widgets.file_table import FileTable
 from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
 
 WIDEST = 40  # columns of a cell
 TALLEST = 14  # rows of a table before it scrolls

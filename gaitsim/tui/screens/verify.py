@@ -7,7 +7,7 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
-from textual.widgets import Header, Static
+from textual.widgets import Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import command
@@ -16,6 +16,7 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.tasks import GLYPHS, bar
 from gaitsim.tui.tasks import Task, TaskChanged
 from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
 
 VERB, ALL = "verify", "--all"
 
