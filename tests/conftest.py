@@ -44,8 +44,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from gaitsim.contracts import (
-    BitSpace, Channel, Crossover, Fitness, Motion, Mutation, Organism, RealSpace, Selection,
-    Skeleton, option,
+    BitSpace, Channel, Crossover, Fitness, Motion, Mutation, Organism, RealSpace, Search,
+    Selection, Skeleton, option,
 )
 
 
@@ -78,6 +78,20 @@ class Distance(Fitness):
 
     def terms(self, motion):
         return {"distance": motion["distance"]}
+
+
+class Fresh(Search):
+    """Random genomes, and the best of the generation before."""
+
+    def initial(self, context):
+        return {"best": np.zeros((0, context.space.genes), context.space.dtype)}
+
+    def ask(self, state, last, context):
+        kept = state["best"]
+        return np.concatenate([kept, context.random(context.population - len(kept))]), state
+
+    def tell(self, state, results, context):
+        return {"best": results.genomes[np.argmax(results.scores)][None]}
 
 
 class First(Selection):

@@ -26,7 +26,7 @@ def new_package(name: str, kind: str, parent: Path) -> Path:
 
     Args:
         name: of the plugin; a prefix 'gaitsim-' belongs to the folder alone.
-        kind: 'organism', 'fitness', 'selection', 'crossover' or 'mutation'.
+        kind: 'organism', 'fitness', 'search', 'selection', 'crossover' or 'mutation'.
         parent: of the new folder.
 
     Returns:

@@ -24,7 +24,9 @@ from gaitsim.testing.rules.fitnesses import fitness_rules
 from gaitsim.testing.rules.operators import operator_rules
 from gaitsim.testing.rules.partners import partner
 from gaitsim.testing.rules.presets import preset_rules, two_generations
+from gaitsim.testing.rules.searches import search_rules
 from gaitsim.testing.rules.selections import selection_rules
+from gaitsim.testing.rules.trials import Trial, parts, with_stand_ins
 
 SLOW_IMPORT = 3.0  # seconds, the libraries that gaitsim itself needs left out
 
@@ -95,9 +97,10 @@ def _rules(
     with plugin_errors(entry, "declaring its options"):
         wrong = yield from reported(declared(model))
     on_status("taking its options")
+    options = with_stand_ins(model, options)
     with plugin_errors(entry, "taking its options"):
         # Without options as Python does it, which does not check the defaults; else as a file.
-        plugin = rebuilt(model, dict(options)) if options else model()
+        plugin = rebuilt(model, options) if options else model()
     with plugin_errors(entry, "writing its options"):
         wrong |= yield from reported(round_trip(entry.kind, plugin))
     if wrong:
@@ -139,7 +142,7 @@ def _of_kind(
         case Fitness():
             doing, rules = "evaluating a population", fitness_rules(entry, plugin, on_status)
         case Search():
-            doing, rules = "searching", iter(())
+            doing, rules = "asking for genomes and telling scores", search_rules(plugin, figures)
         case Selection():
             doing, rules = "selecting parents", selection_rules(plugin, figures)
         case Crossover():
@@ -168,7 +171,8 @@ def outcome(entry: Entry, options: Mapping[str, Any]) -> str:
         experiment = load_experiment(entry.name)
         return digest(two_generations(parse_experiment(experiment.to_toml(), entry.name)))
     try:
-        plugin = rebuilt(load_entry(entry), dict(options))
+        model = load_entry(entry)
+        plugin = rebuilt(model, with_stand_ins(model, options))
     except ValidationError as problem:
         raise GaitsimError(str(problem)) from None
     return digest(_computed(entry, plugin))
@@ -183,15 +187,17 @@ def _computed(entry: Entry, plugin: Plugin) -> object:
         found = partner(entry, plugin)
         return plugin.terms(moved_by(*found)) if found else []
     if isinstance(plugin, Search):
-        return []
+        trials = [Trial(plugin, space, 100) for _, space in fitting(plugin)]
+        able = [trial for trial in trials if not plugin.objection(trial.space, 100)]
+        return [[state, parts(last)] for trial in able for state, last in trial.run(3)]
     if isinstance(plugin, Selection):
         return plugin.parents(np.sin(np.arange(30.0)), 20, rng)
     assert isinstance(plugin, Crossover | Mutation)
-    parts = []
+    made = []
     for _, space in fitting(plugin):
         genomes = some_genomes(space, 8)
         if isinstance(plugin, Crossover):
-            parts.append(plugin.cross(genomes, genomes[::-1].copy(), space, rng))
+            made.append(plugin.cross(genomes, genomes[::-1].copy(), space, rng))
         else:
-            parts.append(plugin.mutate(genomes, space, rng))
-    return parts
+            made.append(plugin.mutate(genomes, space, rng))
+    return made

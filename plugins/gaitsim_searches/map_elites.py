@@ -67,13 +67,17 @@ class MapElites(Search):
     learning_rate: float = option(
         0.01, "how fast the thresholds of cma-mae rise; 1 at once, 0 never", ge=0, le=1
     )
-    threshold: float = option(0.0, "score that a genome of cma-mae must exceed in an empty cell")
+    threshold: float = option(
+        0.0, "score that a genome of cma-mae must exceed in an empty cell", ge=-1e100, le=1e100
+    )
     random: int = option(
         1,
         "generations of random genomes before the first variation; a start replaces the first",
         ge=1,
     )
-    offset: float = option(0.0, "subtracted from the score of each elite in the QD score")
+    offset: float = option(
+        0.0, "subtracted from the score of each elite in the QD score", ge=-1e100, le=1e100
+    )
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
     keeps: ClassVar[Literal["", "front", "archive"]] = "archive"

@@ -12,13 +12,15 @@ from gaitsim.testing.rules import bodies
 NAMES = {
     "organism": "Body",
     "fitness": "Distance",
+    "search": "Fresh",
     "selection": "First",
     "crossover": "Solo",
     "mutation": "Still",
 }
 HEAD = '''
 import random, threading
-from gaitsim.contracts import Channel, Measure
+from gaitsim.contracts import Channel, Measure, Members
+from pydantic import PrivateAttr
 calls = []
 class X({base}):
     """A plugin."""
@@ -59,6 +61,19 @@ CROSS = "def cross(self, mothers, fathers, space, rng):\n    %s"
 MUTATE = "def mutate(self, genomes, space, rng):\n    %s"
 PARENTS = "def parents(self, scores, pairs, rng):\n    %s"
 PAIRS = "np.zeros((pairs, 2), np.intp)"
+
+ASK = "def ask(self, state, last, context):\n    %s"
+TELL = (
+    "def tell(self, state, results, context):\n"
+    "    told = super().tell(state, results, context)\n"
+    "    %s"
+)
+FIGURES = "def figures(self, state):\n    return %s"
+MEMBERS = """keeps: ClassVar = "front"
+def members(self, state):
+    best = state["best"]
+    return Members(%s, np.zeros(len(best)), {"far": np.zeros(len(best))})
+"""
 
 JOINTS = """
 channels: ClassVar = {"joint_angles": Channel(("frames", "joints"), "rad", ""), **Body.channels}
@@ -261,6 +276,109 @@ ERRORS = {
         "chunks",
         "",
     ),
+    "a state of lists": (
+        "search",
+        TELL % "return {'best': told['best'].tolist()}",
+        "state",
+        "best: a list",
+    ),
+    "a state of small floats": (
+        "search",
+        TELL % "return {'best': told['best'].astype('f4')}",
+        "state",
+        "best: float32",
+    ),
+    "a state that gets more": (
+        "search",
+        TELL % "return {**told, 'score': np.array(1.0)}",
+        "state",
+        "score: another after tell()",
+    ),
+    "a state that is changed": (
+        "search",
+        TELL % "state['best'][...] = 0; return told",
+        "inputs",
+        "tell() changes them",
+    ),
+    "sorted scores of a generation": (
+        "search",
+        TELL % "results.scores.sort(); return told",
+        "inputs",
+        "tell() changes them",
+    ),
+    "too few genomes": ("search", ASK % "return context.random(3), state", "shapes", "(3, 5)"),
+    "genomes alone": ("search", ASK % "return context.random(12)", "ask", "a ndarray"),
+    "genomes that are not repaired": (
+        "search",
+        ASK % "return context.random(context.population) + context.space.dtype.type(2), state",
+        "bounds",
+        "others",
+    ),
+    "genomes lost where all fail": (
+        "search",
+        TELL % "return {'best': np.mean(results.genomes, 0, where=np.isfinite(results.scores)"
+        "[:, None], keepdims=True).astype(results.genomes.dtype)}",
+        "bounds",
+        "others",
+    ),
+    "genomes by chance": (
+        "search",
+        ASK % "return context.space.random(context.population, np.random.default_rng()), state",
+        "determinism",
+        "other bits",
+    ),
+    "a search with a memory of its own": (
+        "search",
+        "_told: set = PrivateAttr(default_factory=set)\n"
+        + TELL % "self._told.add(context.generation); return told\n"
+        + ASK % "return np.roll(super().ask(state, last, context)[0], len(self._told), 0), state",
+        "resume",
+        "the genomes differs after generation 1",
+    ),
+    "a refused state of its own": (
+        "search",
+        "def mismatch(self, state, context):\n    return 'too old'",
+        "mismatch",
+        "too old",
+    ),
+    "an objection of nothing": (
+        "search",
+        "def objection(self, space, population):\n    return None",
+        "objection",
+        "None",
+    ),
+    "a name that is read": ("search", "def reads(self):\n    return 'far'", "reads", "'far'"),
+    "figures that come and go": (
+        "search",
+        FIGURES % "{'best': 1.0} if state['best'].sum() > 0 else {}",
+        "figures",
+        "",
+    ),
+    "a figure that is none": ("search", FIGURES % "{'size': np.nan}", "figures", "size: nan"),
+    "members that are not kept": ("search", 'keeps: ClassVar = "front"', "members", "a NoneType"),
+    "members outside the space": ("search", MEMBERS % "best + np.uint8(9)", "members", "others"),
+    "half of a member": ("search", MEMBERS % "best[:, :1]", "members", "others"),
+    "an archive without cells": (
+        "search",
+        (MEMBERS % "best").replace("front", "archive"),
+        "members",
+        "None",
+    ),
+    "memories outside the space": (
+        "search",
+        "def remembered(self, state):\n    return state['best'] + np.uint8(9)",
+        "remembered",
+        "others",
+    ),
+    "several populations with a state": (
+        "search",
+        "several: ClassVar = True\n"
+        + ASK
+        % "shape = (*context.populations, context.population, context.space.genes)\n"
+        "    return context.random(int(np.prod(shape[:-1]))).reshape(shape), state",
+        "several",
+        "best",
+    ),
     "parents out of range": ("selection", PARENTS % f"return {PAIRS} + 50", "bounds", "50 to 50"),
     "parents as floats": (
         "selection",
@@ -358,6 +476,12 @@ ADVICE = {
         "never reads distance",
     ),
     "channels of no body": ("fitness", "needs: ClassVar = ('wheels',)", "needs", "none"),
+    "a search that refuses its spaces": (
+        "search",
+        "def objection(self, space, population):\n    return 'too large' * (space.genes == 7)",
+        "objection",
+        "bits: too large",
+    ),
     "never finite": (
         "fitness",
         TERMS % "{'d': motion['distance'] * np.nan}",

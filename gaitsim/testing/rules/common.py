@@ -6,7 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import BitSpace, Crossover, Genomes, GenomeSpace, Mutation, Plugin, RealSpace
+from gaitsim.contracts import (
+    BitSpace,
+    Crossover,
+    Genomes,
+    GenomeSpace,
+    Mutation,
+    Plugin,
+    RealSpace,
+    Search,
+)
 from gaitsim.testing.report import Finding, error
 
 GENERATIONS = (1, 2, 1000, 1_000_000)
@@ -41,8 +50,8 @@ def spaces() -> dict[str, GenomeSpace]:
     }
 
 
-def fitting(operator: Crossover | Mutation) -> Iterator[tuple[str, GenomeSpace]]:
-    """Yield the spaces that an operator declares to work on."""
+def fitting(operator: Crossover | Mutation | Search) -> Iterator[tuple[str, GenomeSpace]]:
+    """Yield the spaces that an operator or a search declares to work on."""
     return ((what, space) for what, space in spaces().items() if isinstance(space, operator.spaces))
 
 

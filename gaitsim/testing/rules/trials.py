@@ -1,0 +1,130 @@
+"""Trial runs of a search by itself, on made-up scores and values."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import (
+    Context,
+    Genomes,
+    GenomeSpace,
+    Plugin,
+    RealSpace,
+    Results,
+    Search,
+    State,
+)
+
+STAND_INS: Mapping[str, object] = {
+    "objectives": {"score": "max", "first": "min"},
+    "axes": {"first": [0.0, 1.0], "second": [0.0, 2.0]},
+}
+"""Values of options without a default that name measures, of which the check has none."""
+
+GENERATIONS = 8  # of a trial run
+CASES = ("random scores", "half of them −inf", "all of them −inf", "equal scores", "huge scores")
+
+
+def with_stand_ins(model: type[Plugin], options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options with those that only an experiment can name, made up."""
+    if not issubclass(model, Search):
+        return dict(options)
+    required = (name for name, field in model.model_fields.items() if field.is_required())
+    return {name: STAND_INS[name] for name in required if name in STAND_INS} | dict(options)
+
+
+@dataclass(frozen=True)
+class _Operators:
+    """Operators that stand in for those of an experiment; see `gaitsim.contracts.Operators`."""
+
+    space: GenomeSpace
+    rng: np.random.Generator
+
+    def parents(self, scores: NDArray[np.float64], children: int) -> NDArray[np.intp]:
+        shape = (*scores.shape[:-1], children, 2)
+        return self.rng.integers(scores.shape[-1], size=shape, dtype=np.intp)
+
+    def cross(self, genomes: Genomes, parents: NDArray[np.intp], children: int) -> Genomes:
+        mothers, fathers = (
+            np.take_along_axis(genomes, parents[..., side, None], axis=-2) for side in (0, 1)
+        )
+        return np.where(self.rng.random(mothers.shape) < 0.5, mothers, fathers)
+
+    def mutate(self, genomes: Genomes) -> Genomes:
+        fresh = self.space.random(genomes[..., 0].size, self.rng).reshape(genomes.shape)
+        mutated = np.where(self.rng.random(genomes.shape) < 0.1, fresh, genomes)
+        return self.space.repair(mutated.reshape(-1, self.space.genes)).reshape(genomes.shape)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A search on one genome space, with one kind of scores.
+
+    Attributes:
+        search: the search.
+        space: its genomes.
+        population: genomes in each generation.
+        case: one of `CASES`.
+        begun: the state before the first generation; None asks the search for it.
+    """
+
+    search: Search
+    space: GenomeSpace
+    population: int
+    case: str = CASES[0]
+    begun: State | None = None
+
+    def context(self, generation: int, call: int, **parts: Any) -> Context:
+        """Return the context of a call: 0 `initial`, 1 `ask`, 2 `tell`, 3 for others."""
+        rng = np.random.default_rng([5, generation, call])
+        operators = None
+        if self.search.operators:
+            operators = _Operators(self.space, np.random.default_rng([6, generation]))
+        return Context(self.space, self.population, generation, rng, operators=operators, **parts)
+
+    def initial(self) -> State:
+        """Return the state before the first generation, in arrays of its own."""
+        if self.begun is None:
+            return self.search.initial(self.context(1, 0))
+        return {name: values.copy() for name, values in self.begun.items()}
+
+    def evaluated(self, genomes: Genomes, generation: int) -> Results:
+        """Return made-up scores, and values of all that the search reads."""
+        shares = genomes.astype(np.float64)
+        if isinstance(self.space, RealSpace):
+            shares = (genomes - self.space.lower) / self.space.width
+        scores = -np.sum((shares - 0.3) ** 2, axis=-1)
+        failed = np.zeros(scores.shape, bool)
+        match self.case:
+            case "half of them −inf":
+                failed[..., generation % 2 :: 2] = True
+            case "all of them −inf":
+                failed[...] = True
+            case "equal scores":
+                scores[...] = 1.0
+            case "huge scores":
+                scores *= 1e99
+        values = {
+            name: np.where(failed, np.nan, shares[..., number % self.space.genes] * (number + 1))
+            for number, name in enumerate(self.search.reads())
+        }
+        return Results(genomes, np.where(failed, -np.inf, scores), values)
+
+    def run(
+        self, generations: int, state: Any = None, last: Results | None = None, done: int = 0
+    ) -> Iterator[tuple[Any, Results]]:
+        """Yield state and results of each generation; continues after `done` generations."""
+        state = self.initial() if state is None else state
+        for generation in range(done + 1, generations + 1):
+            genomes, state = self.search.ask(state, last, self.context(generation, 1))
+            last = self.evaluated(genomes, generation)
+            state = self.search.tell(state, last, self.context(generation, 2))
+            yield state, last
+
+
+def parts(results: Results | None) -> list[Any]:
+    """Return the arrays of results, to compare."""
+    return [] if results is None else [results.genomes, results.scores, dict(results.values)]
