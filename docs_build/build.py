@@ -33,6 +33,8 @@ API = {
             "gaitsim.api.Search",
             "gaitsim.api.Run",
             "gaitsim.api.Individual",
+            "gaitsim.comparing.compare",
+            "gaitsim.comparing.Comparison",
             "gaitsim.experiment.load_experiment",
             "gaitsim.experiment.Experiment",
             "gaitsim.evolution.Generation",

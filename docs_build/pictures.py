@@ -72,6 +72,11 @@ def plots() -> None:
     _plot(fly.plot("path"), "fly-path")
     last = fly.champion.generation
     _plot(fly.plot("channel", channel="altitude", generations=[1, 20, last]), "fly-altitude")
+    cma = {"name": "spider-cma", "search.plugin": "cma-es", "evolution.population": 14}
+    searches = gs.compare(
+        ["spider", gs.load_experiment("spider", cma)], repeats=15, evaluations=5000
+    )
+    _plot(searches.plot("ecdf"), "spider-ecdf")
 
 
 def _plot(figure: object, name: str) -> None:

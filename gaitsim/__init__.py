@@ -8,6 +8,8 @@ if TYPE_CHECKING:
     from gaitsim.api import evolve as evolve
     from gaitsim.api import load as load
     from gaitsim.api import picture as picture
+    from gaitsim.comparing import Comparison as Comparison
+    from gaitsim.comparing import compare as compare
     from gaitsim.errors import GaitsimError as GaitsimError
     from gaitsim.evolution import Generation as Generation
     from gaitsim.experiment import Experiment as Experiment
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
 # Looked up when first asked for: `gaitsim --help` needs none of it, nor NumPy.
 _PLACES = {
+    "Comparison": "gaitsim.comparing",
     "Experiment": "gaitsim.experiment",
     "GaitsimError": "gaitsim.errors",
     "Generation": "gaitsim.evolution",
@@ -24,12 +27,14 @@ _PLACES = {
     "Member": "gaitsim.individual",
     "Run": "gaitsim.api",
     "Search": "gaitsim.api",
+    "compare": "gaitsim.comparing",
     "evolve": "gaitsim.api",
     "load": "gaitsim.api",
     "load_experiment": "gaitsim.experiment",
     "picture": "gaitsim.api",
 }
 __all__ = [
+    "Comparison",
     "Experiment",
     "GaitsimError",
     "Generation",
@@ -37,6 +42,7 @@ __all__ = [
     "Member",
     "Run",
     "Search",
+    "compare",
     "evolve",
     "load",
     "load_experiment",

@@ -63,8 +63,8 @@ def evolve(
         GaitsimError: there is no such preset or file, the folder cannot be created, or `set` or
             `workers` is invalid.
     """
-    _check_workers(workers)
-    given = _overrides(
+    check_workers(workers)
+    given = as_overrides(
         set,
         {"evolution.generations": generations, "evolution.population": population, "seed": seed},
     )
@@ -267,8 +267,8 @@ class Run(RunViews, BackgroundControls, ReprMixin):
             ExperimentError: the options have problems. What else prevents the run from continuing
                 is raised when the loop begins.
         """
-        _check_workers(workers)
-        given = _overrides(set, {})
+        check_workers(workers)
+        given = as_overrides(set, {})
         further = {} if generations is None else {"evolution.generations": generations}
         experiment = self.snapshot.experiment_with(further | given, ARGUMENTS)
         return Search(experiment, self.path, _recorded(self.path, workers, given, generations))
@@ -286,7 +286,7 @@ class Run(RunViews, BackgroundControls, ReprMixin):
         return {**self._repr_fields(), **self.experiment._repr_fields()}
 
 
-def _check_workers(workers: Any) -> None:
+def check_workers(workers: Any) -> None:
     """Refuse an invalid number of workers."""
     whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
     if workers is not None and not (whole and workers >= 1):
@@ -300,7 +300,7 @@ def _check_workers(workers: Any) -> None:
 # Functions rather than methods: a search that is left in the middle of its loop is then freed at
 # once, and with it the workers and the run's lock.
 def _unrecorded(experiment: Experiment, workers: int | None) -> Generations:
-    with Evaluator(experiment, workers, _warn) as evaluator:
+    with Evaluator(experiment, workers, warn) as evaluator:
         evaluator.prepare()
         yield from evolution.evolve(
             experiment, evaluator.evaluate, parallel_map=island_map(evaluator)
@@ -314,17 +314,17 @@ def _recorded(
     generations: int | None = None,
 ) -> Generations:
     writer = RunWriter.open(path, overrides=overrides, generations=generations)
-    with Session(writer, workers=workers, on_warning=_warn) as session:
+    with Session(writer, workers=workers, on_warning=warn) as session:
         if writer.warning:
-            _warn(writer.warning)
+            warn(writer.warning)
         yield from session.evolve()
 
 
-def _warn(text: str) -> None:
+def warn(text: str) -> None:
     warnings.warn(text, stacklevel=2)
 
 
-def _overrides(set: Any, short: Mapping[str, Any]) -> dict[str, Any]:
+def as_overrides(set: Any, short: Mapping[str, Any]) -> dict[str, Any]:
     """Return options by key, without those of `short` that are None.
 
     Raises:

@@ -23,6 +23,7 @@ PlotKind = Literal[
     "joints",
     "stability",
 ]
+ComparisonPlot = Literal["convergence", "ecdf"]
 Theme = Literal["light", "dark"]
 VideoView = Literal["iso", "side", "top", "orbit"]
 TerminalView = Literal["iso", "side", "top", "front"]

@@ -1,35 +1,39 @@
 """`gaitsim compare`."""
 
-from math import isfinite
 from pathlib import Path
 from shutil import rmtree
 from typing import Annotated
 
 import typer
 
+from gaitsim.choices import PlotFormat
 from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.console import notice, output, print_json, print_table, wrote
 from gaitsim.cli.interrupts import all_or_nothing
 from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
-from gaitsim.render.plots.convergence import plot_convergence
+from gaitsim.render.plots.comparison import FIGURES
+from gaitsim.render.plots.style import LIGHT, save
 from gaitsim.runs.files.folder import command, create_folder
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.study.comparison import (
-    FIGURE,
-    REPORT,
-    TABLE,
     Findings,
     Sample,
     analyse,
+    check_request,
+    equal_budgets,
     load_experiments,
+    warning,
+)
+from gaitsim.study.comparison_report import (
+    CURVES,
+    REPORT,
+    TABLE,
     methods,
     tables,
     to_dict,
-    warning,
     write_comparison,
 )
 from gaitsim.study.running import repeat_experiment
@@ -40,9 +44,19 @@ def compare(
         list[str], typer.Argument(help="Two or more presets or TOML files.", metavar="NAME|FILE")
     ],
     repeats: Annotated[int, typer.Option(min=2, max=100_000, help="Repeats of each.")] = 30,
-    target: Annotated[
-        float | None,
-        typer.Option(help="Score that counts as success. Default: the lowest of the medians."),
+    evaluations: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Evaluations of each repeat. Default: those of the shortest experiment."
+        ),
+    ] = None,
+    targets: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SCORE,…",
+            help="Scores to reach, as 1.5,2,2.5. Default: 51 for the ECDF, and the median of each "
+            "experiment for the expected running times.",
+        ),
     ] = None,
     generations: Generations = None,
     population: Population = None,
@@ -52,23 +66,25 @@ def compare(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report. Default: comparisons/<names>.")
     ] = None,
+    format: Annotated[PlotFormat, typer.Option(help="Format of the figures.")] = "png",
     json: Json = False,
 ) -> None:
-    """Compare experiments over repeats, with statistics for a publication.
+    """Compare experiments by evaluations, over repeats, with statistics for a publication.
 
-    Writes a report in Markdown, a figure, and every repeat as a table.
+    All have the same number of evaluations, whatever their searches and populations. Writes a
+    report in Markdown, figures, every repeat and the ECDF as tables.
 
     [bold]Examples[/bold]
 
     gaitsim compare millipede-random millipede-double-mutation
 
-    gaitsim compare spider mine.toml --repeats 20 --generations 200 --target 2.0
+    gaitsim compare spider mine.toml --repeats 20 --evaluations 20000 --targets 1.5,2,2.5
     """
-    if target is not None and not isfinite(target):
-        raise GaitsimError(f"{target} is not a score", where="--target", allowed="a number")
+    aims = check_request(targets, evaluations, generations)
     short = {"evolution.generations": generations, "evolution.population": population}
     given = {key: value for key, value in short.items() if value is not None}
     loaded = load_experiments(experiments, {**given, **parse_assignments(set_ or ())})
+    budget, loaded = equal_budgets(loaded, evaluations)
     if said := warning(loaded.values()):
         notice(f"Warning: {said}")
     texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
@@ -78,18 +94,23 @@ def compare(
         lock = RunLock(folder)  # shows that it is being worked on
         with all_or_nothing():
             try:
-                findings = analyse(_samples(loaded, repeats, workers, executor, quiet=json), target)
+                samples = _samples(loaded, repeats, workers, executor, quiet=json)
+                findings = analyse(samples, budget, aims)
             except BaseException:
                 rmtree(folder, ignore_errors=True)
                 raise
             finally:
                 lock.release()
     shown = f"./{folder}" if str(folder).startswith("-") else folder
-    options = ["--repeats", repeats, *(["--target", target] if target is not None else [])]
+    options = ["--repeats", repeats, "--evaluations", budget]
+    options += [f"--targets={targets}"] if targets is not None else []
+    options += ["--format", format] if format != "png" else []
     again = command("compare", *(f"{shown}/{text}" for text in texts), *options)
-    plot_convergence(findings.samples, folder / FIGURE, findings.warning)
-    write_comparison(folder, findings, again)
-    wrote(*(folder / name for name in (REPORT, TABLE, FIGURE)))
+    figures = [folder / f"{kind}.{format}" for kind in FIGURES]
+    for path, draw in zip(figures, FIGURES.values(), strict=True):
+        save(draw(findings, LIGHT), path)
+    write_comparison(folder, findings, again, figures)
+    wrote(*(folder / name for name in (REPORT, TABLE, CURVES)), *figures)
     if json:
         print_json({"folder": str(folder), **to_dict(findings), "command": again})
     else:
@@ -107,7 +128,7 @@ def _samples(
     found = {}
     for label, experiment in loaded.items():
         total = experiment.evolution.generations
-        log = "" if quiet else f"{label}: {repeats} repeats of {total} generations"
+        log = "" if quiet else f"{label}: {repeats} repeats of {total:,} generations"
         with Progress(label, "generations", total, log=log) as progress:
             best = repeat_experiment(
                 experiment,

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
+    from gaitsim.render.plots.style import Theme
+
 DOTS_PER_INCH = 150  # of a figure in a notebook
 
 
@@ -46,6 +48,15 @@ def picture(
         raise unknown("view", view, VIEWS)
     theme = "dark" if dark else "light"
     return Image.fromarray(draw(individual.skeleton, seconds, size=size, view=view, theme=theme))
+
+
+def shown_in_notebooks(figure: "Figure", theme: "Theme") -> "Figure":
+    """Return a figure that notebooks show as a picture."""
+    from gaitsim.render.plots.style import picture
+
+    # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
+    figure._repr_png_ = lambda: picture(figure, "png", theme, DOTS_PER_INCH)  # type: ignore[attr-defined]
+    return figure
 
 
 class RunViews:
@@ -90,7 +101,7 @@ class RunViews:
         """
         from gaitsim.render.plots.kinds import KINDS
         from gaitsim.render.plots.request import Request
-        from gaitsim.render.plots.style import DARK, LIGHT, picture
+        from gaitsim.render.plots.style import DARK, LIGHT
 
         if kind not in KINDS:
             raise unknown("kind of plot", kind, KINDS)
@@ -103,9 +114,7 @@ class RunViews:
         figure = KINDS[kind].draw(
             Request(self.snapshot, individuals, channel, shown, window, theme, others)
         )
-        # Notebooks know figures of pyplot alone, which keeps every figure until it is closed.
-        figure._repr_png_ = lambda: picture(figure, "png", theme, DOTS_PER_INCH)  # type: ignore[attr-defined]
-        return figure
+        return shown_in_notebooks(figure, theme)
 
     def video(
         self,

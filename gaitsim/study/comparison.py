@@ -1,14 +1,12 @@
-"""Compare experiments: repeats, statistics, and a report with its methods."""
+"""Compare experiments: repeats with equal numbers of evaluations, and their statistics."""
 
-import csv
-import io
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import (
@@ -18,19 +16,19 @@ from gaitsim.experiment import (
     read_outline,
     with_overrides,
 )
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.study.differences import differences, scoring_warning
-from gaitsim.study.results import markdown
-from gaitsim.study.statistics import (
-    CONFIDENCE,
-    RESAMPLES,
-    Comparison,
-    Description,
+from gaitsim.study.runtimes import (
+    Ecdf,
     TargetSummary,
-    compare,
-    describe,
+    chosen_targets,
+    ecdf,
+    spaced_targets,
     summarise_target,
 )
+from gaitsim.study.statistics import Description, PairTest, compare, describe
+
+MOST_TARGETS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,23 +60,36 @@ class Findings:
 
     Attributes:
         samples: the repeats.
+        evaluations: how many each repeat was allowed; its generations hold at most as many.
         descriptions: descriptive statistics of the final scores.
-        comparisons: a test of every pair.
-        reached: how often, and how soon, the repeats reach the target.
+        pairs: a test of every pair.
+        targets: scores of the ECDF, ascending.
+        ecdfs: the ECDF of runtimes over these targets.
+        reached: how often, and how soon, the repeats reach each of a few targets.
     """
 
     samples: Mapping[str, Sample]
+    evaluations: int
     descriptions: Mapping[str, Description]
-    comparisons: Sequence[Comparison]
-    reached: Mapping[str, TargetSummary]
+    pairs: Sequence[PairTest]
+    targets: NDArray[np.float64]
+    ecdfs: Mapping[str, Ecdf]
+    reached: Mapping[str, Sequence[TargetSummary]]
 
     @property
     def warning(self) -> str:
         """Why the scores do not compare; '' where they do."""
         return warning(one.experiment for one in self.samples.values())
 
+    @property
+    def repeats(self) -> int:
+        """The number of repeats of each experiment."""
+        return len(next(iter(self.samples.values())).best)
 
-def load_experiments(references: Sequence[str], overrides: Overrides) -> dict[str, Experiment]:
+
+def load_experiments(
+    references: Sequence[str | Path | Experiment], overrides: Overrides, place: str = COMMAND_LINE
+) -> dict[str, Experiment]:
     """Load experiments by label, each with a seed of its own, so that samples are independent.
 
     A repeated seed becomes the next free one, and a repeated name gets a number.
@@ -94,7 +105,10 @@ def load_experiments(references: Sequence[str], overrides: Overrides) -> dict[st
     found: dict[str, Experiment] = {}
     seeds: set[int] = set()
     for reference in references:
-        experiment = load_experiment(reference, overrides)
+        if isinstance(reference, Experiment):
+            experiment = with_overrides(reference, overrides, place)
+        else:
+            experiment = load_experiment(str(reference), overrides, place)
         seed = experiment.seed
         while seed in seeds:
             seed = (seed + 1) % 2**63
@@ -109,14 +123,95 @@ def load_experiments(references: Sequence[str], overrides: Overrides) -> dict[st
     return found
 
 
+def equal_budgets(
+    experiments: Mapping[str, Experiment], evaluations: int | None
+) -> tuple[int, dict[str, Experiment]]:
+    """Return the evaluations of each repeat, and the experiments with generations for no more.
+
+    Args:
+        experiments: by label.
+        evaluations: of each repeat; None for those of the shortest experiment.
+
+    Raises:
+        GaitsimError: they are fewer than a generation of an experiment.
+    """
+    lengths = [one.individuals * one.evolution.generations for one in experiments.values()]
+    budget = min(lengths) if evaluations is None else evaluations
+    label, largest = max(experiments.items(), key=lambda item: item[1].individuals)
+    if budget < largest.individuals:
+        raise GaitsimError(
+            f"{budget:,} evaluations are fewer than a generation of {label}",
+            where="evaluations",
+            allowed=f"a whole number ≥ {largest.individuals:,}",
+            remedy="allow more evaluations, or make the population smaller",
+        )
+    return budget, {
+        label: with_overrides(one, {"evolution.generations": budget // one.individuals})
+        for label, one in experiments.items()
+    }
+
+
+def check_request(
+    targets: str | None, evaluations: int | None, generations: int | None
+) -> tuple[float, ...]:
+    """Return the targets of `--targets 1.5,2`, () for none, after a check of all three options.
+
+    Raises:
+        GaitsimError: the targets are not numbers, or both evaluations and generations are given.
+    """
+    if evaluations is not None and generations is not None:
+        raise GaitsimError(
+            "evaluations and generations are both given",
+            where="--evaluations, --generations",
+            allowed="one of the two",
+        )
+    if targets is None:
+        return ()
+    try:
+        return check_targets([float(part) for part in targets.split(",")])
+    except ValueError:
+        raise GaitsimError(
+            f"{targets!r} is not a list of scores",
+            where="--targets",
+            allowed="numbers with commas between them, such as 1.5,2,2.5",
+        ) from None
+
+
+def check_targets(targets: ArrayLike) -> tuple[float, ...]:
+    """Return targets after a check.
+
+    Raises:
+        GaitsimError: one is not a finite number, or there are too many.
+    """
+    every = np.atleast_1d(np.asarray(targets, dtype=object)).tolist()
+    for target in every:
+        if not isinstance(target, int | float) or not math.isfinite(target):
+            raise GaitsimError(
+                f"{target!r} is not a score", where="targets", allowed="finite numbers"
+            )
+    if len(every) > MOST_TARGETS:
+        raise GaitsimError(
+            f"{len(every):,} targets are too many", where="targets", allowed=f"≤ {MOST_TARGETS}"
+        )
+    return tuple(map(float, every))
+
+
 def warning(experiments: Iterable[Experiment]) -> str:
     """Return a warning where the scores of experiments do not compare; '' where they do."""
     outlines = [read_outline(one.to_toml(), one.name) for one in experiments]
     return scoring_warning(differences([[(1, one)] for one in outlines]))
 
 
-def analyse(samples: Mapping[str, Sample], target: float | None) -> Findings:
-    """Describe and compare samples. The default target is the lowest of the medians.
+def analyse(
+    samples: Mapping[str, Sample], evaluations: int, targets: Sequence[float] = ()
+) -> Findings:
+    """Describe and compare samples.
+
+    Args:
+        samples: by label.
+        evaluations: how many each repeat was allowed.
+        targets: scores to reach; () for 51 at equal distances in the ECDF, and the median of
+            each experiment for the expected running times.
 
     Raises:
         GaitsimError: a repeat has no finite score to compare.
@@ -127,154 +222,28 @@ def analyse(samples: Mapping[str, Sample], target: float | None) -> Findings:
                 f"every individual failed in a repeat of {label}, which has no score to compare",
                 remedy=f"see why with: gaitsim run {one.experiment.name}",
             )
-    descriptions = {
-        # A stream of its own for each, by seed: the order of experiments does not matter.
-        label: describe(one.final, np.random.default_rng([one.experiment.seed, len(one.final)]))
-        for label, one in samples.items()
-    }
-    aim = min(d.median for d in descriptions.values()) if target is None else target
+    every = np.unique(targets) if targets else spaced_targets(s.best for s in samples.values())
+    descriptions = {label: describe(s.final, _stream(s)) for label, s in samples.items()}
+    few = chosen_targets(targets, (one.median for one in descriptions.values()))
     return Findings(
         samples,
+        evaluations,
         descriptions,
         compare({label: one.final for label, one in samples.items()}),
-        {label: summarise_target(one.best, one.evaluations, aim) for label, one in samples.items()},
-    )
-
-
-def methods(findings: Findings) -> str:
-    """Return a paragraph for the methods section of a paper."""
-    repeats = next(iter(findings.descriptions.values())).n
-    target = next(iter(findings.reached.values())).target
-    return (
-        f"Each of the {len(findings.samples)} experiments was repeated {repeats} times from "
-        f"independent random populations (gaitsim {version('gaitsim')}). The outcome of a repeat "
-        "is its best score after the last generation. We report medians with "
-        f"{CONFIDENCE:.0%} percentile bootstrap confidence intervals ({RESAMPLES:,} resamples) "
-        "and quartiles. Pairs were compared by two-sided Mann–Whitney U tests, corrected for "
-        f"{len(findings.comparisons)} comparison{'s' * (len(findings.comparisons) != 1)} by "
-        "Holm's procedure, with the Vargha–Delaney A12 as effect size (Arcuri and Briand 2011). "
-        f"Success is reaching a best score of {target:.4g}; the expected running time (ERT) is "
-        "the number of evaluations spent in all repeats, until success or the end, over the "
-        "number of successes (Hansen et al. 2010)."
-    )
-
-
-def to_dict(findings: Findings) -> dict[str, object]:
-    """Return the findings as values for JSON."""
-    return {
-        "experiments": {
-            label: {
-                **vars(findings.descriptions[label]),
-                "seed": one.experiment.seed,
-                "evaluations": int(one.evaluations[-1]),
-                "target": findings.reached[label].target,
-                "success_rate": findings.reached[label].rate,
-                "ert": findings.reached[label].ert,
-            }
-            for label, one in findings.samples.items()
+        every,
+        {
+            label: ecdf(one.best, one.evaluations, evaluations, every, _stream(one))
+            for label, one in samples.items()
         },
-        "comparisons": [{**vars(pair), "differs": pair.differs} for pair in findings.comparisons],
-        "warning": findings.warning or None,
-        "methods": methods(findings),
-    }
+        {
+            label: [
+                summarise_target(one.best, one.evaluations, target, _stream(one)) for target in few
+            ]
+            for label, one in samples.items()
+        },
+    )
 
 
-def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
-    """Return title, columns and rows of each table of the report."""
-    descriptions = [
-        [
-            label,
-            str(d.n),
-            f"{d.mean:.4f}",
-            f"{d.median:.4f}",
-            f"{d.median_low:.4f} to {d.median_high:.4f}",
-            f"{d.q25:.4f} to {d.q75:.4f}",
-            f"{d.minimum:.4f} to {d.maximum:.4f}",
-        ]
-        for label, d in findings.descriptions.items()
-    ]
-    pairs = [
-        [
-            f"{pair.first} against {pair.second}",
-            f"{pair.p:.2g}",
-            f"{pair.p_holm:.2g}",
-            f"{pair.a12:.3f}",
-            pair.effect,
-            "yes" if pair.differs else "no",
-        ]
-        for pair in findings.comparisons
-    ]
-    reached = [
-        [label, f"{r.target:.4g}", f"{r.successes} of {r.repeats}", f"{r.ert:,.0f}"]
-        for label, r in findings.reached.items()
-    ]
-    return [
-        (
-            "Final scores",
-            ["experiment", "repeats", "mean", "median", "95 % of median", "quartiles", "range"],
-            descriptions,
-        ),
-        ("Differences", ["pair", "p", "p (Holm)", "A12", "effect", "differs at 5 %"], pairs),
-        ("Reaching the target", ["experiment", "target", "successes", "ERT, evaluations"], reached),
-    ]
-
-
-REPORT, TABLE, FIGURE = "report.md", "results.csv", "convergence.png"
-
-
-def write_comparison(folder: Path, findings: Findings, command: str) -> None:
-    """Write the table of all repeats, and the report, which shows the figure.
-
-    Args:
-        folder: where to write.
-        findings: what was found.
-        command: the command that repeats the comparison.
-
-    Raises:
-        RunError: a file cannot be written.
-    """
-    write_bytes(folder / TABLE, results(findings).encode())
-    write_bytes(folder / REPORT, report(findings, command).encode())
-
-
-def report(findings: Findings, command: str) -> str:
-    """Return the comparison as Markdown."""
-    lines = ["# " + " against ".join(findings.samples), ""]
-    if said := findings.warning:
-        lines += [f"**Warning:** {said}", ""]
-    for title, columns, rows in tables(findings):
-        lines += [f"## {title}", "", *markdown(columns, rows), ""]
-    lines += [
-        "A12 is how often a score of the first exceeds one of the second, ties half; with 0.5, "
-        "neither tends to be higher.",
-        "",
-        f"![Best score against evaluations]({FIGURE})",
-        "",
-        "## Methods",
-        "",
-        methods(findings),
-        "",
-        "## Reproduce",
-        "",
-        "```sh",
-        command,
-        "```",
-        "",
-    ]
-    return "\n".join(lines)
-
-
-def results(findings: Findings) -> str:
-    """Return the best score so far of every repeat as tidy CSV, at no more than 200 generations."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["experiment", "repeat", "generation", "evaluations", "best"])
-    for label, one in findings.samples.items():
-        last = one.best.shape[1] - 1
-        kept = np.unique(np.linspace(0, last, min(200, last + 1)).astype(int))
-        writer.writerows(
-            [label, repeat + 1, at + 1, one.evaluations[at], float(one.best[repeat, at])]
-            for repeat in range(len(one.best))
-            for at in kept.tolist()
-        )
-    return text.getvalue()
+def _stream(sample: Sample) -> np.random.Generator:
+    # By seed, so that neither the order nor the number of experiments and targets matters.
+    return np.random.default_rng([sample.experiment.seed, len(sample.final)])

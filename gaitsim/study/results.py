@@ -116,13 +116,13 @@ def summary(
     for found in first_reached(study, results):
         if found.population is None:
             blanks = [""] * len(others)
-            row = [found.experiment, "never", *blanks, f"at most {_number(found.mean)}"]
+            row = [found.experiment, "never", *blanks, f"at most {number(found.mean)}"]
         else:
             row = [
                 found.experiment,
                 f"{found.population} / {found.generations}",
                 *(str(found.point[axis]) for axis in others),
-                _number(found.mean),
+                number(found.mean),
             ]
         if study.published:
             cell = study.published.get(found.experiment)
@@ -131,7 +131,8 @@ def summary(
     return columns, rows
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
+    """Return a score with three decimals and a true minus sign."""
     return f"{value:z.3f}".replace("-", "−")
 
 

@@ -7,14 +7,16 @@ test with correction for many comparisons, and an effect size that needs no norm
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 CONFIDENCE = 0.95
 RESAMPLES = 9999
+MOST_RESAMPLED = 2**23  # values at a time, 64 MB
 
 # Vargha & Delaney (2000): from which distance to 1/2 an effect is called so.
 _EFFECTS = ((0.21, "large"), (0.14, "medium"), (0.06, "small"))
@@ -49,21 +51,9 @@ def describe(values: ArrayLike, rng: np.random.Generator) -> Description:
         values: the sample.
         rng: draws the resamples.
     """
-    from scipy.stats import bootstrap
-
     sample = np.asarray(values, dtype=np.float64)
     q25, median, q75 = np.quantile(sample, [0.25, 0.5, 0.75])
-    low = high = median
-    if np.ptp(sample) > 0:  # a constant sample has nothing to resample
-        interval = bootstrap(
-            (sample,),
-            np.median,
-            n_resamples=RESAMPLES,
-            confidence_level=CONFIDENCE,
-            method="percentile",
-            rng=rng,
-        ).confidence_interval
-        low, high = interval.low, interval.high
+    low, high = interval((sample,), np.median, rng)
     return Description(
         n=len(sample),
         mean=float(sample.mean()),
@@ -73,13 +63,44 @@ def describe(values: ArrayLike, rng: np.random.Generator) -> Description:
         q75=float(q75),
         minimum=float(sample.min()),
         maximum=float(sample.max()),
-        median_low=float(low),
-        median_high=float(high),
+        median_low=low,
+        median_high=high,
     )
 
 
+def interval(
+    sample: Sequence[NDArray[np.float64]],
+    statistic: Callable[..., Any],
+    rng: np.random.Generator,
+) -> tuple[float, float]:
+    """Return the 95 % percentile bootstrap interval of a statistic.
+
+    Args:
+        sample: columns of the sample, (n,) each; their rows are resampled.
+        statistic: of the columns, along an `axis`.
+        rng: draws the resamples.
+    """
+    from scipy.stats import bootstrap
+
+    if all(np.ptp(column) == 0 for column in sample):  # nothing to resample
+        value = float(statistic(*sample))
+        return value, value
+    found = bootstrap(
+        sample,
+        statistic,
+        n_resamples=RESAMPLES,
+        batch=max(1, MOST_RESAMPLED // len(sample[0])),
+        vectorized=True,
+        paired=True,
+        confidence_level=CONFIDENCE,
+        method="percentile",
+        rng=rng,
+    ).confidence_interval
+    return float(found.low), float(found.high)
+
+
 @dataclass(frozen=True)
-class Comparison:
+class PairTest:
     """Two samples compared.
 
     Attributes:
@@ -108,13 +129,13 @@ MAX_PERMUTATIONS = 20_000
 """Samples with no more permutations than this are tested exactly: two of eight values, say."""
 
 
-def compare(samples: Mapping[str, ArrayLike]) -> list[Comparison]:
+def compare(samples: Mapping[str, ArrayLike]) -> list[PairTest]:
     """Compare every pair of samples, by name, each (n,)."""
     pairs = list(itertools.combinations(samples, 2))
     tests = [_mann_whitney(samples[one], samples[other]) for one, other in pairs]
     corrected = holm([p for p, _ in tests])
     return [
-        Comparison(one, other, p, p_holm, a12, effect_name(a12))
+        PairTest(one, other, p, p_holm, a12, effect_name(a12))
         for (one, other), (p, a12), p_holm in zip(pairs, tests, corrected, strict=True)
     ]
 
@@ -152,46 +173,3 @@ def effect_name(a12: float) -> str:
     # Rounded, as 0.5 + 0.06 − 0.5 is not 0.06.
     distance = round(abs(a12 - 0.5), 12)
     return next((name for bound, name in _EFFECTS if distance >= bound), "negligible")
-
-
-@dataclass(frozen=True)
-class TargetSummary:
-    """How often and how soon a target score is reached.
-
-    Attributes:
-        target: the score.
-        successes: number of repeats that reached it.
-        repeats: number of repeats.
-        ert: expected running time: evaluations of all repeats up to the target or the end,
-            over successes (Hansen et al. 2010); infinite without a success.
-    """
-
-    target: float
-    successes: int
-    repeats: int
-    ert: float
-
-    @property
-    def rate(self) -> float:
-        """The share of repeats that reached the target."""
-        return self.successes / self.repeats
-
-
-def summarise_target(
-    best: NDArray[np.float64], evaluations: NDArray[np.int64], target: float
-) -> TargetSummary:
-    """Return how often and how soon repeats reach a target.
-
-    Args:
-        best: best score so far, (repeats, generations).
-        evaluations: number of evaluations of one repeat so far, (generations,).
-        target: the score to reach.
-    """
-    reached = best >= target
-    success = reached.any(axis=1)
-    when = np.where(success, reached.argmax(axis=1), best.shape[1] - 1)
-    spent = evaluations[when].sum()
-    successes = int(success.sum())
-    return TargetSummary(
-        target, successes, len(best), float(spent) / successes if successes else math.inf
-    )

@@ -58,7 +58,14 @@ def test_a_study_that_is_done_is_only_written_again(gaitsim, tmp_path):
         (["compare", "millipede", "milipede"], "did you mean 'millipede'?"),
         (["compare", "millipede", "millipede", "--set", "mutation.rte=1"], "unknown key"),
         (["compare", "millipede", "millipede", "--population", "8"], "7 is odd"),
-        (["compare", "millipede", "millipede", "--target", "nan"], "--target"),
+        (["compare", "millipede", "millipede", "--targets", "nan"], "nan is not a score"),
+        (["compare", "millipede", "millipede", "--targets", "1,,2"], "'1,,2' is not a list"),
+        (["compare", "millipede", "millipede", "--targets", "1" + 100 * ",1"], "101 targets"),
+        (["compare", "millipede", "millipede", "--evaluations", "20"], "fewer than a generation"),
+        (
+            ["compare", "millipede", "spider", "--evaluations", "400", "--generations", "2"],
+            "both given",
+        ),
     ],
 )
 def test_mistakes_are_reported(gaitsim, arguments, says):
@@ -77,13 +84,14 @@ SHORT = ("--population", 9, "--generations", 8, "--repeats", 12)
 
 
 def test_compare_reports_and_can_be_done_again(gaitsim, tmp_path):
-    done = gaitsim("compare", "millipede-random", "millipede", *SHORT, "--target", 3.5)
+    done = gaitsim("compare", "millipede-random", "millipede", *SHORT, "--targets", "-1,3.5")
     folder = tmp_path / "comparisons/millipede-random-against-millipede"
     assert "differs at 5 %" in done.stdout
-    assert (folder / "convergence.png").stat().st_size > 10_000
+    for name in ("convergence.png", "ecdf.png"):
+        assert (folder / name).stat().st_size > 10_000
     report = (folder / "report.md").read_text()
     (command,) = (line for line in report.splitlines() if line.startswith("gaitsim compare"))
-    assert "--target 3.5" in command
+    assert "--targets=-1,3.5" in command
     gaitsim(*command.split()[1:], "--out", "again")
     assert (tmp_path / "again/results.csv").read_text() == (folder / "results.csv").read_text()
 
@@ -93,8 +101,35 @@ def test_compare_prints_json(gaitsim):
     (line,) = done.stdout.splitlines()
     values = json.loads(line)
     assert set(values["experiments"]) == {"millipede", "millipede (2)"}
-    assert {"mean", "median", "median_low", "q25", "ert"} <= set(values["experiments"]["millipede"])
+    assert {"mean", "median", "median_low", "q25", "ert", "area_low"} <= set(
+        values["experiments"]["millipede"]
+    )
     assert values["comparisons"][0]["differs"] is False
+
+
+def test_searches_and_populations_compare_by_evaluations(gaitsim, tmp_path):
+    text = gaitsim("experiments", "show", "spider").stdout
+    head, _, _ = text.replace('name = "spider"', 'name = "cma"').partition("[search]")
+    (tmp_path / "cma.toml").write_text(
+        head.replace("population = 200", "population = 9") + '[search]\nplugin = "cma-es"\n'
+    )
+    arguments = ("compare", "spider", "cma.toml", "--repeats", 2, "--evaluations", 410)
+    values = json.loads(gaitsim(*arguments, "--json", "--format", "svg").stdout)
+    assert values["warning"] is None
+    assert values["evaluations"] == 410
+    spent = {label: one["evaluations"] for label, one in values["experiments"].items()}
+    assert spent == {"spider": 400, "cma": 405}
+    assert len(values["targets"]) == 51
+    for one in values["experiments"].values():
+        assert one["area_low"] <= one["area"] <= one["area_high"] <= one["targets_reached"] <= 1
+    folder = tmp_path / values["folder"]
+    rows = [line.split(",") for line in (folder / "results.csv").read_text().splitlines()[1:]]
+    assert [int(row[3]) for row in rows if row[:2] == ["spider", "1"]] == [200, 400]
+    assert [int(row[3]) for row in rows if row[:2] == ["cma", "2"]] == [*range(9, 410, 9)]
+    assert (folder / "ecdf.svg").exists()
+    gaitsim(*values["command"].split()[1:], "--out", "again")
+    for name in ("results.csv", "ecdf.csv"):
+        assert (tmp_path / "again" / name).read_text() == (folder / name).read_text()
 
 
 def test_compare_warns_of_scores_that_do_not_compare(gaitsim, tmp_path):

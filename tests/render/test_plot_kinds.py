@@ -17,8 +17,8 @@ from gaitsim.gait import margin_of, stability_margin
 from gaitsim.gait.contact import feet_of
 from gaitsim.render.plots.channel import usual_channel
 from gaitsim.render.plots.channels import read_signal
+from gaitsim.render.plots.comparison import FIGURES
 from gaitsim.render.plots.components import lines_of
-from gaitsim.render.plots.convergence import plot_convergence
 from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.footfall import footfall_figure
 from gaitsim.render.plots.genome import genome_figure
@@ -37,7 +37,7 @@ from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.render.ticks import round_step
 from gaitsim.runs.files.history import terms_of
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.study.comparison import Sample
+from gaitsim.study.comparison import Sample, analyse
 
 SPACE = ("x", "y", "z")
 
@@ -163,15 +163,14 @@ def test_users_settings_do_not_change_a_plot(spider_run):
         assert picture(KINDS["terms"].draw(asked(spider_run)), "svg", LIGHT) == plain
 
 
-def test_users_settings_do_not_change_a_comparison(spider_run, tmp_path):
+@pytest.mark.parametrize("kind", FIGURES)
+def test_users_settings_do_not_change_a_comparison(kind, spider_run):
     rising = np.maximum.accumulate(np.random.default_rng(1).random((4, 9)), axis=1)
-    samples = {"a": Sample(spider_run.experiment, rising)}
-    plot_convergence(samples, tmp_path / "plain.svg")
+    found = analyse({"a": Sample(spider_run.experiment, rising)}, 10_000)
+    plain = picture(FIGURES[kind](found, LIGHT), "svg", LIGHT)
     with matplotlib.rc_context(OWN_SETTINGS):
-        plot_convergence(samples, tmp_path / "own.svg")
-    plain = (tmp_path / "plain.svg").read_text()
-    assert (tmp_path / "own.svg").read_text() == plain
-    assert ">median and quartiles of 4 repeats</text>" in plain
+        assert picture(FIGURES[kind](found, LIGHT), "svg", LIGHT) == plain
+    assert b"4 repeats" in plain
 
 
 def test_colours_and_dashes_of_the_first_lines_differ():

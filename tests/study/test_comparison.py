@@ -2,29 +2,28 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Overrides
+from gaitsim.experiment import Overrides, with_overrides
 from gaitsim.study.comparison import (
     Sample,
     analyse,
+    equal_budgets,
     load_experiments,
-    methods,
-    report,
-    results,
-    to_dict,
 )
+from gaitsim.study.comparison_report import curves, methods, report, results, to_dict
 from gaitsim.study.running import repeat_experiment
 
 SHORT = {"evolution.population": 9, "evolution.generations": 12}
 
 
-def compared(*names: str, target: float | None = None, more: Overrides | None = None):
-    loaded = load_experiments(names, SHORT | (more or {}))
-    return analyse({k: Sample(e, repeat_experiment(e, 40)) for k, e in loaded.items()}, target)
+def compared(*names: str, targets: tuple[float, ...] = (), more: Overrides | None = None):
+    budget, loaded = equal_budgets(load_experiments(names, SHORT | (more or {})), None)
+    samples = {k: Sample(e, repeat_experiment(e, 40)) for k, e in loaded.items()}
+    return analyse(samples, budget, targets)
 
 
 def test_equal_experiments_do_not_differ() -> None:
     found = compared("millipede-double-mutation", "millipede-double-mutation")
-    (pair,) = found.comparisons
+    (pair,) = found.pairs
     assert (pair.first, pair.second) == (
         "millipede-double-mutation",
         "millipede-double-mutation (2)",
@@ -38,30 +37,54 @@ def test_equal_experiments_do_not_differ() -> None:
 def test_a_large_difference_is_found() -> None:
     longer = {"evolution.population": 35, "evolution.generations": 37}
     found = compared("millipede-random", "millipede-crossover", "millipede", more=longer)
-    assert len(found.comparisons) == 3
-    pair = found.comparisons[0]
+    assert len(found.pairs) == 3
+    pair = found.pairs[0]
     assert pair.differs
     assert pair.effect == "large"
 
 
-def test_the_default_target_is_the_lowest_median() -> None:
+def test_the_default_targets_are_the_medians() -> None:
     found = compared("millipede-random", "millipede-crossover")
-    lowest = min(one.median for one in found.descriptions.values())
-    assert {one.target for one in found.reached.values()} == {lowest}
-    assert compared("millipede-random", "millipede", target=99).reached["millipede"].rate == 0
+    medians = sorted(one.median for one in found.descriptions.values())
+    for reached in found.reached.values():
+        assert [one.target for one in reached] == medians
+    (never,) = compared("millipede-random", "millipede", targets=(99,)).reached["millipede"]
+    assert never.rate == 0
+
+
+def test_experiments_of_other_populations_have_equal_budgets() -> None:
+    one, other = load_experiments(["millipede", "millipede-random"], SHORT).values()
+    other = with_overrides(other, {"evolution.population": 41})
+    sizes = one.individuals, other.individuals
+    assert sizes[0] < sizes[1] < 12 * sizes[0]
+    budget, short = equal_budgets({"a": one, "b": other}, None)
+    assert budget == 12 * sizes[0]  # the whole of the first one
+    lengths = [e.evolution.generations for e in short.values()]
+    assert lengths == [12, budget // sizes[1]]
+    samples = {k: Sample(e, repeat_experiment(e, 5)) for k, e in short.items()}
+    found = analyse(samples, budget, ())
+    assert budget - sizes[1] < samples["b"].evaluations[-1] <= budget == found.evaluations
+    # A generation of the whole budget is allowed, a larger one is not.
+    assert equal_budgets({"a": one, "b": other}, sizes[1])[1]["b"].evolution.generations == 1
+    with pytest.raises(GaitsimError, match="fewer than a generation of b") as caught:
+        equal_budgets({"a": one, "b": other}, sizes[1] - 1)
+    assert str(sizes[1]) in caught.value.allowed
 
 
 def test_report_and_json_hold_the_figures() -> None:
-    found = compared("millipede-random", "millipede-mutation", target=3.0)
-    text = report(found, "gaitsim compare a b")
-    for piece in ("| millipede-random | 40 |", "A12", "ERT", "gaitsim compare a b", "Holm"):
+    found = compared("millipede-random", "millipede-mutation", targets=(3.0, 4.0))
+    text = report(found, "gaitsim compare a b", [])
+    for piece in ("after 108 evaluations, 40 repeats", "A12", "ERT", "gaitsim compare a b", "Holm"):
         assert piece in text
     assert methods(found) in text
     values = to_dict(found)
     assert values["experiments"]["millipede-random"]["mean"] == pytest.approx(
         found.samples["millipede-random"].final.mean()
     )
-    assert values["comparisons"][0]["a12"] == found.comparisons[0].a12
+    assert values["comparisons"][0]["a12"] == found.pairs[0].a12
+    assert [one["target"] for one in values["experiments"]["millipede-random"]["ert"]] == [3, 4]
+    share = found.ecdfs["millipede-random"].share
+    assert curves(found).splitlines()[12].endswith(f",{share[-1]}")
     rows = results(found).splitlines()
     assert rows[0] == "experiment,repeat,generation,evaluations,best"
     assert len(rows) == 1 + 2 * 40 * 12
@@ -79,4 +102,4 @@ def test_a_repeat_without_a_score_is_reported() -> None:
     samples = {k: Sample(e, repeat_experiment(e, 3)) for k, e in loaded.items()}
     samples["millipede"].best[:] = -np.inf
     with pytest.raises(GaitsimError, match="every individual failed"):
-        analyse(samples, None)
+        analyse(samples, 100)

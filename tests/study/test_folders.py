@@ -8,7 +8,8 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.lock import RunLock
-from gaitsim.study.comparison import Sample, analyse, load_experiments, report
+from gaitsim.study.comparison import Sample, analyse, load_experiments
+from gaitsim.study.comparison_report import report, tables
 from gaitsim.study.file import cells, parse_study, resolved
 from gaitsim.study.folders import LARGEST_REPORT, MOST_ROWS, list_folders, read_report, sections
 from gaitsim.study.results import table, write_results
@@ -106,11 +107,11 @@ class TestResults:
     def test_those_of_a_comparison_are_all_its_tables(self):
         loaded = load_experiments(["millipede-random", "millipede-random"], {})
         scores = np.random.default_rng(0).random((5, 9)).cumsum(axis=1)
-        found = analyse({key: Sample(one, scores) for key, one in loaded.items()}, 2.0)
-        read = read_report(report(found, "gaitsim compare 'a b' c"))
+        found = analyse({key: Sample(one, scores) for key, one in loaded.items()}, 9999, [2.0])
+        read = read_report(report(found, "gaitsim compare 'a b' c", []))
         titles = [one.title for one in read]
-        assert titles[1:4] == ["Final scores", "Differences", "Reaching the target"]
-        assert [len(one.rows) for one in read[1:4]] == [2, 1, 2]
+        assert titles[1:5] == [title for title, *_ in tables(found)]
+        assert [len(one.rows) for one in read[1:5]] == [2, 1, 2, 2]
         assert read[2].columns[3] == "A12"
         assert read[2].rows[0][-1] == "no"
         assert read[-1].command == "gaitsim compare 'a b' c"

@@ -9,7 +9,6 @@ from gaitsim.study.statistics import (
     describe,
     effect_name,
     holm,
-    summarise_target,
 )
 
 SAMPLES = st.lists(st.integers(0, 9), min_size=2, max_size=20)
@@ -91,12 +90,3 @@ def test_holm_on_a_published_example() -> None:
 )
 def test_effects_have_their_usual_names(a12: float, name: str) -> None:
     assert effect_name(a12) == name
-
-
-def test_expected_running_time_counts_failures() -> None:
-    best = np.array([[1.0, 5.0, 5.0], [1.0, 2.0, 3.0], [5.0, 5.0, 5.0]])
-    found = summarise_target(best, np.array([10, 20, 30]), 5.0)
-    assert (found.successes, found.repeats) == (2, 3)
-    assert found.ert == (20 + 30 + 10) / 2
-    assert found.rate == pytest.approx(2 / 3)
-    assert summarise_target(best, np.array([10, 20, 30]), 6.0).ert == np.inf

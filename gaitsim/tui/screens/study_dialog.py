@@ -15,6 +15,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Static
 
+from gaitsim.choices import PlotFormat
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
@@ -57,15 +58,20 @@ class Contest(Settings):
         str, Declared(description="Two or more presets or files, with spaces.")
     ] = ""
     repeats: Annotated[int, Declared(ge=2, le=100_000, description="Of each experiment.")] = 30
+    evaluations: Annotated[
+        int | None,
+        Declared(ge=1, description="Of each repeat. None: those of the shortest experiment."),
+    ] = None
     generations: Annotated[
-        int | None, Declared(ge=1, description="Of each repeat. None: as in the experiment.")
+        int | None, Declared(ge=1, description="Of each repeat, instead of evaluations.")
     ] = None
     population: Annotated[int | None, Declared(ge=1, description="None: as in the experiment.")] = (
         None
     )
-    target: Annotated[
-        float | None, Declared(description="Score of a success. None: the lowest median.")
+    targets: Annotated[
+        str | None, Declared(description="Scores to reach, as 1.5,2. None: chosen by the results.")
     ] = None
+    format: Annotated[PlotFormat, Declared(description="Of the figures.")] = "png"
     workers: Annotated[int | None, Declared(ge=1, description="Processes. None: one a core.")] = (
         None
     )
@@ -80,11 +86,13 @@ class Contest(Settings):
         Raises:
             GaitsimError: an experiment has problems.
         """
-        from gaitsim.study.comparison import load_experiments
+        from gaitsim.study.comparison import check_request, equal_budgets, load_experiments
 
+        check_request(self.targets, self.evaluations, self.generations)
         given = {"generations": self.generations, "population": self.population}
         changes = {f"evolution.{key}": value for key, value in given.items() if value is not None}
         loaded = load_experiments(split_words(self.experiments), changes)
+        equal_budgets(loaded, self.evaluations)
         return free_name(PLACES[1] / "-against-".join(one.name for one in loaded.values())[:150])
 
 

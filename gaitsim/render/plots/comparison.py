@@ -1,0 +1,90 @@
+"""Plot compared experiments over evaluations: their best scores, and the ECDF of runtimes."""
+
+from collections.abc import Callable, Mapping
+from textwrap import wrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.choices import ComparisonPlot
+from gaitsim.render.plots.components import finite
+from gaitsim.render.plots.labels import head, shortened
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+from gaitsim.study.comparison import Findings
+from gaitsim.study.comparison_report import target_words
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Values = NDArray[np.float64]
+
+
+def convergence_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
+    """Draw the medians of the best scores so far, with a band from quartile to quartile."""
+
+    def draw(axes: "Axes", label: str, index: int) -> None:
+        sample, style = findings.samples[label], theme.line(index)
+        low, middle, high = np.quantile(finite(sample.best), [0.25, 0.5, 0.75], axis=0)
+        at = np.append(sample.evaluations, findings.evaluations)
+        axes.fill_between(
+            at, _held(low), _held(high), step="post", color=style["color"], alpha=0.15, linewidth=0
+        )
+        axes.step(at, _held(middle), where="post", label=shortened(label, 40), **style)
+
+    text = f"median and quartiles of {findings.repeats} repeats"
+    units = {one.experiment.fitness.unit for one in findings.samples.values()}
+    unit = units.pop() if len(units) == 1 else ""
+    return _figure(
+        findings, theme, draw, "best score so far" + (f" ({unit})" if unit else ""), text
+    )
+
+
+def ecdf_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
+    """Draw the share of pairs of a repeat and a target that are reached, with the area under it."""
+
+    def draw(axes: "Axes", label: str, index: int) -> None:
+        one, sample = findings.ecdfs[label], findings.samples[label]
+        at = np.concatenate([[0], sample.evaluations, [findings.evaluations]])
+        share = 100 * _held(np.append(0.0, one.share))
+        name = f"{shortened(label, 40)}, area {one.area:.3f}"
+        axes.step(at, share, where="post", label=name, **theme.line(index))
+        axes.set_ylim(0, 102)
+
+    text = f"{findings.repeats} repeats, {target_words(findings)}"
+    return _figure(findings, theme, draw, "targets reached (%)", text)
+
+
+FIGURES: Mapping[ComparisonPlot, Callable[[Findings, Theme], "Figure"]] = {
+    "convergence": convergence_figure,
+    "ecdf": ecdf_figure,
+}
+
+
+def _held(values: Values) -> Values:
+    """Return a step function's values with the last one once more, at the budget's end."""
+    return np.append(values, values[-1])
+
+
+def _figure(
+    findings: Findings,
+    theme: Theme,
+    draw: "Callable[[Axes, str, int], None]",
+    quantity: str,
+    text: str,
+) -> "Figure":
+    from matplotlib.figure import Figure
+
+    with styled(theme):
+        figure = Figure(figsize=(1.5 * WIDTH, 3.0))
+        axes = figure.subplots()
+        for index, label in enumerate(findings.samples):
+            draw(axes, label, index)
+        axes.set_xlim(0, findings.evaluations)
+        axes.set_xlabel("evaluations")
+        axes.set_ylabel(quantity)
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
+        axes.set_title("\n".join(wrap(findings.warning, 84)), color=theme.colours[1], size=7)
+        head(figure, text, *axes.get_legend_handles_labels())
+    return figure

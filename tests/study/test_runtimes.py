@@ -1,0 +1,121 @@
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from gaitsim.study.runtimes import (
+    TARGETS,
+    chosen_targets,
+    ecdf,
+    spaced_targets,
+    summarise_target,
+)
+
+# Three repeats of three generations of ten individuals.
+BEST = np.array([[1.0, 5.0, 5.0], [1.0, 2.0, 3.0], [5.0, 5.0, 5.0]])
+EVALUATIONS = np.array([10, 20, 30])
+
+
+@pytest.fixture(autouse=True)
+def few_resamples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gaitsim.study.statistics.RESAMPLES", 999)
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
+
+
+def test_expected_running_time_counts_failures() -> None:
+    found = summarise_target(BEST, EVALUATIONS, 5.0, rng())
+    assert (found.successes, found.repeats) == (2, 3)
+    assert found.ert == (20 + 30 + 10) / 2
+    assert found.rate == pytest.approx(2 / 3)
+    # The least: three times the repeat that took ten. The most: a resample of the failed one,
+    # which is 1 in 27, more than the 2.5 % beyond the interval.
+    assert (found.low, found.high) == (10, np.inf)
+    never = summarise_target(BEST, EVALUATIONS, 6.0, rng())
+    assert (never.ert, never.low, never.high) == (np.inf, np.inf, np.inf)
+    always = summarise_target(BEST, EVALUATIONS, 1.0, rng())
+    assert (always.ert, always.low, always.high) == (10, 10, 10)
+
+
+BESTS = st.lists(st.lists(st.integers(0, 5), min_size=4, max_size=4), min_size=1, max_size=9)
+
+RUNS = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@RUNS
+@given(BESTS, st.integers(0, 6))
+def test_ert_is_that_of_hansen_and_others(scores: list[list[int]], target: int) -> None:
+    """Equation of Hansen et al. 2021: ERT = RT_s + (1 - p_s) / p_s RT_us, means of the runtimes of
+    the successful and of the unsuccessful runs; p_s is the share of successful ones."""
+    runs = [np.maximum.accumulate(one).tolist() for one in scores]
+    runtimes = [7 * (1 + next(i for i in range(4) if run[i] >= target))
+                for run in runs if run[-1] >= target]  # fmt: skip
+    share = len(runtimes) / len(runs)
+    expected = np.mean(runtimes) + (1 - share) / share * 28 if runtimes else np.inf
+    best = np.array(runs, dtype=float)
+    found = summarise_target(best, 7 * np.arange(1, 5), target, rng())
+    assert found.ert == pytest.approx(expected)
+    assert found.low <= found.high
+
+
+def test_the_interval_of_an_ert_covers_it_as_often_as_it_says() -> None:
+    """Runs of at most 5 generations of 1, which succeed in each with probability 0.3."""
+    p, last = 0.3, 5
+    tried = 1 - (1 - p) ** last
+    truth = 1 / p  # restarts until success are one geometric distribution
+    draws, covered = np.random.default_rng(3), 0
+    for _ in range(100):
+        runtime = draws.geometric(p, 60)
+        best = (np.arange(1, last + 1) >= runtime[:, None]).astype(float)
+        found = summarise_target(best, np.arange(1, last + 1), 1.0, draws)
+        covered += found.low <= truth <= found.high
+    assert 0.8 < tried < 0.9  # some fail
+    assert 87 <= covered <= 100  # 95, within three and a half standard deviations
+
+
+def test_ecdf_and_area_by_hand() -> None:
+    found = ecdf(BEST, EVALUATIONS, 50, np.array([1.0, 2.0, 3.0, 5.0]), rng())
+    # Of 12 pairs: after one generation 1 + 1 + 4, after two 4 + 2 + 4, after three 4 + 3 + 4.
+    assert found.share.tolist() == [6 / 12, 10 / 12, 11 / 12]
+    # Nothing for ten evaluations, then three steps, the last one twice as long.
+    assert found.area == pytest.approx((6 + 10 + 11 + 11) / 12 / 5)
+    # The areas of the worst and of the best repeat, each of which is 1 in 27 resamples.
+    assert (found.low, found.high) == pytest.approx((2.25 / 5, 4 / 5))
+
+
+@RUNS
+@given(BESTS, st.integers(1, 3))
+def test_the_ecdf_is_that_of_the_runtimes(scores: list[list[int]], size: int) -> None:
+    """A step function of evaluations does not depend on how generations are cut."""
+    best = np.maximum.accumulate(np.array(scores, dtype=float), axis=1)
+    targets = np.array([1.0, 3.0, 4.0])
+    coarse = ecdf(best, 6 * np.arange(1, 5), 24, targets, rng())
+    fine: NDArray[np.int64] = (6 // size) * np.arange(1, 4 * size + 1)
+    held = np.repeat(np.pad(best, ((0, 0), (1, 0)), constant_values=-np.inf), size, axis=1)
+    cut = ecdf(held[:, 1 : 4 * size + 1], fine, 24, targets, rng())
+    assert cut.area == pytest.approx(coarse.area)
+    counted = [(best[run] >= aim).argmax() for run in range(len(best)) for aim in targets
+               if best[run, -1] >= aim]  # fmt: skip
+    pairs = len(best) * len(targets)
+    assert coarse.share.tolist() == pytest.approx(
+        [sum(at <= last for at in counted) / pairs for last in range(4)]
+    )
+
+
+def test_targets_lie_between_the_worst_start_and_the_best_end() -> None:
+    other = np.array([[-2.0, 0.0], [0.0, 9.0]])
+    found = spaced_targets([BEST, other])
+    assert (found[0], found[-1], len(found)) == (-1, 9, TARGETS)
+    assert np.diff(found) == pytest.approx(10 / (TARGETS - 1))
+    failed = np.array([[-np.inf, 2.0], [-np.inf, 3.0]])
+    assert spaced_targets([failed])[[0, -1]].tolist() == [2, 3]
+    assert spaced_targets([np.array([[4.0], [4.0]])]).tolist() == [4]
+    assert np.isfinite(spaced_targets([np.array([[-1.7e308, 1.7e308]])])).all()
+
+
+def test_targets_of_running_times_are_the_medians_where_none_are_given() -> None:
+    assert chosen_targets([], [3.0, 1.0, 3.0]) == [1.0, 3.0]
+    assert chosen_targets([5.0, 2.0], [3.0]) == [2.0, 5.0]
