@@ -22,7 +22,9 @@ from gaitsim.study.compare_runs import (
     RunsReader,
     comparison_table,
     differing_options,
+    fair_axis,
     in_words,
+    shortest,
     warning,
 )
 
@@ -35,7 +37,12 @@ def differences(
         list[str], typer.Argument(help="Runs under runs/, or their folders.", metavar="RUN")
     ],
     quantity: Annotated[Quantity, typer.Option(help="Quantity to show.")] = "best",
-    by: Annotated[Axis, typer.Option(help="Horizontal axis.")] = "generation",
+    by: Annotated[
+        Axis | None,
+        typer.Option(
+            help="Horizontal axis. Default: generation, or evaluations where populations differ."
+        ),
+    ] = None,
     plot: Annotated[
         Path | None, typer.Option(help="Write the curves to a PNG, SVG or PDF.")
     ] = None,
@@ -60,12 +67,18 @@ def differences(
             raise one.problem
     if said := warning(compared_runs):
         notice(f"Warning: {said}")
+    by = by or fair_axis(compared_runs)
     if plot is not None:
         plot_overlay(compared_runs, quantity, by, plot, THEMES[theme])
     if json:
+        within = shortest(compared_runs)
         print_json(
             {
-                "runs": [one.to_dict() for one in compared_runs],
+                "runs": [
+                    {**one.to_dict(), "score_within": one.best_within(within)}
+                    for one in compared_runs
+                ],
+                "within": within,
                 "warning": warning(compared_runs) or None,
                 "options": {row.key: list(row.values) for row in differing_options(compared_runs)},
                 "plot": None if plot is None else str(plot),

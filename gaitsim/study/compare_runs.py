@@ -52,6 +52,15 @@ class ComparedRun:
             return None
         return self.comparable + int(np.argmax(np.where(np.isfinite(scores), scores, -np.inf)))
 
+    def best_within(self, evaluations: float) -> float:
+        """Return the best comparable score of the generations within some evaluations, or −inf."""
+        if not self.history:
+            return -np.inf
+        scores = self.history["best"][self.comparable - 1 :]
+        spent = self.history["evaluations"][self.comparable - 1 :]
+        found = scores[(spent <= evaluations) & np.isfinite(scores)]
+        return float(found.max(initial=-np.inf))
+
     def to_dict(self) -> dict[str, object]:
         """Return a summary of the run for JSON."""
         champion = self.champion
@@ -119,15 +128,31 @@ def _read(
     return ComparedRun(label, follower.path, problem=problem)
 
 
+def shortest(runs: Sequence[ComparedRun]) -> int:
+    """Return the fewest evaluations of a run that has any; 0 where none has."""
+    return min((int(one.history["evaluations"][-1]) for one in runs if one.history), default=0)
+
+
+def fair_axis(runs: Sequence[ComparedRun]) -> Axis:
+    """Return the axis on which runs compare: evaluations where generations have others."""
+    columns = [one.history["evaluations"] for one in runs if one.history]
+    shared = min(map(len, columns), default=0)
+    same = all(np.array_equal(one[:shared], columns[0][:shared]) for one in columns)
+    return "generation" if same else "evaluations"
+
+
 def comparison_table(runs: Sequence[ComparedRun]) -> tuple[Difference, ...]:
     """Return the rows of a table: the results of the runs, then the options that differ."""
     facts: dict[str, Callable[[ComparedRun], str]] = {
         "generations": lambda one: f"{one.generation:,}",
-        "best score": _best,
+        "best score": lambda one: _score(one.best_within(np.inf)),
         "found in generation": lambda one: f"{one.champion:,}" if one.champion else "–",
         "evaluations": lambda one: f"{int(one.history['evaluations'][-1]):,}",
         "seconds": lambda one: f"{float(one.history['seconds'].sum()):,.1f}",
     }
+    equal = shortest(runs)
+    if any(one.history and one.history["evaluations"][-1] > equal for one in runs):
+        facts[f"best of {equal:,} evaluations"] = lambda one: _score(one.best_within(equal))
     results = [
         Difference(name, tuple(text(one) if one.history else "–" for one in runs))
         for name, text in facts.items()
@@ -150,7 +175,5 @@ def in_words(quantity: str) -> str:
     return quantity if quantity == "diversity" else f"{quantity} score"
 
 
-def _best(run: ComparedRun) -> str:
-    if run.champion is None:
-        return "–"
-    return f"{run.history['best'][run.champion - 1]:z.4f}".replace("-", "−")
+def _score(value: float) -> str:
+    return f"{value:z.4f}".replace("-", "−") if np.isfinite(value) else "–"

@@ -17,7 +17,7 @@ from gaitsim.experiment import Evolution, ExperimentOutline, Islands
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
-from gaitsim.study.compare_runs import RunsReader, comparison_table
+from gaitsim.study.compare_runs import RunsReader, comparison_table, fair_axis
 from gaitsim.study.differences import ABSENT, differences, scoring_warning
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.compare import Compare
@@ -127,6 +127,23 @@ class TestRuns:
         assert rows["best score"][0] == f"{score:.4f}".replace("-", "−")
         assert rows["seed"] == ("1", "2")
         assert "mutation.plugin" not in rows
+
+    def test_those_of_other_populations_compare_by_evaluations(self, two, made):
+        large = made("large", "evolution.population=12")
+        courses = RunsReader([two[0], large]).read()
+        spent = [one.history["evaluations"] for one in courses]
+        assert spent[0][-1] < spent[1][-1]
+        assert (fair_axis(courses), fair_axis(RunsReader(two).read())) == (
+            "evaluations",
+            "generation",
+        )
+        shared = int(spent[0][-1])
+        within = courses[1].history["best"][spent[1] <= shared].max()
+        rows = {row.key: row.values for row in comparison_table(courses)}
+        assert rows[f"best of {shared:,} evaluations"] == (
+            rows["best score"][0],
+            f"{within:.4f}".replace("-", "−"),
+        )
 
     def test_seconds_add_up(self, two):
         assert RunsReader(two).read()[0].axis("seconds").tolist() == [0.5, 1.0, 1.5, 2.0, 2.5]

@@ -23,6 +23,7 @@ from gaitsim.study.compare_runs import (
     ComparedRun,
     RunsReader,
     comparison_table,
+    fair_axis,
     in_words,
     warning,
 )
@@ -51,7 +52,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
   population was. Scores of other fitness functions, or with other options of it, do not compare:
   a warning names the options.
 - **By** generation, by how many individuals were evaluated, or by seconds: with a larger
-  population, a generation costs more.
+  population, a generation costs more, so where populations differ evaluations come first.
 - Below, what became of each run, and the options in which they differ. Where one was changed on
   the way, the table names the generation, and the curves have a dotted line there.
 - Two runs are two throws of a die. **Statistics** repeats their experiments, and tests the scores.
@@ -88,6 +89,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 
     def __init__(self, runs: Sequence[Path]) -> None:
         super().__init__()
+        self._by_chosen = False
         self._paths = tuple(runs)
         self._courses: tuple[ComparedRun, ...] = ()
         self._reader = RunsReader(runs)
@@ -120,6 +122,9 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 
     def _show(self, courses: tuple[ComparedRun, ...]) -> None:
         self._courses = courses
+        if not self._by_chosen:
+            self.set_reactive(Compare.by, fair_axis(courses))
+            self._say()
         self._draw()
         self._fill()
         problems = Text("\n").join(
@@ -234,6 +239,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
         self.quantity = _after(QUANTITIES, self.quantity)
 
     def action_by(self) -> None:
+        self._by_chosen = True
         self.by = _after(AXES, self.by)
 
     @property
