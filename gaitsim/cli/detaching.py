@@ -15,19 +15,13 @@ from gaitsim.live.background import (
 )
 from gaitsim.live.places import places
 from gaitsim.live.protocol import Command
-from gaitsim.runs.background import background_process, last_failure, make_runtime_folder
+from gaitsim.runs.background import DOES, background_process, last_failure, make_runtime_folder
 from gaitsim.runs.files.folder import RUNS, command, find_run
 from gaitsim.runs.resume import stop_reason_of
 from gaitsim.runs.snapshot import RunSnapshot
 
 FIRST_MOMENTS = 1.0  # seconds in which a process that fails is reported by the one that began it
 PERIOD = 0.05
-STATES = {
-    "preparing": "is being prepared in the background",
-    "running": "evolves in the background",
-    "queued": "is queued: it evolves when one of the runs before it ends",
-    "paused": "is paused in the background",
-}
 
 
 def check_detachable(dask: str | None) -> None:
@@ -91,7 +85,8 @@ def _report(path: Path, state: str, json: bool) -> None:
     if json:
         print_json({"run": str(path), "state": state, "process": pid})
         return
-    echo(f"{path} {STATES[state]}, in process {pid}.")
+    later = " It evolves when one of the runs before it ends." if state == "queued" else ""
+    echo(f"{path} {DOES[state]} in the background, in process {pid}.{later}")
     for verb, purpose in (("attach", "watch it"), ("stop", "stop and save it")):
         output().print(f"  {command(verb, path)}  ", end="", soft_wrap=True)
         output().print(f"# {purpose}", style="dim")

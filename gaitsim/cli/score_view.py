@@ -9,7 +9,7 @@ from rich.text import Text
 from gaitsim.cli.console import output, print_table
 from gaitsim.gait.robustness import Robustness
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.explanation import Section, explanation
+from gaitsim.render.terminal.explanation import Passage, explanation
 from gaitsim.render.terminal.text import number
 
 
@@ -22,7 +22,7 @@ def print_score_breakdown(
         print_section(section)
 
 
-def print_section(section: Section) -> None:
+def print_section(section: Passage) -> None:
     """Print a table with what is said above and below it."""
     console = output()
     if section.title:

@@ -28,11 +28,8 @@ class RunProcess:
 
     Args:
         run: its folder.
-        generations: the last generation to evolve; None as planned.
-        workers: number of parallel workers; None for the usual number.
         overrides: options to change to begin with, by key.
         paused: whether it waits before its first generation.
-        any_version: resume although a package has another version now.
         known: the run as it is, until the process reports.
         begin: whether to begin a process where none evolves the run.
 
@@ -44,11 +41,8 @@ class RunProcess:
         self,
         run: Path,
         *,
-        generations: int | None = None,
-        workers: int | None = None,
         overrides: Overrides | None = None,
         paused: bool = False,
-        any_version: bool = False,
         known: Snapshot | None = None,
         begin: bool = True,
     ) -> None:
@@ -56,15 +50,10 @@ class RunProcess:
         self._start_detached = partial(
             background.start_detached,
             run,
-            generations=generations,
-            workers=workers,
             overrides=overrides,
             paused=paused,
-            any_version=any_version,
         )
-        changes = {"evolution.generations": generations} if generations is not None else {}
-        changes |= overrides or {}
-        self._late = [Command("set", changes)] if changes else []
+        self._late = [Command("set", overrides)] if overrides else []
         self._late += [Command("pause")] if paused else []
         self._begin = begin
         self._writer: asyncio.StreamWriter | None = None

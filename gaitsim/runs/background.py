@@ -35,6 +35,13 @@ LARGEST = 2**20  # bytes of a status or an error
 END_OF_LOG = 10_000  # bytes in which its last line is looked for
 
 BackgroundState = Literal["preparing", "queued", "running", "paused"]
+# What a run does in such a state, in the background.
+DOES: Mapping[str, str] = {
+    "preparing": "is being prepared",
+    "queued": "is queued",
+    "running": "evolves",
+    "paused": "is paused",
+}
 
 
 @dataclass(frozen=True)
@@ -204,9 +211,8 @@ def check_not_elsewhere(run: Path, patience: float = 0.5) -> None:
 
 def in_background(run: Path, found: BackgroundProcess) -> RunError:
     """Return the error of a run that evolves in the background."""
-    state = {"queued": "is queued", "paused": "is paused"}.get(found.state, "evolves already")
     return RunError(
-        f"the run {run} {state} in the background, in process {found.pid}",
+        f"the run {run} {DOES[found.state]} in the background, in process {found.pid}",
         remedy=f"watch it: {command('attach', run)}; or stop it: {command('stop', run)}",
     )
 

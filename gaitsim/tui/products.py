@@ -6,176 +6,29 @@ Options are declared as plugins declare theirs, so the same forms show them.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from gaitsim.choices import (
-    Activation,
-    Axis,
-    GaitFormat,
-    OutputActivation,
-    PlotFormat,
-    PlotKind,
-    Quantity,
-    Theme,
-    TrainingPreset,
-    VideoFormat,
-    VideoView,
-)
+from gaitsim.choices import PlotKind
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import options
-from gaitsim.runs.files.folder import EXPORTS
+from gaitsim.tui.product_options import (
+    Analysis,
+    Differences,
+    GaitFile,
+    Imitator,
+    Plot,
+    Servo,
+    Settings,
+    Video,
+)
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
 
-Generation = Annotated[int | None, Field(ge=1, description="The best of it. None: of all.")]
-Generations = Annotated[str | None, Field(description="The best of several, as 1,50,300.")]
 Check = Callable[["Individual"], object]
-
-
-class Settings(BaseModel):
-    """The options of a command that differ from its defaults are its words."""
-
-    model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)
-
-    def words(self, run: Path) -> list[str]:
-        """Return the options as the command line takes them."""
-        return self._flags()
-
-    def _flags(self, *without: str) -> list[str]:
-        """Return the options but some, each as a flag."""
-        found = []
-        for name, value in self.model_dump(exclude=set(without), exclude_defaults=True).items():
-            flag = name.replace("_", "-")
-            if isinstance(value, bool):
-                found.append(f"--{flag}" if value else f"--no-{flag}")
-            elif value is not None:
-                found += [f"--{flag}", str(value)]
-        return found
-
-
-class GaitFile(Settings):
-    format: Annotated[GaitFormat, Field(description="MATLAB and Octave, CSV or NumPy.")] = "mat"
-    generation: Generation = None
-
-
-class Servo(Settings):
-    generation: Generation = None
-    keyframe_ms: Annotated[
-        int | None,
-        Field(
-            ge=1,
-            le=60_000,
-            description="Time between two rows. None: every frame.",
-            json_schema_extra={"unit": "ms"},
-        ),
-    ] = None
-    centre: Annotated[float | None, Field(description="Degrees of the pose at rest.")] = None
-    min: Annotated[float | None, Field(description="Minimum degrees of the servos.")] = None
-    max: Annotated[float | None, Field(description="Maximum degrees.")] = None
-    clip: Annotated[bool, Field(description="Clip angles beyond the range.")] = False
-
-
-class Plot(Settings):
-    theme: Annotated[Theme, Field(description="Colours.")] = "light"
-    format: Annotated[PlotFormat, Field(description="PNG at 300 dots an inch, or vectors.")] = "png"
-    generation: Generation = None
-    generations: Generations = None
-    window: Annotated[str | None, Field(description="A part of the motion in seconds, as 2:5.")] = (
-        None
-    )
-    channel: Annotated[
-        str | None, Field(description="Channel of the motion; a wrong name lists them.")
-    ] = None
-    component: Annotated[
-        str | None, Field(description="Components, as z or 'L1 coxa, R1 coxa'. None: all.")
-    ] = None
-
-    beside: Annotated[
-        str | None, Field(description="Other runs, each with its repeats, separated by spaces.")
-    ] = None
-
-    def words(self, run: Path) -> list[str]:
-        """Return the options; each component and run has its own."""
-        names = [name.strip() for name in (self.component or "").split(",")]
-        return [
-            *self._flags("component", "beside"),
-            *(f"--component={name}" for name in names if name),
-            *(f"--beside={other}" for other in split_words(self.beside or "")),
-        ]
-
-
-class Video(Settings):
-    format: Annotated[VideoFormat, Field(description="H.264, or GIF for slides.")] = "mp4"
-    generation: Generation = None
-    generations: Annotated[
-        str | None, Field(description="The best of several, in a race, as 1,50,300.")
-    ] = None
-    view: Annotated[VideoView, Field(description="Direction of the camera.")] = "iso"
-    theme: Annotated[Theme, Field(description="Colours.")] = "light"
-    speed: Annotated[
-        float | None,
-        Field(gt=0, description="0.25 is slow motion. None: real time, or slow for wing beats."),
-    ] = None
-    intro: Annotated[bool, Field(description="Begin with the fitness curve.")] = True
-    size: Annotated[str | None, Field(description="Pixels, as 1280x720.")] = None
-    fps: Annotated[float | None, Field(gt=0, description="Pictures a second.")] = None
-
-
-class Analysis(Settings):
-    generation: Generation = None
-    perturb: Annotated[bool, Field(description="Repeat it with late and inexact servos.")] = False
-    figure: Annotated[
-        PlotFormat | None, Field(description="A figure of footfalls, phases and stability.")
-    ] = None
-    gait: Annotated[
-        str | None, Field(description="A file of joint angles to play: .npz, .csv or .mat.")
-    ] = None
-
-    def words(self, run: Path) -> list[str]:
-        """Return the options, with the file of the figure."""
-        found = self._flags("figure")
-        if self.figure:
-            which = f"-generation-{self.generation}" if self.generation else ""
-            found += ["--figure", str(run / EXPORTS / f"analysis{which}.{self.figure}")]
-        return found
-
-
-class Imitator(Settings):
-    generation: Generation = None
-    settings: Annotated[
-        TrainingPreset, Field(description="As published, or steadier for a gait that lasts.")
-    ] = "source"
-    activation: Annotated[Activation | None, Field(description="Of the hidden layer.")] = None
-    output: Annotated[OutputActivation | None, Field(description="Of the outputs.")] = None
-    hidden: Annotated[int | None, Field(ge=1, le=4096, description="Hidden neurons.")] = None
-    epochs: Annotated[int | None, Field(ge=1, le=1_000_000, description="Passes.")] = None
-    learning_rate: Annotated[
-        float | None, Field(ge=1e-9, le=10, description="Step along the gradient.")
-    ] = None
-    seed: Annotated[int, Field(ge=0, description="Of weights, order and noise.")] = 0
-    compare_activations: Annotated[
-        bool, Field(description="Train with all four, and plot their errors.")
-    ] = False
-    format: Annotated[GaitFormat, Field(description="Of the imitator's gait file.")] = "mat"
-
-
-class Differences(Settings):
-    runs: Annotated[
-        str, Field(min_length=1, description="The other runs, such as spider-2 spider-3.")
-    ] = ""
-    quantity: Annotated[Quantity, Field(description="Quantity to plot.")] = "best"
-    by: Annotated[Axis, Field(description="Horizontal axis.")] = "generation"
-    theme: Annotated[Theme, Field(description="Colours.")] = "light"
-    format: Annotated[PlotFormat, Field(description="Of the figure.")] = "png"
-
-    def words(self, run: Path) -> list[str]:
-        """Return the other runs, the options, and the file of the figure."""
-        figure = run / EXPORTS / f"differences.{self.format}"
-        return [*split_words(self.runs), *self._flags("runs", "format"), "--plot", str(figure)]
 
 
 @dataclass(frozen=True)
@@ -226,16 +79,6 @@ class Product:
             )
             for name in names
         }
-
-
-def split_words(text: str) -> list[str]:
-    """Return the words of a text, where quoted ones may hold spaces."""
-    import shlex
-
-    try:
-        return shlex.split(text)
-    except ValueError:  # a quotation that does not end
-        return [text]
 
 
 def default(field: FieldInfo) -> str:

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from gaitsim.live.background import evolving, stop
+from gaitsim.live.background import evolving, start_detached, stop
 from gaitsim.live.process import RunProcess
 from gaitsim.runs.background import last_failure
 from gaitsim.runs.files.lock import RunLock, is_locked
@@ -72,7 +72,7 @@ def test_a_process_pauses_continues_and_changes_options(begun, wait):
     path = begun("run", *SLOW, generations=10_000)
 
     async def steer():
-        process = RunProcess(path, generations=200, paused=True)
+        process = RunProcess(path, paused=True)
         await process.start()
         await wait(lambda: process.last.state == "paused")
         assert process.last.generation == 0
@@ -90,7 +90,7 @@ def test_a_process_pauses_continues_and_changes_options(begun, wait):
 
     snapshot = asyncio.run(steer())
     assert snapshot.state == "stopped"
-    assert snapshot.generations == 200
+    assert snapshot.generations == 10_000
     assert RunSnapshot(path).generation == snapshot.generation > 5
 
 
@@ -98,7 +98,7 @@ def test_a_slow_reader_gets_all_rows_merged(begun, wait):
     path = begun()
 
     async def watch():
-        process = RunProcess(path, workers=1)
+        process = RunProcess(path)
         await process.start()
         await wait(lambda: process.last.ended)
         snapshots = [snapshot async for snapshot in process]
@@ -218,7 +218,8 @@ class Noisy(Puppet):
 def test_a_plugin_that_prints_and_reads_does_not_disturb_the_protocol(begun, install, monkeypatch):
     folder = install("noisy", NOISY, {"organism": {"noisy": "Noisy"}})
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    snapshot = asyncio.run(last(RunProcess(begun("run", "organism.plugin=noisy"), workers=2)))
+    start_detached(path := begun("run", "organism.plugin=noisy"), workers=2)
+    snapshot = asyncio.run(last(RunProcess(path)))
     assert (snapshot.state, snapshot.generation) == ("finished", 30), snapshot.error
 
 

@@ -417,7 +417,9 @@ class TestLeaving:
             await pilot.press("escape")
             await app_until(pilot, lambda: not screen.is_attached)
             said = [note.title + note.message for note in pilot.app._notifications]
-            assert any("evolves on" in text and "gaitsim stop" in text for text in said)
+            assert any(
+                "evolves in the background" in text and "gaitsim stop" in text for text in said
+            )
             assert evolving(run) == "running"
             again, other = Live(run), Live(run)
             await pilot.app.push_screen(other)

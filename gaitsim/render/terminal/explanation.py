@@ -20,8 +20,8 @@ _MOVED = 1e-9  # relative tolerance between the recorded and the replayed score
 
 
 @dataclass(frozen=True)
-class Section:
-    """A table with what is said above and below it.
+class Passage:
+    """A part of an explanation: a table with what is said above and below it.
 
     Attributes:
         title: a heading; '' for none.
@@ -44,7 +44,7 @@ class Section:
 
 def explanation(
     individual: Individual, history: Mapping[str, NDArray[np.float64]]
-) -> Iterator[Section]:
+) -> Iterator[Passage]:
     """Yield the terms of the score over time and over the generations, and a summary.
 
     Raises:
@@ -55,10 +55,10 @@ def explanation(
         yield _over_generations(individual, history)
     told = summarise(individual.replayed_terms, history, individual.best_of)
     if told:
-        yield Section(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in told))
+        yield Passage(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in told))
 
 
-def travel_and_stability(gait: GaitAnalysis) -> Section:
+def travel_and_stability(gait: GaitAnalysis) -> Passage:
     """Return the travel, slip and stability of a gait."""
     rows = tuple(
         (name, or_dash(value, DIGITS.get(name, 3)), unit, meaning)
@@ -66,7 +66,7 @@ def travel_and_stability(gait: GaitAnalysis) -> Section:
     )
     notes = tuple(f"Not available: {missing}." for missing in gait.missing)
     columns = ("measure", "value", "", "what it is")
-    return Section(columns=columns, rows=rows, numbers=("value",), notes=notes)
+    return Passage(columns=columns, rows=rows, numbers=("value",), notes=notes)
 
 
 def or_dash(value: float | None, digits: int) -> str:
@@ -74,7 +74,7 @@ def or_dash(value: float | None, digits: int) -> str:
     return "–" if value is None or not math.isfinite(value) else number(value, digits)
 
 
-def _over_time(individual: Individual) -> Section:
+def _over_time(individual: Individual) -> Passage:
     title = f"Why it scored {number(individual.replayed_score, 4)}"
     failure = individual.replayed_failure
     if failure:
@@ -89,22 +89,22 @@ def _over_time(individual: Individual) -> Section:
     except GaitsimError as error:
         warning = f"{warning}\nTerms over time are not available: {error.what}".strip()
         terms = tuple((name, number(value)) for name, value in individual.replayed_terms.items())
-        return Section(title, failure, warning, ("term", "value"), terms, ("value",))
+        return Passage(title, failure, warning, ("term", "value"), terms, ("value",))
     chosen = np.unique(np.linspace(0, len(found.seconds) - 1, TIMES + 1).astype(int)[1:])
     heads = tuple(f"{found.seconds[index]:.1f} s" for index in chosen)
     rows = tuple((name, *map(number, values[chosen])) for name, values in found.terms.items())
     notes = () if found.timed else ("The fitness reads nothing over time: terms are of the whole "
                                     "motion.",)  # fmt: skip
-    return Section(title, failure, warning, ("term, had it ended at", *heads), rows, heads, notes)
+    return Passage(title, failure, warning, ("term, had it ended at", *heads), rows, heads, notes)
 
 
 def _over_generations(
     individual: Individual, history: Mapping[str, NDArray[np.float64]]
-) -> Section:
+) -> Passage:
     first, found = term_changes(history, individual.generation)
     heads = (f"best of {first}", f"of {individual.generation}", f"mean of {first}", "mean then")
     rows = tuple(
         (one.name, *map(number, (one.first, one.last, one.mean_first, one.mean_last)))
         for one in found
     )
-    return Section(columns=("term, generation", *heads), rows=rows, numbers=heads)
+    return Passage(columns=("term, generation", *heads), rows=rows, numbers=heads)

@@ -27,6 +27,15 @@ class PaletteCommand(NamedTuple):
     do: Callable[[], object]
 
 
+class Listed(Protocol):
+    """A run in a list: its folder, and why it cannot be read, if so."""
+
+    @property
+    def path(self) -> Path: ...
+    @property
+    def problem(self) -> GaitsimError | None: ...
+
+
 class Navigator(Protocol):
     """The app as its screens see it, so that they need not import it.
 
@@ -117,6 +126,15 @@ class GaitScreen(Screen[None]):
         """Return whether a worker of a group runs."""
         ours = (worker for worker in self.workers if worker.node is self)
         return any(worker.group == group and worker.is_running for worker in ours)
+
+    def open_listed(self, run: Listed | None) -> None:
+        """Open a run of a list, or say why it cannot be read."""
+        if run is None:
+            return
+        if run.problem is not None:
+            self.gaitsim.tell(run.problem)
+        else:
+            self.gaitsim.open_run(run.path)
 
     def action_studies(self) -> None:
         """Show studies and comparisons."""

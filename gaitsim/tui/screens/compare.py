@@ -210,13 +210,7 @@ Runs over each other, as far as each has come; those that are evolved now grow.
 
     @on(DataTable.ColumnSelected)
     def action_open(self) -> None:
-        run = self._chosen
-        if run is None:
-            return
-        if run.problem is not None:
-            self.gaitsim.tell(run.problem)
-        else:
-            self.gaitsim.open_run(run.path)
+        self.open_listed(self._chosen)
 
     def action_replay(self) -> None:
         run = self._chosen

@@ -17,6 +17,7 @@ from gaitsim.live.background import evolving
 from gaitsim.live.process import RunProcess
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watching import RunWatcher
+from gaitsim.runs.background import DOES
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.fork import fork_run
@@ -29,7 +30,6 @@ from gaitsim.tui.widgets.header import Header
 
 RESTING = ("stopped", "failed")
 LOOK = 1.0  # seconds between two looks whether someone else evolves a run that rests here
-GOES_ON = {"queued": "is queued", "paused": "stays paused", "stopping": "stops and is saved"}
 
 
 class Live(GaitScreen):
@@ -263,7 +263,7 @@ window or by `gaitsim attach`.
     def action_back(self) -> None:
         """Leave the run evolving, and say how to come back and how to stop it."""
         if self.process is not None and self.app.screen_stack[-1] is self:
-            what = GOES_ON.get(self.state, "evolves on")
+            what = DOES.get(self.state, "stops and is saved")
             stop = command("stop", self.run)
             said = f"Open it to watch and steer it; s there stops and saves it, as does {stop}"
             self.notify(said, title=f"{self.run.name} {what} in the background", markup=False)

@@ -82,13 +82,7 @@ class RunActions(GaitScreen):
 
     @on(DataTable.RowSelected)
     def action_open(self) -> None:
-        run = self.current()
-        if run is None:
-            return
-        if run.problem is not None:
-            self.gaitsim.tell(run.problem)
-        else:
-            self.gaitsim.open_run(run.path)
+        self.open_listed(self.current())
 
     def action_new(self) -> None:
         self.gaitsim.open_new()

@@ -22,7 +22,8 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import free_name
 from gaitsim.study.folders import PLACES
 from gaitsim.tui.builder import Option
-from gaitsim.tui.products import Product, Settings, default, split_words
+from gaitsim.tui.product_options import Settings, split_words
+from gaitsim.tui.products import Product, default
 from gaitsim.tui.widgets.form import Field
 
 

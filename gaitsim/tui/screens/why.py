@@ -12,7 +12,7 @@ from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import GaitAnalysis, analyse_individual
-from gaitsim.render.terminal.explanation import Section, explanation, travel_and_stability
+from gaitsim.render.terminal.explanation import Passage, explanation, travel_and_stability
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
@@ -83,7 +83,7 @@ Why the best of a generation scored, and which gait it is.
         return command("analyse", self._run, *generation)
 
 
-def _explained(path: Path, generation: int | None) -> tuple[str, tuple[Section, ...], GaitAnalysis]:
+def _explained(path: Path, generation: int | None) -> tuple[str, tuple[Passage, ...], GaitAnalysis]:
     """Return who it is, why it scored, and its gait."""
     run = RunSnapshot(path)
     found = run.individual(generation)
@@ -98,7 +98,7 @@ def _gait(gait: GaitAnalysis) -> Iterator[Static]:
     yield from _shown(travel_and_stability(gait))
 
 
-def _shown(section: Section) -> Iterator[Static]:
+def _shown(section: Passage) -> Iterator[Static]:
     """Yield a section's heading, what to know, its table and its notes."""
     above = (("heading", section.title), ("failure", section.failure), ("warning", section.warning))
     for kind, words in above:
