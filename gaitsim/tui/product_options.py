@@ -23,6 +23,9 @@ from gaitsim.choices import (
 from gaitsim.runs.files.folder import EXPORTS
 
 Generation = Annotated[int | None, Field(ge=1, description="The best of it. None: of all.")]
+Member = Annotated[
+    int | None, Field(ge=1, description="Of a front or archive; gaitsim members lists them.")
+]
 Generations = Annotated[str | None, Field(description="The best of several, as 1,50,300.")]
 
 
@@ -50,10 +53,12 @@ class Settings(BaseModel):
 class GaitFile(Settings):
     format: Annotated[GaitFormat, Field(description="MATLAB and Octave, CSV or NumPy.")] = "mat"
     generation: Generation = None
+    member: Member = None
 
 
 class Servo(Settings):
     generation: Generation = None
+    member: Member = None
     keyframe_ms: Annotated[
         int | None,
         Field(
@@ -73,6 +78,7 @@ class Plot(Settings):
     theme: Annotated[Theme, Field(description="Colours.")] = "light"
     format: Annotated[PlotFormat, Field(description="PNG at 300 dots an inch, or vectors.")] = "png"
     generation: Generation = None
+    member: Member = None
     generations: Generations = None
     window: Annotated[str | None, Field(description="A part of the motion in seconds, as 2:5.")] = (
         None
@@ -101,6 +107,7 @@ class Plot(Settings):
 class Video(Settings):
     format: Annotated[VideoFormat, Field(description="H.264, or GIF for slides.")] = "mp4"
     generation: Generation = None
+    member: Member = None
     generations: Annotated[
         str | None, Field(description="The best of several, in a race, as 1,50,300.")
     ] = None
@@ -117,6 +124,7 @@ class Video(Settings):
 
 class Analysis(Settings):
     generation: Generation = None
+    member: Member = None
     perturb: Annotated[bool, Field(description="Repeat it with late and inexact servos.")] = False
     figure: Annotated[
         PlotFormat | None, Field(description="A figure of footfalls, phases and stability.")
@@ -136,6 +144,7 @@ class Analysis(Settings):
 
 class Imitator(Settings):
     generation: Generation = None
+    member: Member = None
     settings: Annotated[
         TrainingPreset, Field(description="As published, or steadier for a gait that lasts.")
     ] = "source"
