@@ -88,7 +88,9 @@ class Findings:
 
 
 def load_experiments(
-    references: Sequence[str | Path | Experiment], overrides: Overrides, place: str = COMMAND_LINE
+    references: str | Path | Experiment | Sequence[str | Path | Experiment],
+    overrides: Overrides,
+    place: str = COMMAND_LINE,
 ) -> dict[str, Experiment]:
     """Load experiments by label, each with a seed of its own, so that samples are independent.
 
@@ -97,7 +99,7 @@ def load_experiments(
     Raises:
         GaitsimError: there are fewer than two experiments, or one has problems.
     """
-    if len(references) < 2:
+    if isinstance(references, str | Path | Experiment) or len(references) < 2:
         raise GaitsimError(
             "one experiment cannot be compared",
             allowed="two or more, as: gaitsim compare millipede-random millipede-mutation",
@@ -146,7 +148,9 @@ def equal_budgets(
             remedy="allow more evaluations, or make the population smaller",
         )
     return budget, {
-        label: with_overrides(one, {"evolution.generations": budget // one.individuals})
+        label: with_overrides(
+            one, {"evolution.generations": budget // one.individuals}, "evaluations"
+        )
         for label, one in experiments.items()
     }
 

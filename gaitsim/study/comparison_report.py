@@ -43,7 +43,7 @@ def target_words(findings: Findings) -> str:
     """Return which scores are the targets of the ECDF, such as '51 targets from 0.1 to 2.5'."""
     few = findings.targets
     if len(few) == 1:
-        return f"one target, {number(few[0])}"
+        return f"one target, {few[0]:.6g}".replace("-", "−")
     return f"{len(few)} targets from {number(few[0])} to {number(few[-1])}"
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+import gaitsim as gs
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides, with_overrides
 from gaitsim.study.comparison import (
@@ -92,9 +93,31 @@ def test_report_and_json_hold_the_figures() -> None:
     assert rows[12].startswith(f"millipede-random,1,12,{12 * individuals},")
 
 
-def test_one_experiment_is_not_enough() -> None:
-    with pytest.raises(GaitsimError, match="cannot be compared"):
-        load_experiments(["spider"], [])
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"experiments": "millipede"}, "one experiment cannot be compared"),
+        ({"repeats": 1}, "1 is not a number of repeats"),
+        ({"evaluations": 9.5}, "9.5 is not a number of evaluations"),
+        ({"evaluations": 8}, "fewer than a generation"),
+        ({"evaluations": 10**12}, "not allowed: generations"),
+        ({"targets": [1, float("inf")]}, "inf is not a score"),
+        ({"targets": "high"}, "'high' is not a score"),
+    ],
+)
+def test_mistakes_are_told_before_anything_is_evolved(arguments, says) -> None:
+    with pytest.raises(GaitsimError, match=says):
+        gs.compare(**{"experiments": ["millipede", "millipede"], "set": SHORT} | arguments)
+
+
+def test_in_python_it_is_the_same_comparison() -> None:
+    names = ["millipede-random", "millipede-mutation"]
+    found = gs.compare(names, repeats=40, set=SHORT, targets=[3.0])
+    same = compared(*names, targets=(3.0,))
+    assert to_dict(found) == to_dict(same)
+    assert found.plot("convergence").axes[0].get_xlim() == (0, found.evaluations)
+    with pytest.raises(GaitsimError, match="convergence, ecdf"):
+        found.plot("surface")
 
 
 def test_a_repeat_without_a_score_is_reported() -> None:

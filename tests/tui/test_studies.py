@@ -8,6 +8,7 @@ from textual.widgets import DataTable, Input
 
 from gaitsim.study.folders import StudyFolder
 from gaitsim.tui.widgets.file_table import OpenTable
+from gaitsim.tui.widgets.form import Field
 
 STUDY = """
 name = "small"
@@ -150,7 +151,13 @@ def test_marked_runs_are_repeated_with_statistics_by_the_mouse(walk, drive):
         fields = driver.screen.query(Input)
         assert fields.first().value == "runs/one/experiment.toml runs/two/experiment.toml"
         fields[1].value = "2"
-        await driver.pilot.pause()
+        targets = next(one for one in driver.screen.query(Field) if one.option.key == "targets")
+        targets.query_one(Input).value = "1,x"
+        await driver.until(lambda: "--targets 1,x" in driver.text("#study-command"))
+        await driver.pilot.click("#begin")
+        await driver.until(lambda: "not a list of scores" in driver.text("#study-problem"))
+        targets.query_one(Input).value = "-9,99"
+        await driver.until(lambda: "-9,99" in driver.text("#study-command"))
         await driver.pilot.click("#begin")
         await driver.at("Studies")
         await driver.until(lambda: ended(driver))
