@@ -89,10 +89,26 @@ def compare(
         notice(f"Warning: {said}")
     texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
     name = "-against-".join(one.name for one in loaded.values())[:150]
+    options = ["--repeats", repeats]
+    options += [f"--targets={targets}"] if targets is not None else []
+    options += ["--format", format] if format != "png" else []
+    plans: dict[str, object] = {
+        "--evaluations": evaluations,
+        "--generations": generations,
+        "--population": population,
+        "--out": out,
+    }
+    begin = command(
+        "compare",
+        *experiments,
+        *options,
+        *(word for flag, value in plans.items() if value is not None for word in (flag, value)),
+        *(word for text in set_ or () for word in ("--set", text)),
+    )
     with cluster(dask, workers) as executor:
         folder = create_folder(out or Path("comparisons") / name, texts)
         lock = RunLock(folder)  # shows that it is being worked on
-        with all_or_nothing():
+        with all_or_nothing(f"A sweep keeps its cells: gaitsim study. Begin again: {begin}"):
             try:
                 samples = _samples(loaded, repeats, workers, executor, quiet=json)
                 findings = analyse(samples, budget, aims)
@@ -102,10 +118,8 @@ def compare(
             finally:
                 lock.release()
     shown = f"./{folder}" if str(folder).startswith("-") else folder
-    options = ["--repeats", repeats, "--evaluations", budget]
-    options += [f"--targets={targets}"] if targets is not None else []
-    options += ["--format", format] if format != "png" else []
-    again = command("compare", *(f"{shown}/{text}" for text in texts), *options)
+    files = (f"{shown}/{text}" for text in texts)
+    again = command("compare", *files, *options, "--evaluations", budget)
     figures = [folder / f"{kind}.{format}" for kind in FIGURES]
     for path, draw in zip(figures, FIGURES.values(), strict=True):
         save(draw(findings, LIGHT), path)

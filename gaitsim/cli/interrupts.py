@@ -44,11 +44,15 @@ def interruptible() -> Iterator[Interrupts]:
 
 
 @contextmanager
-def all_or_nothing() -> Iterator[None]:
-    """End the program when the user stops the block, which then has written nothing."""
+def all_or_nothing(remedy: str = "") -> Iterator[None]:
+    """End the program when the user stops the block, which then has written nothing.
+
+    Args:
+        remedy: a sentence on how to begin again.
+    """
     try:
         with interruptible():
             yield
     except KeyboardInterrupt:
-        notice("Stopped; nothing was written.")
+        notice(f"Stopped; nothing was written. {remedy}".rstrip())
         sys.exit(INTERRUPTED)

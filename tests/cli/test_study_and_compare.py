@@ -1,4 +1,5 @@
 import json
+import signal
 
 import pytest
 
@@ -94,6 +95,18 @@ def test_compare_reports_and_can_be_done_again(gaitsim, tmp_path):
     assert "--targets=-1,3.5" in command
     gaitsim(*command.split()[1:], "--out", "again")
     assert (tmp_path / "again/results.csv").read_text() == (folder / "results.csv").read_text()
+
+
+def test_a_stopped_comparison_keeps_nothing_and_says_how_to_begin_again(
+    gaitsim, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(
+        "gaitsim.cli.compare.repeat_experiment", lambda *_, **__: signal.raise_signal(signal.SIGINT)
+    )
+    given = ("millipede", "millipede", "--repeats", 3, "--set", "seed=7")
+    said = gaitsim("compare", *given, code=130).stderr
+    assert f"gaitsim compare {' '.join(map(str, given))}" in " ".join(said.split())
+    assert not [*(tmp_path / "comparisons").iterdir()]
 
 
 def test_compare_prints_json(gaitsim):
