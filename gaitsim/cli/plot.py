@@ -31,8 +31,8 @@ def plot(
         Kind,
         typer.Option(
             metavar="KIND",
-            help="fitness, terms, diversity, genome, runs, front, path, channel, footfall, phase, "
-            "joints, stability, or all of these that the run has.",
+            help="fitness, terms, diversity, genome, runs, search, front, archive, path, channel, "
+            "footfall, phase, joints, stability, or all of these that the run has.",
         ),
     ] = "fitness",
     generation: BestOf = None,
@@ -66,6 +66,13 @@ def plot(
             help="Another run, with its repeats; may be repeated. For --kind runs.",
         ),
     ] = None,
+    axes: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            metavar="NAME NAME",
+            help="Two axes of an archive. Default: all pairs. For --kind archive.",
+        ),
+    ] = None,
     theme: Annotated[Theme, typer.Option(help="Colours.")] = "light",
     format: Annotated[
         PlotFormat | None, typer.Option(help="Default: as --out ends, or png.")
@@ -88,6 +95,8 @@ def plot(
 
     gaitsim plot spider --kind runs --beside spider-2
 
+    gaitsim plot spider-atlas --kind archive --axes forward yaw
+
     gaitsim plot fly --kind channel --channel altitude --generations 1,50,200
 
     gaitsim plot spider --kind all --format svg --theme dark
@@ -103,6 +112,7 @@ def plot(
             "--component": component,
             "--window": window,
             "--beside": beside,
+            "--axes": axes,
         },
     )
     request = Request(
@@ -112,6 +122,7 @@ def plot(
         window=seconds(window),
         theme=THEMES[theme],
         beside=tuple(RunSnapshot(find_run(one)) for one in beside or ()),
+        axes=axes or (),
     )
     if kind == "all":
         _plot_all(request, numbers, out, format or "png")

@@ -79,18 +79,20 @@ class RunViews:
         components: Sequence[str] = (),
         window: tuple[float, float] | None = None,
         beside: Sequence[str | Path] = (),
+        axes: Sequence[str] = (),
         dark: bool = False,
     ) -> "Figure":
         """Return a plot, as `gaitsim plot` draws it.
 
         Args:
-            kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'front', 'path',
-                'channel', 'footfall', 'phase', 'joints', 'stability'.
+            kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'search', 'front',
+                'archive', 'path', 'channel', 'footfall', 'phase', 'joints', 'stability'.
             generations: whose best to draw, or members, as `gs.Member(3)`; () for the champion.
             channel: of the motion, for the kind 'channel'.
             components: names of what to draw of the channel; () draws all.
             window: first and last second of the motion.
             beside: names or folders of other runs, for the kind 'runs'.
+            axes: two axes of an archive, for the kind 'archive'; () draws all pairs.
             dark: light lines on a dark ground.
 
         Returns:
@@ -112,7 +114,7 @@ class RunViews:
         shown = tuple(components)
         others = tuple(RunSnapshot(find_run(str(one))) for one in beside)
         figure = KINDS[kind].draw(
-            Request(self.snapshot, individuals, channel, shown, window, theme, others)
+            Request(self.snapshot, individuals, channel, shown, window, theme, others, tuple(axes))
         )
         return shown_in_notebooks(figure, theme)
 

@@ -90,16 +90,23 @@ class Plot(Settings):
         str | None, Field(description="Components, as z or 'L1 coxa, R1 coxa'. None: all.")
     ] = None
 
+    axes: Annotated[
+        str | None,
+        Field(
+            description="Two axes of the archive, as forward, yaw. None: all pairs.",
+            pattern=r"^[^,]*[^, ][^,]*,[^,]*[^, ][^,]*$",
+        ),
+    ] = None
     beside: Annotated[
         str | None, Field(description="Other runs, each with its repeats, separated by spaces.")
     ] = None
 
     def words(self, run: Path) -> list[str]:
         """Return the options; each component and run has its own."""
-        names = [name.strip() for name in (self.component or "").split(",")]
         return [
-            *self._flags("component", "beside"),
-            *(f"--component={name}" for name in names if name),
+            *self._flags("component", "beside", "axes"),
+            *(["--axes", *split_names(self.axes)] if self.axes else []),
+            *(f"--component={name}" for name in split_names(self.component)),
             *(f"--beside={other}" for other in split_words(self.beside or "")),
         ]
 
@@ -175,6 +182,11 @@ class Differences(Settings):
         """Return the other runs, the options, and the file of the figure."""
         figure = run / EXPORTS / f"differences.{self.format}"
         return [*split_words(self.runs), *self._flags("runs", "format"), "--plot", str(figure)]
+
+
+def split_names(text: str | None) -> list[str]:
+    """Return the names in a text, which commas separate, as names may hold spaces."""
+    return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def split_words(text: str) -> list[str]:

@@ -56,7 +56,7 @@ def test_all_kinds_that_the_body_has_are_drawn_and_the_others_are_named(
     assert all((tmp_path / line).exists() for line in done.stdout.splitlines())
     assert "No plot of the kind channel: joints draws joint_angles" in done.stderr
     assert "No plot of the kind footfall: organism 'puppet'" in done.stderr
-    for kind in ("stability", "phase", "runs", "front"):
+    for kind in ("stability", "phase", "runs", "search", "front", "archive"):
         assert f"No plot of the kind {kind}" in done.stderr
 
 

@@ -71,7 +71,12 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     import gaitsim as gs
 
     folder = tmp_path_factory.mktemp("docs") / "runs"
-    for preset, population in (("spider", 4), ("fly", 8), ("spider-front", 8)):
+    for preset, population in (
+        ("spider", 4),
+        ("fly", 8),
+        ("spider-front", 8),
+        ("spider-atlas", 10),
+    ):
         for _ in gs.evolve(preset, population=population, out=folder / preset):
             pass
     shutil.copytree(folder / "spider", folder / "spider-2")

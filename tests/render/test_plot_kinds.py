@@ -10,6 +10,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.path import Path as MatplotlibPath
 
 from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
@@ -33,6 +34,7 @@ from gaitsim.render.plots.runs import runs_figure
 from gaitsim.render.plots.stability import stability_figure
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.plots.terms import terms_figure
+from gaitsim.render.plots.voronoi import polygons
 from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.render.ticks import round_step
 from gaitsim.runs.files.history import terms_of
@@ -103,6 +105,7 @@ def drawn(spider_run, bundled):
 
     def draw(kind, **more):
         runs = {"phase": "millipede", "front": "spider-front"}
+        runs |= dict.fromkeys(("archive", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
         beside = (bundled("millipede"),) if kind == "runs" else ()
         return KINDS[kind].draw(asked(run, beside=beside, **more))
@@ -152,6 +155,95 @@ def test_a_front_shows_every_pair_of_objectives_and_marks_the_best_score(puppet_
     for edge in figure.axes[0].lines:  # what is better than its corners is attained by nobody
         assert objectives == 2
         assert edge.get_drawstyle() == "steps-pre"  # both are to be large
+
+
+@pytest.mark.parametrize("cells", ["[4, 5]", "30"])
+def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, cells):
+    axes = "{ reach = [-3, 3], price = [-1, 0] }"
+    run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", f"search.cells={cells}")
+    members = run.members
+    figure = KINDS["archive"].draw(Request(run))
+    panel, bar = figure.axes
+    assert {"reach (m)", "price", "score"} < texts(figure)
+    assert bar.get_xlim() == pytest.approx((members.scores.min(), members.scores.max()), rel=0.5)
+    drawn = panel.collections[0]
+    if cells == "30":
+        assert len(drawn.get_paths()) == len(members.scores)
+        np.testing.assert_array_equal(drawn.get_array(), members.scores)
+        for shape, *place in zip(drawn.get_paths(), *members.values.values(), strict=True):
+            assert shape.contains_point(np.clip(place, [-3, -1], [3, 0]), radius=1e-9)
+    else:
+        scores = drawn.get_array().T
+        assert scores.shape == (4, 5)
+        assert scores.count() == len(members.scores)
+        np.testing.assert_array_equal(scores[tuple(members.cells.T)], members.scores)
+    best = members.scores.argmax()
+    for mark in panel.lines:
+        found = [values[best] for values in members.values.values()]
+        np.testing.assert_allclose(np.ravel(mark.get_data()), found)
+    assert file_stem("archive", Request(run, axes=("reach", "price"))) == "archive-reach-price"
+    flipped = KINDS["archive"].draw(Request(run, axes=("price", "reach"))).axes[0]
+    assert flipped.get_xlim() == (-1, 0)
+    with pytest.raises(GaitsimError, match="no axis 'speed'"):
+        KINDS["archive"].draw(Request(run, axes=("reach", "speed")))
+
+
+@pytest.mark.parametrize("cells", ["[2, 3, 4]", "60"])
+def test_of_three_axes_each_pair_shows_the_best_over_the_third(puppet_run, cells):
+    axes = "{ reach = [-3, 3], price = [-1, 0], score = [-3, 3] }"
+    run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", f"search.cells={cells}")
+    scores = run.members.scores
+    *panels, _ = KINDS["archive"].draw(Request(run)).axes
+    assert [panel.get_xlabel() for panel in panels] == ["reach (m)", "reach (m)", "price"]
+    for panel in panels:
+        shown = panel.collections[0].get_array().compressed()
+        assert shown.max() == scores.max()
+        assert set(shown) <= set(scores)
+    (alone,) = KINDS["archive"].draw(Request(run, axes=("price", "score"))).axes[:1]
+    np.testing.assert_array_equal(
+        alone.collections[0].get_array(), panels[2].collections[0].get_array()
+    )
+
+
+def test_an_archive_of_one_axis_is_a_line_of_steps(puppet_run):
+    axes = "{ reach = [-3, 3] }"
+    run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=[6]")
+    (panel,) = KINDS["archive"].draw(Request(run)).axes
+    values, edges, _ = panel.patches[0].get_data()
+    np.testing.assert_array_equal(edges, np.linspace(-3, 3, 7))
+    np.testing.assert_array_equal(values[run.members.cells[:, 0]], run.members.scores)
+
+
+def test_voronoi_cells_tile_the_rectangle_and_hold_what_is_nearest():
+    rng = np.random.default_rng(1)
+    ends = np.array([[-2.0, 4.0], [10.0, 11.0]])
+    centres = ends[:, 0] + rng.random((40, 2)) * [6, 1]
+    shapes = [MatplotlibPath(corners, closed=False) for corners in polygons(centres, ends)]
+    areas = [abs(signed_area(shape.vertices)) for shape in shapes]
+    assert sum(areas) == pytest.approx(6)
+    points = ends[:, 0] + rng.random((300, 2)) * [6, 1]
+    nearest = np.linalg.norm((points[:, None] - centres) / [6, 1], axis=2).argmin(1)
+    for point, cell in zip(points, nearest, strict=True):
+        assert shapes[cell].contains_point(point)
+
+
+def signed_area(corners):
+    (x, y), (u, v) = corners.T, np.roll(corners, -1, axis=0).T
+    return (x * v - u * y).sum() / 2
+
+
+def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run):
+    run = bundled("spider-atlas")
+    panels = KINDS["search"].draw(Request(run)).axes
+    for panel, name in zip(panels, ("coverage", "QD score", "best elite"), strict=True):
+        assert panel.get_ylabel() == name
+        assert panel.lines[0].get_xdata().tolist() == run.history["evaluations"].tolist()
+        assert panel.lines[0].get_ydata().tolist() == run.history[f"search:{name}"].tolist()
+    for kind in ("search", "archive", "front"):
+        with pytest.raises(NothingToPlotError, match="genetic"):
+            KINDS[kind].check(puppet_run().individual())
+        with pytest.raises(NothingToPlotError, match="genetic"):
+            KINDS[kind].draw(Request(puppet_run()))
 
 
 OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}

@@ -227,6 +227,8 @@ class TestMaking:
              "video 'runs/a b' --generations 1,50 --no-intro"),
             ("Channel over time", {"component": "x, L1 coxa", "window": "2:5"},
              "plot 'runs/a b' --kind channel --window 2:5 --component=x '--component=L1 coxa'"),
+            ("Archive of elites", {"axes": " stance share,yaw"},
+             "plot 'runs/a b' --kind archive --axes 'stance share' yaw"),
             ("Analysis", {"figure": "pdf", "generation": "4"},
              "analyse 'runs/a b' --generation 4 "
              "--figure 'runs/a b/exports/analysis-generation-4.pdf'"),
@@ -239,7 +241,8 @@ class TestMaking:
             assert shlex.join(products[title].arguments(run, found)) == words
         for title, name, text in (
             *(("Video", "generation", text) for text in ("0", "x", "1.5")),
-            ("Video", "view", "below"), ("Imitating network", "epochs", "-1"),
+            ("Video", "view", "below"), ("Archive of elites", "axes", "yaw"),
+            ("Imitating network", "epochs", "-1"),
             ("Differences of runs", "runs", ""),
         ):  # fmt: skip
             found, problems = products[title].read({name: text})

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gaitsim.individual import Individual
+from gaitsim.render.plots.archive import archive_figure, require_archive
 from gaitsim.render.plots.channel import channel_figure, usual_channel
 from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.fitness import fitness_figure
@@ -16,6 +17,7 @@ from gaitsim.render.plots.path import path_figure
 from gaitsim.render.plots.phase import phase_figure, stride_of
 from gaitsim.render.plots.request import Request
 from gaitsim.render.plots.runs import runs_figure
+from gaitsim.render.plots.search import require_figures, search_figure
 from gaitsim.render.plots.stability import stability_figure
 from gaitsim.render.plots.terms import terms_figure
 
@@ -58,7 +60,9 @@ KINDS: Mapping[str, Kind] = {
     "diversity": Kind(diversity_figure, options=()),
     "genome": Kind(genome_figure, options=()),
     "runs": Kind(runs_figure, options=("--beside",)),
+    "search": Kind(search_figure, (), require_figures),
     "front": Kind(front_figure, (), require_front),
+    "archive": Kind(archive_figure, ("--axes",), require_archive),
     "path": Kind(path_figure),
     "channel": Kind(channel_figure, _CHANNEL, usual_channel),
     "footfall": Kind(footfall_figure, check=contacts_of),
@@ -72,13 +76,13 @@ OF_ALL = tuple(option for option in _CHANNEL if option != "--generations")
 
 def file_stem(kind: str, request: Request) -> str:
     """Return the name of a plot's file, such as 'channel-margin-generation-138'."""
-    if not KINDS[kind].moves:
-        return kind
-    parts = [kind]
+    parts = [kind, *request.axes]
     if kind == "channel":
         parts += [request.channel or usual_channel(request.individual), *request.components]
-    numbers = [str(individual.generation) for individual in request.individuals]
-    shown = "-".join(numbers) if len(numbers) <= 4 else f"{numbers[0]}-to-{numbers[-1]}"
-    several = KINDS[kind].several and len(numbers) > 1
-    stem = "-".join([*parts, f"generation-{shown}" if several else request.individual.stem])
+    if KINDS[kind].moves:
+        numbers = [str(individual.generation) for individual in request.individuals]
+        shown = "-".join(numbers) if len(numbers) <= 4 else f"{numbers[0]}-to-{numbers[-1]}"
+        several = KINDS[kind].several and len(numbers) > 1
+        parts.append(f"generation-{shown}" if several else request.individual.stem)
+    stem = "-".join(parts)
     return "".join(char if char.isalnum() or char in "-_" else "-" for char in stem)

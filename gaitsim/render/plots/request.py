@@ -24,6 +24,7 @@ class Request:
         window: first and last second; None for the default of the kind.
         theme: colours.
         beside: other runs, for the kind that shows several.
+        axes: two axes of an archive; () draws all pairs.
     """
 
     run: RunSnapshot
@@ -33,6 +34,7 @@ class Request:
     window: tuple[float, float] | None = None
     theme: Theme = LIGHT
     beside: tuple[RunSnapshot, ...] = ()
+    axes: tuple[str, ...] = ()
 
     @property
     def individual(self) -> Individual:

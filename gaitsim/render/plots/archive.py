@@ -1,0 +1,250 @@
+"""Plot an archive: the best score that a search has found in each cell of its axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Members
+from gaitsim.errors import GaitsimError
+from gaitsim.individual import Individual, Member
+from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
+from gaitsim.render.plots.request import NothingToPlotError, Request
+from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.render.plots.voronoi import polygons
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+MOST = 4  # axes: six panels
+_COLOURS = "viridis"
+_MOST_VECTORS = 20_000  # cells of a panel; more are a picture in SVG and PDF, too
+
+
+@dataclass(frozen=True, eq=False)
+class _Archive:
+    """An archive whose members have cells."""
+
+    members: Members
+    cells: NDArray[np.int64]
+    borders: dict[str, NDArray[np.float64]]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.borders)
+
+    @property
+    def total(self) -> int:
+        """Number of cells, empty ones too."""
+        centroids = self.members.centroids
+        if centroids is not None:
+            return len(centroids)
+        return int(np.prod([len(borders) - 1 for borders in self.borders.values()]))
+
+    def along(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Return borders along an axis, and between which each member is, (members,).
+
+        Cells of a tessellation are divided into equal parts of the axis.
+        """
+        borders = self.borders[name]
+        if self.members.centroids is None:
+            return borders, self.cells[:, self.names.index(name)]
+        parts = round(1.5 * self.total ** (1 / len(self.names)))
+        borders = np.linspace(borders[0], borders[-1], min(max(parts, 8), 60) + 1)
+        places = np.searchsorted(borders[1:-1], self.members.values[name], side="right")
+        return borders, places
+
+    def best(self, *names: str) -> NDArray[np.float64]:
+        """Return the best score over all other axes, with an axis for each name; NaN if none."""
+        borders, places = zip(*map(self.along, names), strict=True)
+        scores = np.full([len(one) - 1 for one in borders], -np.inf)
+        np.maximum.at(scores, tuple(places), self.members.scores)
+        return np.where(np.isfinite(scores), scores, np.nan)
+
+
+def require_archive(individual: Individual) -> None:
+    """Refuse the run of an individual whose search keeps no archive.
+
+    Raises:
+        NothingToPlotError: it keeps none.
+    """
+    if individual.experiment.search.keeps != "archive":
+        name = individual.experiment.entries["search"].name
+        raise NothingToPlotError(
+            f"the search {name!r} keeps no archive",
+            allowed="a search that fills the cells of measures, such as map-elites",
+        )
+
+
+def archive_figure(request: Request) -> "Figure":
+    """Plot the scores of the elites in the cells of two axes; empty cells are blank.
+
+    Of more than two axes, each pair has a panel, where a cell shows the best over all others. The
+    best elite is marked, where it is on both axes.
+
+    Raises:
+        GaitsimError: an axis to plot is not one of the archive.
+        NothingToPlotError: the search keeps no archive, or has too many axes.
+        RunError: no generation is finished yet, or all individuals failed.
+    """
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+    run, theme = request.run, request.theme
+    individual = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
+    require_archive(individual)
+    archive = _archive(run.members)
+    panels = _panels(archive.names, request.axes)
+    labels = {name: _label(name, individual.unit_of(name)) for name in archive.names}
+    score = _label("score", individual.experiment.fitness.unit)
+    scores = archive.members.scores
+    low, extended = _lowest(scores)
+    norm = Normalize(low, max(float(scores.max()), low + 1e-9))
+    with styled(theme):
+        columns = min(len(panels), 3)
+        rows = -(-len(panels) // columns)
+        width = WIDTH if columns == 1 else 2.1 * WIDTH
+        figure = Figure(figsize=(width, 3.2 if columns == 1 else 1.1 + 2.2 * rows))
+        places = [*figure.subplots(rows, columns, squeeze=False).ravel()]
+        for unused in places[len(panels) :]:
+            unused.remove()
+        drawn: Any = None
+        for axes, names in zip(places, panels, strict=False):
+            axes.set_xlabel(labels[names[0]])
+            if len(names) == 1:
+                _draw_steps(axes, archive, names[0], theme)
+                axes.set_ylabel(score)
+                continue
+            drawn = _draw_cells(axes, archive, names, norm)
+            axes.set_ylabel(labels[names[1]])
+            _mark_best(axes, archive, names, theme)
+        if drawn is not None:
+            bar = figure.colorbar(
+                drawn,
+                ax=places[: len(panels)],
+                location="bottom",
+                aspect=40,
+                pad=0.02,
+                shrink=0.8 if columns == 1 else 0.5,
+                extend="min" if extended else "neither",
+            )
+            bar.outline.set_visible(False)
+            bar.ax.tick_params(length=0)
+            others = len(archive.names) > len(panels[0])
+            bar.set_label(f"{score}{', the best over the other axes' * others}", fontsize=7)
+        more = f", generation {run.generation}, {len(scores):,} of {archive.total:,} cells"
+        head(
+            figure,
+            heading_of_run(run.path.resolve().name, run.experiment, more),
+            *places[0].get_legend_handles_labels(),
+        )
+    return figure
+
+
+def _archive(members: Members | None) -> _Archive:
+    if members is None or members.cells is None or members.borders is None:
+        raise NothingToPlotError("the search does not say where the cells of its archive are")
+    return _Archive(members, members.cells, dict(members.borders))
+
+
+def _panels(known: Sequence[str], asked: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return the axes of each panel."""
+    unknown = [name for name in asked if name not in known]
+    if unknown or len(set(asked)) < len(asked):
+        what = f"has no axis {unknown[0]!r}" if unknown else "has each axis once"
+        raise GaitsimError(f"the archive {what}", where="--axes", allowed=", ".join(known))
+    if asked or len(known) == 1:
+        return [tuple(asked or known)]
+    if len(known) > MOST:
+        raise NothingToPlotError(
+            f"an archive of {len(known)} axes has {len(known) * (len(known) - 1) // 2} pairs",
+            allowed=f"at most {MOST} axes at once",
+            remedy=f"choose two, such as --axes '{known[0]}' '{known[1]}'",
+        )
+    return list(combinations(known, 2))
+
+
+def _label(name: str, unit: str) -> str:
+    return f"{shortened(name, 32)} ({unit})" if unit else shortened(name, 40)
+
+
+def _lowest(scores: NDArray[np.float64]) -> tuple[float, bool]:
+    """Return the score of the darkest colour, and whether there are some below it.
+
+    A few bad elites would else take most of the colours.
+    """
+    least, usual, most = np.quantile(scores, [0, 0.02, 1])
+    few = most - usual < 0.75 * (most - least)
+    return float(usual if few else least), bool(few)
+
+
+def _draw_cells(axes: "Axes", archive: _Archive, names: tuple[str, ...], norm: "Normalize") -> Any:
+    """Draw the cells of two axes; return what the colour bar explains."""
+    across, up = names
+    axes.grid(visible=False)
+    ends = [archive.borders[name][[0, -1]] for name in names]
+    axes.set(xlim=ends[0], ylim=ends[1])
+    centroids = archive.members.centroids
+    if centroids is not None and len(archive.names) == 2:
+        from matplotlib.collections import PolyCollection
+
+        cells = archive.cells[:, 0]
+        columns = [archive.names.index(name) for name in names]
+        shapes = polygons(centroids[:, columns], np.array(ends))
+        drawn = PolyCollection([shapes[cell] for cell in cells], norm=norm, cmap=_COLOURS)
+        drawn.set_array(archive.members.scores)
+        drawn.set(edgecolor="face", linewidth=0.2, rasterized=len(cells) > _MOST_VECTORS)
+        axes.add_collection(drawn, autolim=False)
+        return drawn
+    scores = archive.best(across, up)
+    return axes.pcolormesh(
+        archive.along(across)[0],
+        archive.along(up)[0],
+        np.ma.masked_invalid(scores.T),
+        norm=norm,
+        cmap=_COLOURS,
+        rasterized=scores.size > _MOST_VECTORS,
+    )
+
+
+def _draw_steps(axes: "Axes", archive: _Archive, name: str, theme: Theme) -> None:
+    """Draw the score in each cell of one axis."""
+    axes.stairs(archive.best(name), archive.along(name)[0], baseline=None, color=theme.colours[0])
+    axes.set_xlim(*archive.borders[name][[0, -1]])
+
+
+def _mark_best(axes: "Axes", archive: _Archive, names: tuple[str, ...], theme: Theme) -> None:
+    members = archive.members
+    best = int(np.argmax(members.scores))
+    ends = [archive.borders[name][[0, -1]] for name in names]
+    place = [
+        np.clip(members.values[name][best], *end) for name, end in zip(names, ends, strict=True)
+    ]
+    axes.plot(
+        *place,
+        linestyle="",
+        marker="D",
+        markersize=5,
+        markerfacecolor="none",
+        markeredgecolor=theme.background,
+        markeredgewidth=2.2,
+        clip_on=False,
+        zorder=4,
+    )
+    axes.plot(
+        *place,
+        linestyle="",
+        marker="D",
+        markersize=5,
+        markerfacecolor="none",
+        markeredgecolor=theme.ink,
+        markeredgewidth=1.0,
+        clip_on=False,
+        zorder=5,
+        label=f"best score, {numeral(float(members.scores[best]))}: member {best + 1}",
+    )

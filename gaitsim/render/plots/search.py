@@ -1,0 +1,83 @@
+"""Plot what a search says of itself, over the evaluations."""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Search
+from gaitsim.individual import Individual
+from gaitsim.render.plots.components import finite
+from gaitsim.render.plots.fitness import draw_curve, stages
+from gaitsim.render.plots.labels import head, heading_of_run, shortened
+from gaitsim.render.plots.request import NothingToPlotError, Request
+from gaitsim.render.plots.style import WIDTH, styled
+from gaitsim.runs.files.folder import unfinished
+from gaitsim.runs.files.history import FIGURE, figures_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_LOGARITHMIC = 100  # largest over smallest value of a curve on a logarithmic axis
+
+
+def require_figures(individual: Individual) -> None:
+    """Refuse the run of an individual whose search has no figures.
+
+    Raises:
+        NothingToPlotError: it has none.
+    """
+    if type(individual.experiment.search).figures is Search.figures:
+        name = individual.experiment.entries["search"].name
+        raise NothingToPlotError(
+            f"the search {name!r} has no figures",
+            allowed="a search that has some, such as cma-es, nsga-2 or map-elites",
+        )
+
+
+def search_figure(request: Request) -> "Figure":
+    """Plot the figures of the search, such as coverage, a panel each, over the evaluations.
+
+    Raises:
+        NothingToPlotError: the search has no figures.
+        RunError: no generation is finished yet.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    run, theme = request.run, request.theme
+    history = run.history
+    if not history:
+        raise unfinished(run.path)
+    names = figures_of(history)
+    if not names:
+        name = run.experiment.entries["search"].name
+        raise NothingToPlotError(f"the search {name!r} has no figures")
+    over = {**history, "generation": history["evaluations"]}
+    with styled(theme):
+        figure = Figure(figsize=(WIDTH, 0.75 + 1.05 * len(names)))
+        panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+        for index, (axes, name) in enumerate(zip(panels, names, strict=True)):
+            values = history[FIGURE + name]
+            draw_curve(axes, over, values, None, color=theme.colours[index % len(theme.colours)])
+            axes.set_ylabel(shortened(name, 24))
+            if _logarithmic(values):
+                axes.set_yscale("log")
+            for before, part in pairwise(stages(history)):
+                start = history["evaluations"][[before.stop - 1, part.start]].mean()
+                axes.axvline(start, color=theme.ink, linewidth=0.6, linestyle=":")
+        panels[-1].set_xlabel("evaluations")
+        panels[-1].set_xlim(0, history["evaluations"][-1])
+        panels[-1].xaxis.set_major_locator(MaxNLocator(4, integer=True, min_n_ticks=2))
+        panels[-1].xaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
+        figure.align_ylabels()
+        plugin = run.experiment.entries["search"].name
+        head(figure, heading_of_run(run.path.resolve().name, run.experiment, f", {plugin}"))
+    return figure
+
+
+def _logarithmic(values: NDArray[np.float64]) -> bool:
+    known = finite(values)
+    known = known[~np.isnan(known)]
+    return bool(len(known)) and bool(known.min() > 0) and known.max() > _LOGARITHMIC * known.min()
