@@ -26,7 +26,7 @@ from gaitsim.testing.rules.partners import partner
 from gaitsim.testing.rules.presets import preset_rules, two_generations
 from gaitsim.testing.rules.searches import search_rules
 from gaitsim.testing.rules.selections import selection_rules
-from gaitsim.testing.rules.trials import Trial, parts, with_stand_ins
+from gaitsim.testing.rules.trials import parts, trial, with_stand_ins
 
 SLOW_IMPORT = 3.0  # seconds, the libraries that gaitsim itself needs left out
 
@@ -187,9 +187,8 @@ def _computed(entry: Entry, plugin: Plugin) -> object:
         found = partner(entry, plugin)
         return plugin.terms(moved_by(*found)) if found else []
     if isinstance(plugin, Search):
-        trials = [Trial(plugin, space, 100) for _, space in fitting(plugin)]
-        able = [trial for trial in trials if not plugin.objection(trial.space, 100)]
-        return [[state, parts(last)] for trial in able for state, last in trial.run(3)]
+        trials = filter(None, (trial(plugin, space) for _, space in fitting(plugin)))
+        return [[state, parts(last)] for each in trials for state, last in each.run(3)]
     if isinstance(plugin, Selection):
         return plugin.parents(np.sin(np.arange(30.0)), 20, rng)
     assert isinstance(plugin, Crossover | Mutation)

@@ -56,3 +56,18 @@ def test_the_finding_in_the_guide_is_that_of_the_check(install):
     shown = " ".join(GUIDE.read_text(encoding="utf-8").split())
     for part in (finding.expected, finding.actual, finding.fix):
         assert part in shown
+
+
+def test_the_wrapped_library_of_the_guide_conforms(install):
+    """Its search on a library's points keeps the contract, and is run by the tests of the docs."""
+    from gaitsim.registry import find
+    from gaitsim.testing.examine import examine
+
+    (text,) = [
+        block["text"]
+        for block in BLOCK.finditer(GUIDE.read_text(encoding="utf-8"))
+        if "class SobolSearch" in block["text"]
+    ]
+    install("gaitsim_sobol", text, {"search": {"sobol": "SobolSearch"}})
+    report = examine(find("search", "sobol"), {})
+    assert report.findings == (), report

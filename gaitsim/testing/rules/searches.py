@@ -12,9 +12,8 @@ from gaitsim.testing.report import Finding, advice, error, reported
 from gaitsim.testing.rules.bits import differing, same
 from gaitsim.testing.rules.common import ANEW, array, fitting, rate
 from gaitsim.testing.rules.states import copied, described, state_rule, unchanged
-from gaitsim.testing.rules.trials import CASES, GENERATIONS, Trial, parts
+from gaitsim.testing.rules.trials import CASES, GENERATIONS, POPULATIONS, Trial, parts
 
-POPULATIONS = (12, 100)  # genomes in each generation; the second where it refuses the first
 SMALL = (1, 2, 3, 4, 5)
 
 
@@ -53,7 +52,7 @@ def search_rules(search: Search, figures: dict[str, float]) -> Iterator[Finding]
     if refused:
         yield advice(
             "objection",
-            f"work with {POPULATIONS[0]} or {POPULATIONS[1]} genomes on all spaces in 'spaces'",
+            f"work with {POPULATIONS[0]} to {POPULATIONS[-1]} genomes on all spaces in 'spaces'",
             "; ".join(refused),
             "declare in 'spaces' those that it works on: (RealSpace,) or (BitSpace,)",
         )

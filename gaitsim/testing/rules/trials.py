@@ -25,6 +25,7 @@ STAND_INS: Mapping[str, object] = {
 """Values of options without a default that name measures, of which the check has none."""
 
 GENERATIONS = 8  # of a trial run
+POPULATIONS = (12, 16, 100)  # genomes in each generation: the first that a search does not refuse
 CASES = ("random scores", "half of them −inf", "all of them −inf", "equal scores", "huge scores")
 
 
@@ -128,3 +129,9 @@ class Trial:
 def parts(results: Results | None) -> list[Any]:
     """Return the arrays of results, to compare."""
     return [] if results is None else [results.genomes, results.scores, dict(results.values)]
+
+
+def trial(search: Search, space: GenomeSpace) -> Trial | None:
+    """Return a trial with the first population that the search does not refuse; None for none."""
+    able = (size for size in POPULATIONS if not search.objection(space, size))
+    return next((Trial(search, space, size) for size in able), None)
