@@ -18,6 +18,7 @@ An option stands in an experiment's section of the plugin's kind, or after `--se
 TITLES = {
     "organism": "Bodies",
     "fitness": "Fitness functions",
+    "search": "Searches",
     "selection": "Selections",
     "crossover": "Crossovers",
     "mutation": "Mutations",
@@ -26,7 +27,7 @@ TITLES = {
 
 def page() -> str:
     """The page in Markdown: every plugin, by kind, with a table of its options."""
-    parts = [HEAD, "## The search: `evolution`", "", *_table(Evolution)]
+    parts = [HEAD, "## Every run: `evolution`", "", *_table(Evolution)]
     for kind in KINDS:
         parts += [f"## {TITLES[kind]}: `{kind}`", ""]
         for name in entries(kind):
