@@ -33,6 +33,7 @@ API = {
             "gaitsim.api.Search",
             "gaitsim.api.Run",
             "gaitsim.api.Individual",
+            "gaitsim.api.Member",
             "gaitsim.comparing.compare",
             "gaitsim.comparing.Comparison",
             "gaitsim.experiment.load_experiment",

@@ -46,6 +46,7 @@ RUNS: tuple[tuple[str, str, int, dict[str, float]], ...] = (
     ("fly", "fly", 3, {}),
     ("millipede", "millipede", 1, {}),
     ("walker", "walker", 0, {}),
+    ("spider-front", "spider-front", 0, {}),
     ("spider-bold", "spider", 0, {"evolution.generations": 300, "mutation.rate": 0.3}),
     *((f"spider-{seed}", "spider", seed, {"evolution.generations": 300}) for seed in (2, 3, 4, 5)),
 )
@@ -72,6 +73,7 @@ def plots() -> None:
     _plot(fly.plot("path"), "fly-path")
     last = fly.champion.generation
     _plot(fly.plot("channel", channel="altitude", generations=[1, 20, last]), "fly-altitude")
+    _plot(gs.load("spider-front").plot("front"), "spider-front")
     cma = {"name": "spider-cma", "search.plugin": "cma-es", "evolution.population": 14}
     searches = gs.compare(
         ["spider", gs.load_experiment("spider", cma)], repeats=15, evaluations=5000

@@ -30,6 +30,7 @@ from gaitsim.tui.themes import DEFAULT, THEMES
 from gaitsim.tui.vi import ViKeys
 
 if TYPE_CHECKING:
+    from gaitsim.individual import Which
     from gaitsim.tui.builder import ExperimentBuilder
 
 _PLAIN = PlainText()
@@ -159,19 +160,17 @@ class GaitsimApp(ViKeys):
 
         self.push_screen(New(experiment))
 
-    def open_replay(
-        self, run: Path, generation: int | None = None, beside: Path | None = None
-    ) -> None:
-        """Replay a champion, beside another run's if one is given."""
+    def open_replay(self, run: Path, which: "Which" = None, beside: Path | None = None) -> None:
+        """Replay a champion or another individual, beside another run's if one is given."""
         from gaitsim.tui.screens.replay import Replay
 
-        self.push_screen(Replay(run, generation, beside))
+        self.push_screen(Replay(run, which, beside))
 
-    def open_why(self, run: Path, generation: int | None = None) -> None:
-        """Say why a champion scored, or the best of a generation."""
+    def open_why(self, run: Path, which: "Which" = None) -> None:
+        """Say why a champion or another individual scored."""
         from gaitsim.tui.screens.why import Why
 
-        self.push_screen(Why(run, generation))
+        self.push_screen(Why(run, which))
 
     def open_compare(self, runs: list[Path]) -> None:
         """Compare the curves of several runs."""
@@ -187,12 +186,12 @@ class GaitsimApp(ViKeys):
 
     @work
     async def open_export(
-        self, run: Path, generation: int | None = None, others: Sequence[Path] = ()
+        self, run: Path, which: "Which" = None, others: Sequence[Path] = ()
     ) -> None:
-        """Ask what to make of a run, of a generation on the screen, beside other runs."""
+        """Ask what to make of a run, of an individual on the screen, beside other runs."""
         from gaitsim.tui.screens.export_dialog import ExportDialog
 
-        answer = await self.push_screen_wait(ExportDialog(run, generation, others))
+        answer = await self.push_screen_wait(ExportDialog(run, which, others))
         if answer == "files":
             self.open_files(run)
         elif answer:

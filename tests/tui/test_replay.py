@@ -14,6 +14,7 @@ from waiting import app_until, strips
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import parse_assignments, parse_experiment
+from gaitsim.individual import Member
 from gaitsim.render.colours import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, QUIET, strip
 from gaitsim.render.terminal.text import visible
@@ -285,6 +286,30 @@ class TestGenerations:
             assert pilot.app.screen._texts["generation"] == "4"
 
         replay(walk(), test)
+
+    def test_members_of_a_front_are_chosen_as_generations_are(self, walk):
+        objectives = 'search.objectives={ distance = "max", "measure 0" = "min" }'  # all are equals
+        run = walk("front", "search.plugin=nsga-2", objectives, "organism.many=1")
+
+        async def test(screen, pilot):
+            pane = screen.pane
+            await press(pilot, "o")
+            best = int(np.argmax(pane.shown.members.scores)) + 1
+            assert f"member {best}/6 ★" in title(pane)
+            assert (pane.slider.label.strip(), pane.slider.last) == ("member", 6)
+            await press(pilot, "left_square_bracket", "g", "2", "enter")
+            assert pane.shown.which == Member(2)
+            values = pane.shown.members.values
+            assert pane.shown.measurements["distance"].value == values["distance"][1]
+            (front,) = pane.query_one(CurvePlot).series
+            np.testing.assert_array_equal(front.y, values["measure 0"])
+            assert screen.command_line() == "gaitsim play runs/front --member 2"
+            await press(pilot, "e")
+            assert pilot.app.screen._texts["member"] == "2"
+            await press(pilot, "escape", "o")
+            assert pane.shown.which == pane.shown.champion
+
+        replay(run, test)
 
     def test_a_run_is_read_again_only_when_it_has_changed(self, walk, monkeypatch):
         run, read, now = walk(), [], [0.0]

@@ -19,6 +19,7 @@ from textual.widgets import Button, Input, OptionList, Select, Static
 from textual.widgets.option_list import Option as Row
 
 from gaitsim.errors import GaitsimError
+from gaitsim.individual import Member, Which
 from gaitsim.registry import options
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.builder import Option
@@ -34,7 +35,7 @@ class ExportDialog(ModalScreen[Answer]):
 
     Args:
         run: its folder.
-        generation: the one to make things of; None for the champion's.
+        which: the individual to make things of; None for the champion.
         others: runs to compare it with.
     """
 
@@ -44,14 +45,14 @@ class ExportDialog(ModalScreen[Answer]):
         Binding("f", "files", "Files", id="export.files", tooltip="The files made of this run"),
     ]
 
-    def __init__(
-        self, run: Path, generation: int | None = None, others: Sequence[Path] = ()
-    ) -> None:
+    def __init__(self, run: Path, which: Which = None, others: Sequence[Path] = ()) -> None:
         super().__init__()
         self._run = run
         self._texts: dict[str, str] = {}  # what is typed, by option, for every product
-        if generation is not None:
-            self._texts["generation"] = str(generation)
+        if isinstance(which, Member):
+            self._texts["member"] = str(which.number)
+        elif which is not None:
+            self._texts["generation"] = str(which)
         if others:
             self._texts["runs"] = shlex.join(map(str, others))
         self._building = asyncio.Lock()

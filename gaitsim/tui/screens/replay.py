@@ -10,9 +10,18 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
 
-from gaitsim.errors import GaitsimError
+from gaitsim.individual import Member, Which
 from gaitsim.runs.files.folder import command
 from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.numbering import (
+    in_words,
+    kind_of,
+    last_of,
+    number_of,
+    numbered,
+    options_of,
+    typed_number,
+)
 from gaitsim.tui.screens.questions import Ask
 from gaitsim.tui.screens.replay_pane import ReplayPane
 from gaitsim.tui.widgets.canvas import BodyCanvas
@@ -29,7 +38,7 @@ class Replay(GaitScreen):
 
     Args:
         run: the folder of a run.
-        generation: the first one to show; None is the champion's.
+        which: the first individual to show; None is the champion.
         beside: another run, or the same.
 
     Attributes:
@@ -37,7 +46,7 @@ class Replay(GaitScreen):
     """
 
     HELP_TEXT = """
-The best individual of any generation, as it moves.
+The best individual of any generation, or a member of a front or archive, as it moves.
 
 - **Time** and **generation** have a slider each: drag it, or use the arrow keys when it has the
   focus; with shift, ten steps at once.
@@ -51,7 +60,9 @@ The best individual of any generation, as it moves.
   generation that is shown, **Why** says why it scored.
 - **Split** shows a second body: the other run that was asked for, or generation 1 of this one.
   Both keep step, and share the camera. The generation keys change the one that has the focus.
-- ★ is the champion of the run.
+- **Members**, where the search keeps a front or an archive: the slider and the generation keys go
+  from member to member, and the curve is the front with the member's place. Again: generations.
+- ★ is the champion of the run, or the member with the best score.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "play", "Play", id="replay.play", tooltip="Let it move"),
@@ -62,13 +73,18 @@ The best individual of any generation, as it moves.
                 group=Binding.Group("Frame", compact=True), tooltip="One frame on"),
         Binding("left_square_bracket", "generation(-1)", "Generation", key_display="[",
                 id="replay.generation-back",
-            group=Binding.Group("Generation", compact=True), tooltip="One generation back"),
+                group=Binding.Group("Generation", compact=True),
+                tooltip="One generation or member back"),
         Binding("right_square_bracket", "generation(1)", "Generation", key_display="]",
                 id="replay.generation-on",
-            group=Binding.Group("Generation", compact=True), tooltip="One generation on"),
+                group=Binding.Group("Generation", compact=True),
+                tooltip="One generation or member on"),
         Binding("g,colon", "go_to", "Go to", key_display="g", id="replay.go-to",
-                tooltip="A generation by its number"),
-        Binding("b", "best", "Best", id="replay.best", tooltip="The champion of the run"),
+                tooltip="A generation or member by its number"),
+        Binding("b", "best", "Best", id="replay.best",
+                tooltip="The champion of the run, or the member with the best score"),
+        Binding("o", "members", "Members", id="replay.members",
+                tooltip="The front or archive member by member, or the generations again"),
         Binding("less_than_sign", "speed(-1)", "Slower", show=False, key_display="<",
                 id="replay.slower", tooltip="At half the speed"),
         Binding("greater_than_sign", "speed(1)", "Faster", show=False, key_display=">",
@@ -103,14 +119,12 @@ The best individual of any generation, as it moves.
 
     speed: reactive[float] = reactive(1.0, init=False)
 
-    def __init__(
-        self, run: Path, generation: int | None = None, beside: Path | None = None
-    ) -> None:
+    def __init__(self, run: Path, which: Which = None, beside: Path | None = None) -> None:
         super().__init__()
         self._run, self._beside = run, beside
         self._playing = True
         self._time = Scrubber("time      ", say=self._say, id="frame")
-        self.panes = [ReplayPane(run, generation)]
+        self.panes = [ReplayPane(run, which)]
         if beside is not None:
             self.panes.append(ReplayPane(beside, classes="second"))
 
@@ -224,8 +238,8 @@ The best individual of any generation, as it moves.
 
     def action_generation(self, steps: int) -> None:
         pane = self.pane
-        if pane.generation is not None:
-            pane.ask(pane.generation + steps)
+        if pane.which is not None:
+            pane.ask(numbered(pane.which, number_of(pane.which) + steps))
 
     @work(group="ask", exclusive=True)
     async def action_go_to(self) -> None:
@@ -234,15 +248,27 @@ The best individual of any generation, as it moves.
         shown = pane.shown
         if shown is None:
             return
-        about = f"1 to {shown.last:,}; the champion is of {shown.champion or '–'}"
-        answer = await self.app.push_screen_wait(
-            Ask("Go to generation", check=partial(_generation, last=shown.last), about=about)
+        which = shown.which
+        best = f"the best: {in_words(shown.best)}" if shown.best else "all failed"
+        question = Ask(
+            f"Go to {kind_of(which)}",
+            check=partial(typed_number, which=which, shown=shown),
+            about=f"1 to {last_of(shown, which):,}; {best}",
         )
+        answer = await self.app.push_screen_wait(question)
         if answer is not None:
-            pane.ask(_generation(answer, shown.last))
+            pane.ask(typed_number(answer, which, shown))
 
     def action_best(self) -> None:
-        self.pane.ask(None)
+        pane = self.pane
+        on_front = pane.shown is not None and isinstance(pane.which, Member)
+        pane.ask(pane.shown.best_member if pane.shown and on_front else None)
+
+    def action_members(self) -> None:
+        """Go from generations to the members, the best first, or back."""
+        pane = self.pane
+        if pane.shown is not None:
+            pane.ask(None if isinstance(pane.which, Member) else pane.shown.best_member)
 
     def action_camera(self, name: str, *arguments: int) -> None:
         getattr(self.panes[0].canvas, f"action_{name}")(*arguments)
@@ -261,25 +287,24 @@ The best individual of any generation, as it moves.
             self._changed()
             return
         run = self._beside or self._run
-        pane = ReplayPane(run, None if self._beside else 1, classes="second")
+        first = Member(1) if isinstance(self.panes[0].which, Member) else 1
+        pane = ReplayPane(run, None if self._beside else first, classes="second")
         pane.canvas.view = self.panes[0].canvas.view
         self.panes.append(pane)
         await self.query_one("#panes").mount(pane)
 
     def action_why(self) -> None:
         pane = self.pane
-        self.gaitsim.open_why(pane.run, pane.generation)
+        self.gaitsim.open_why(pane.run, pane.which)
 
     def action_export(self) -> None:
         pane = self.pane
         others = {one.run for one in self.panes if one.run != pane.run}
-        self.gaitsim.open_export(pane.run, pane.generation, tuple(others))
+        self.gaitsim.open_export(pane.run, pane.which, tuple(others))
 
     def command_line(self) -> str:
         pane = self.pane
-        return command(
-            "play", pane.run, *(["--generation", pane.generation] if pane.generation else [])
-        )
+        return command("play", pane.run, *options_of(pane.which))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if not self.is_mounted:
@@ -291,18 +316,8 @@ The best individual of any generation, as it moves.
                 return self.leader.skeleton is not None
             case "measures" | "export" | "why" | "go_to":
                 return self.pane.shown is not None
+            case "members":
+                return self.pane.shown is not None and self.pane.shown.best_member is not None
             case "generation" | "best":
                 return self.pane.shown is not None or self.pane.problem is not None
         return super().check_action(action, parameters)
-
-
-def _generation(text: str, last: int) -> int:
-    """Return the number of a generation that there is.
-
-    Raises:
-        GaitsimError: the text is none.
-    """
-    digits = text.replace(",", "").strip()
-    if digits.isdecimal() and 1 <= int(digits[:9]) <= last and len(digits) < 10:
-        return int(digits)
-    raise GaitsimError(f"there is no generation {text}", allowed=f"1 to {last:,}")

@@ -1,4 +1,4 @@
-"""Read and move the best of a generation, for the replay."""
+"""Read and move the best of a generation, or a member, for the replay."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.individual import Individual, Measurement
+from gaitsim.individual import Individual, Measurement, Member, Which
 from gaitsim.runs.files.folder import CHECKPOINT
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -18,7 +19,7 @@ PATIENCE = 2.0  # seconds for which a run that grows is not read again
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """One generation's best, ready to be shown.
+    """One generation's best, or a member, ready to be shown.
 
     Attributes:
         individual: whose skeleton is worked out.
@@ -27,6 +28,7 @@ class Shown:
         champion: the generation of the best of all; None where all failed.
         stage: the number of its stage, and how many there are.
         history: of the run, by column.
+        members: the front or archive of the run; None where its search keeps none.
     """
 
     individual: Individual
@@ -35,15 +37,33 @@ class Shown:
     champion: int | None
     stage: tuple[int, int]
     history: Mapping[str, NDArray[np.float64]]
+    members: Members | None = None
 
     @property
     def generation(self) -> int:
         """The generation of the individual."""
         return self.individual.generation
 
+    @property
+    def which(self) -> int | Member:
+        """The individual as the run names it."""
+        return self.individual.member or self.generation
+
+    @property
+    def best_member(self) -> Member | None:
+        """The member with the best score; None where there are none."""
+        if self.members is None or not len(self.members.scores):
+            return None
+        return Member(int(np.argmax(self.members.scores)) + 1)
+
+    @property
+    def best(self) -> int | Member | None:
+        """What a star marks: the best member where one is shown, else the champion."""
+        return self.champion if self.individual.member is None else self.best_member
+
 
 class Loader:
-    """Moves the best of generations of a run, whose files are read again only when they changed.
+    """Moves individuals of a run, whose files are read again only when they changed.
 
     So a step costs as much after 20,000 generations as after 1,000.
 
@@ -58,16 +78,16 @@ class Loader:
         self._state: tuple[int, ...] = ()
         self._read = 0.0
 
-    def load(self, generation: int | None) -> Shown:
-        """Move the best of a generation, or of all.
+    def load(self, which: Which) -> Shown:
+        """Move the best of a generation, or of all, or a member.
 
         Raises:
             GaitsimError: there is none, the run is damaged, or the body cannot be drawn; an
                 OSError is raised as one.
         """
         try:
-            run = self._snapshot(generation)
-            found = run.individual(generation)
+            run = self._snapshot(which if isinstance(which, int) else 1)
+            found = run.individual(which)
             _ = found.skeleton  # here, as it takes long
             return Shown(
                 individual=found,
@@ -76,6 +96,7 @@ class Loader:
                 champion=run.best_generation,
                 stage=(run.stage_at(found.generation).number, len(run.stages)),
                 history=run.history,
+                members=run.members,
             )
         except OSError as error:
             self._run = None
@@ -84,7 +105,7 @@ class Loader:
             self._run = None
             raise
 
-    def _snapshot(self, generation: int | None) -> RunSnapshot:
+    def _snapshot(self, generation: int) -> RunSnapshot:
         """Return the run as it was read, or read it if it changed."""
         try:
             found = (self._path / CHECKPOINT).stat()
@@ -94,7 +115,7 @@ class Loader:
         known, now = self._run, self._clock()
         fresh = known is not None and (
             state == self._state
-            or (state and now - self._read < PATIENCE and (generation or 1) <= known.generation)
+            or (state and now - self._read < PATIENCE and generation <= known.generation)
         )
         if known is None or not fresh:
             known = self._run = RunSnapshot(self._path)

@@ -1,4 +1,4 @@
-"""One run in the replay: its body, feet, measures, and the generation that is shown."""
+"""One run in the replay: its body, feet, measures, and the individual that is shown."""
 
 import asyncio
 from collections.abc import Iterator, Sequence
@@ -14,11 +14,13 @@ from textual.message import Message
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
+from gaitsim.individual import Member, Which
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.formatting import clip, clip_name
+from gaitsim.tui.screens.numbering import curve_of, in_words, last_of, number_of, numbered
 from gaitsim.tui.screens.replay_loading import Loader, Shown
 from gaitsim.tui.widgets.canvas import BodyCanvas
-from gaitsim.tui.widgets.curves import Curves, Series
+from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
 
@@ -31,17 +33,17 @@ UNIT = 8  # columns of a unit, at most
 
 
 class ReplayPane(Vertical):
-    """A body of a run, whose generation can be changed.
+    """A body of a run; another generation's best, or another member, can be chosen.
 
-    Of the generations asked for while another one is being read, only the last is read after it.
+    Of the individuals asked for while another one is being read, only the last is read after it.
 
     Args:
         run: its folder.
-        generation: to begin with; None is the champion's.
+        which: to begin with; None is the champion.
 
     Attributes:
         shown: the individual; None where there is none yet, or a problem.
-        generation: the one that is shown or asked for; None is the champion's.
+        which: the individual that is shown or asked for; None is the champion.
         loading_now: whether one is being read.
         numbers: scrolls the measures and terms.
     """
@@ -66,12 +68,12 @@ class ReplayPane(Vertical):
     class Changed(Message):
         """Another body is shown, or the reason why there is none."""
 
-    def __init__(self, run: Path, generation: int | None = None, **settings: Any) -> None:
+    def __init__(self, run: Path, which: Which = None, **settings: Any) -> None:
         super().__init__(**settings)
         self.run = run
         self.shown: Shown | None = None
         self.problem: GaitsimError | None = None
-        self.generation = generation
+        self.which = which
         self.loading_now = False
         self._measures: bool | None = None
         self._loader = Loader(run)
@@ -98,24 +100,24 @@ class ReplayPane(Vertical):
     def on_mount(self) -> None:
         self._side.display = False
         self._title()
-        self.ask(self.generation)
+        self.ask(self.which)
 
-    def ask(self, generation: int | None) -> None:
-        """Show another generation's best as soon as it can be; None is the champion of all."""
-        if self.shown is not None and generation is not None:
-            generation = min(max(generation, 1), self.shown.last)
-        self.generation = generation
-        if generation is not None:
-            self.slider.value = generation
+    def ask(self, which: Which) -> None:
+        """Show another individual as soon as it can be; None is the champion of all."""
+        if self.shown is not None and which is not None:
+            which = numbered(which, min(max(number_of(which), 1), last_of(self.shown, which)))
+        self.which = which
+        if which is not None:
+            self._slide(which)
         self.canvas.say(f"reading {self._wanted} …")
         if not self.loading_now:
             self.loading_now = True
-            self._load(generation)
+            self._load(which)
         self._title()
 
     @work(group="replay")
-    async def _load(self, asked: int | None) -> None:
-        """Show a generation, then the one asked for meanwhile."""
+    async def _load(self, asked: Which) -> None:
+        """Show an individual, then the one asked for meanwhile."""
         while self.loading_now:
             try:
                 shown = await asyncio.to_thread(self._loader.load, asked)
@@ -124,12 +126,12 @@ class ReplayPane(Vertical):
             except Exception as error:  # shown as well, rather than ending the app
                 self._fail(_unexpected(error))
             else:
-                self.slider.set_range(1, shown.last)
-                if self.generation == asked:
-                    asked = self.generation = self.slider.value = shown.generation
                 self._show(shown)
-            self.loading_now = self.generation != asked
-            asked = self.generation
+                if self.which == asked:
+                    asked = self.which = shown.which
+                    self._slide(asked)
+            self.loading_now = self.which != asked
+            asked = self.which
             self._title()
 
     def _show(self, shown: Shown) -> None:
@@ -137,11 +139,17 @@ class ReplayPane(Vertical):
         self.canvas.set_skeleton(shown.individual.skeleton)
         self.feet.set_skeleton(shown.individual.skeleton)
         self.feet.frame = self.canvas.frame
-        history = shown.history
-        best = Series("best score", history["generation"], history["best"])
-        self._curve.set_series([best], [shown.generation])
+        across, series, mark = curve_of(shown)
+        self._curve.set_series([series], [mark], x_label=across)
         self._make_room()
         self.post_message(self.Changed())
+
+    def _slide(self, which: int | Member) -> None:
+        """Let the slider run over generations or members, and show this one."""
+        self.slider.label = "generation" if isinstance(which, int) else "member    "
+        if self.shown is not None:
+            self.slider.set_range(1, last_of(self.shown, which))
+        self.slider.value = number_of(which)
 
     def _fail(self, error: GaitsimError) -> None:
         self.shown, self.problem = None, error
@@ -161,9 +169,13 @@ class ReplayPane(Vertical):
         rest = Text(no_wrap=True, overflow="ellipsis")
         shown = self.shown
         if shown is not None:
-            rest.append(f"  {'generation ' if wide else ''}{shown.generation}")
-            rest.append(f"/{shown.last}", "dim")
-            rest.append(" ★" if shown.generation == shown.champion else "")
+            which = shown.which
+            word = "generation " if wide else ""
+            if isinstance(which, Member):
+                word = "member "
+            rest.append(f"  {word}{number_of(which)}")
+            rest.append(f"/{last_of(shown, which)}", "dim")
+            rest.append(" ★" if which == shown.best else "")
             rest.append(f"  {'score ' if wide else ''}{number(shown.individual.score, 4)}")
             if shown.stage[1] > 1 and wide:
                 rest.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
@@ -175,7 +187,7 @@ class ReplayPane(Vertical):
     @property
     def _wanted(self) -> str:
         """What is read, in words."""
-        return "the champion" if self.generation is None else f"generation {self.generation}"
+        return in_words(self.which)
 
     def show_measures(self, wanted: bool) -> None:
         """Show or hide the measures beside the body, at any width."""
@@ -222,7 +234,7 @@ class ReplayPane(Vertical):
     @on(Scrubber.Changed)
     def _scrubbed(self, event: Scrubber.Changed) -> None:
         event.stop()
-        self.ask(event.value)
+        self.ask(numbered(self.which, event.value))
 
 
 def _lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator[str]:

@@ -12,11 +12,13 @@ from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import GaitAnalysis, analyse_individual
+from gaitsim.individual import Which
 from gaitsim.render.terminal.explanation import Passage, explanation, travel_and_stability
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.numbering import in_words, options_of
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
@@ -26,11 +28,11 @@ class Why(GaitScreen):
 
     Args:
         run: the folder of a run.
-        generation: whose best; None is the champion of all.
+        which: the individual; None is the champion of all.
     """
 
     HELP_TEXT = """
-Why the best of a generation scored, and which gait it is.
+Why the best of a generation, or a member, scored, and which gait it is.
 
 - **Over time**: the terms of the score, had the motion ended after so many seconds.
 - **Over the generations**: the terms of the first generation's best and of this one's, and the
@@ -50,17 +52,15 @@ Why the best of a generation scored, and which gait it is.
     }
     """
 
-    def __init__(self, run: Path, generation: int | None = None) -> None:
+    def __init__(self, run: Path, which: Which = None) -> None:
         super().__init__()
-        self._run, self._generation = run, generation
+        self._run, self._which = run, which
         self.sub_title = "why it scored"
 
     def compose(self) -> ComposeResult:
         yield Header()
         with VerticalScroll():
-            which = self._generation
-            wanted = "the champion" if which is None else f"generation {which}"
-            yield Static(f"reading {wanted} …", id="why-state")
+            yield Static(f"reading {in_words(self._which)} …", id="why-state")
         yield Footer()
 
     @work(group="read")
@@ -69,7 +69,7 @@ Why the best of a generation scored, and which gait it is.
         scroll.focus()
         state = self.query_one("#why-state", Static)
         try:
-            heading, sections, gait = await self.in_thread(_explained, self._run, self._generation)
+            heading, sections, gait = await self.in_thread(_explained, self._run, self._which)
         except GaitsimError as error:
             state.update(Text(visible_lines(str(error))))
             return
@@ -79,14 +79,13 @@ Why the best of a generation scored, and which gait it is.
         )
 
     def command_line(self) -> str:
-        generation = [] if self._generation is None else ["--generation", self._generation]
-        return command("analyse", self._run, *generation)
+        return command("analyse", self._run, *options_of(self._which))
 
 
-def _explained(path: Path, generation: int | None) -> tuple[str, tuple[Passage, ...], GaitAnalysis]:
+def _explained(path: Path, which: Which) -> tuple[str, tuple[Passage, ...], GaitAnalysis]:
     """Return who it is, why it scored, and its gait."""
     run = RunSnapshot(path)
-    found = run.individual(generation)
+    found = run.individual(which)
     return found.title, tuple(explanation(found, run.history)), analyse_individual(found)
 
 

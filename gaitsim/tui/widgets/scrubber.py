@@ -18,7 +18,7 @@ class Scrubber(Widget, can_focus=True):
     """A whole number between two others, chosen by mouse or keys.
 
     Args:
-        label: the text before the slider.
+        label: the text before the slider, which may change.
         first: the lowest number.
         last: the highest.
         value: the first number.
@@ -56,6 +56,7 @@ class Scrubber(Widget, can_focus=True):
                 tooltip="To the last"),
     ]  # fmt: skip
 
+    label: reactive[str] = reactive("", init=False)
     value: reactive[int] = reactive(0, init=False)
     first: reactive[int] = reactive(0, init=False)
     last: reactive[int] = reactive(0, init=False)
@@ -81,7 +82,8 @@ class Scrubber(Widget, can_focus=True):
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
-        self._label, self._say, self._held = label, say, False
+        self._say, self._held = say, False
+        self.set_reactive(Scrubber.label, label)
         self.set_reactive(Scrubber.first, first)
         self.set_reactive(Scrubber.last, last)
         self.set_reactive(Scrubber.value, min(max(value, first), last))
@@ -109,7 +111,7 @@ class Scrubber(Widget, can_focus=True):
         styles = {part: self.get_component_rich_style(f"scrubber--{part}", partial=True)
                   for part in ("label", "done", "rest", "knob")}  # fmt: skip
         text = Text(no_wrap=True, overflow="crop", end="")
-        text.append(self._label.ljust(start), styles["label"])
+        text.append(self.label.ljust(start), styles["label"])
         text.append("━" * knob, styles["done"])
         text.append("●", styles["knob"])
         text.append("─" * (width - 1 - knob), styles["rest"])
@@ -118,7 +120,7 @@ class Scrubber(Widget, can_focus=True):
 
     def _bar(self) -> tuple[int, int]:
         """Return the column and width of the slider, which stay the same for all numbers."""
-        start = len(self._label) + 1 if self._label else 0
+        start = len(self.label) + 1 if self.label else 0
         number = max(len(self._say(end)) for end in (self.first, self.last, self.value))
         return start, max(self.content_size.width - start - number - 1, 1)
 

@@ -1,0 +1,74 @@
+"""Generations and members: the two ways in which individuals of a run are numbered."""
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError
+from gaitsim.individual import Member, Which
+from gaitsim.render.terminal.curve_view import Series
+from gaitsim.tui.screens.replay_loading import Shown
+
+
+def in_words(which: Which) -> str:
+    """Return an individual of a run in words."""
+    if which is None:
+        return "the champion"
+    return f"generation {which}" if isinstance(which, int) else str(which)
+
+
+def options_of(which: Which) -> list[object]:
+    """Return the options of commands that name an individual of a run."""
+    if which is None:
+        return []
+    return ["--member" if isinstance(which, Member) else "--generation", number_of(which)]
+
+
+def number_of(which: int | Member) -> int:
+    """Return the number of a generation or member."""
+    return which if isinstance(which, int) else which.number
+
+
+def numbered(which: Which, number: int) -> int | Member:
+    """Return the member of a number if `which` is a member, else the generation."""
+    return Member(number) if isinstance(which, Member) else number
+
+
+def last_of(shown: Shown, which: Which) -> int:
+    """Return the number of members if `which` is one, else the last generation."""
+    if isinstance(which, Member):
+        return len(shown.members.scores) if shown.members else 1
+    return shown.last
+
+
+def kind_of(which: Which) -> str:
+    """Return what its number counts."""
+    return "member" if isinstance(which, Member) else "generation"
+
+
+def typed_number(text: str, which: Which, shown: Shown) -> int | Member:
+    """Read the number of a generation or member that there is, of the kind of `which`.
+
+    Raises:
+        GaitsimError: the text is none.
+    """
+    digits, last = text.replace(",", "").strip(), last_of(shown, which)
+    if digits.isdecimal() and len(digits) < 10 and 1 <= int(digits) <= last:
+        return numbered(which, int(digits))
+    raise GaitsimError(f"there is no {kind_of(which)} {text}", allowed=f"1 to {last:,}")
+
+
+def curve_of(shown: Shown) -> tuple[str, Series, float]:
+    """Return the axis below, a curve, and the place of the individual on it.
+
+    The best score over the generations; for a member of a front, its second objective over the
+    first; for a member of an archive, the scores of all.
+    """
+    member, members = shown.individual.member, shown.members
+    if member is None or members is None:
+        best = Series("best score", shown.history["generation"], shown.history["best"])
+        return "generation", best, shown.generation
+    if members.cells is None:  # in the order of its first objective
+        (across, x), (up, y), *_ = members.values.items()
+    else:
+        across, x = "member", np.arange(1.0, len(members.scores) + 1)
+        up, y = "score", members.scores
+    return across, Series(up, x, y), float(x[member.number - 1])
