@@ -161,7 +161,7 @@ def searches() -> dict[str, Minimise]:
         "pycma": pycma,
         # All defaults but the last step, a descent along gradients by L-BFGS-B.
         "scipy-differential-evolution": scipy_evolution(polish=False, tol=0),
-        # The best of 3, 5, 8 and 15 individuals per dimension, without that step and with it.
+        # Fewer individuals per dimension than 15, without that step and with it.
         "scipy-small": scipy_evolution(popsize=5, polish=False),
         "scipy-polish": scipy_evolution(popsize=5),
         "uniform": uniform,
