@@ -43,6 +43,13 @@ class CmaEs(Search):
         True, "whether to restart after convergence, each time with twice the samples"
     )
 
+    tolerance: float = option(
+        1e-12,
+        "standard deviation of all genes, as a share of their widths, that counts as convergence",
+        gt=0,
+        lt=0.1,
+    )
+
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace,)
 
     def objection(self, space: GenomeSpace, population: int) -> str:
@@ -73,7 +80,7 @@ class CmaEs(Search):
         if len(scores) < context.population * 2**restarts:
             return told
         updated = self._updated(told)
-        if self.restarts and converged(updated, scores, int(updated["updates"])):
+        if self.restarts and converged(updated, scores, self.tolerance):
             return self._begun(context, restarts + 1)
         return updated
 

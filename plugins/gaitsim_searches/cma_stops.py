@@ -1,27 +1,27 @@
 """When CMA-ES has nothing more to find where it is, and should restart."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-SMALLEST_STEP = 1e-12  # standard deviation of all genes, in widths
 SMALLEST_DIFFERENCE = 1e-11  # of scores
 LARGEST_CONDITION = 1e14  # of the covariance
 LONGEST_HISTORY = 20_000  # updates
 
 
 def converged(
-    state: Mapping[str, NDArray[np.float64]], scores: NDArray[np.float64], updates: int
+    state: Mapping[str, NDArray[Any]], scores: NDArray[np.float64], tolerance: float
 ) -> bool:
     """Return whether to restart (Hansen 2016, appendix B.3).
 
     Args:
         state: after the update.
         scores: of the samples of the update.
-        updates: since the last restart.
+        tolerance: smallest standard deviation worth sampling, in widths.
     """
-    genes, samples = len(state["mean"]), len(scores)
+    genes, samples, updates = len(state["mean"]), len(scores), int(state["updates"])
     step, mean, lengths = float(state["step"]), state["mean"], state["lengths"]
     covariance = state["covariance"]
     deviations = step * np.sqrt(np.diag(covariance) if covariance.ndim == 2 else covariance)
@@ -33,7 +33,7 @@ def converged(
         LARGEST_CONDITION
     ) * lengths.min():
         return True
-    if (deviations < SMALLEST_STEP).all() and (step * state["path"] < SMALLEST_STEP).all():
+    if (deviations < tolerance).all() and (step * np.abs(state["path"]) < tolerance).all():
         return True
     best, middle = state["best scores"], state["middle scores"]
     recent = 10 + int(np.ceil(30 * genes / samples))

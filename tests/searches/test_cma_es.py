@@ -177,6 +177,14 @@ def test_failed_individuals_are_the_worst_and_nothing_but_failures_restarts():
     assert all(np.isfinite(array).all() for name, array in state.items() if "scores" not in name)
 
 
+def test_a_tolerance_restarts_sooner():
+    def restarts(search):
+        found = islice(generations(search, box(2), sphere, 6), 60)
+        return [int(state["restarts"]) for state, _ in found][-1]
+
+    assert restarts(CmaEs(tolerance=1e-2)) > restarts(FULL) == 0
+
+
 def test_figures_and_what_does_not_fit():
     state = FULL.initial(_context(3))
 
