@@ -22,7 +22,7 @@ MOST_ROWS = 200  # of one repeat in a table
 def methods(findings: Findings) -> str:
     """Return a paragraph for the methods section of a paper."""
     pairs, few = len(findings.pairs), next(iter(findings.reached.values()))
-    targets = ", ".join(f"{one.target:.6g}" for one in few)
+    targets = ", ".join(_short(one.target, 6) for one in few)
     return (
         f"Each of the {len(findings.samples)} experiments was repeated {findings.repeats} times "
         f"with {findings.evaluations:,} evaluations from independent random populations (gaitsim "
@@ -43,8 +43,8 @@ def target_words(findings: Findings) -> str:
     """Return which scores are the targets of the ECDF, such as '51 targets from 0.1 to 2.5'."""
     few = findings.targets
     if len(few) == 1:
-        return f"one target, {few[0]:.6g}".replace("-", "−")
-    return f"{len(few)} targets from {number(few[0])} to {number(few[-1])}"
+        return f"one target, {_short(few[0])}"
+    return f"{len(few)} targets from {_short(few[0])} to {_short(few[-1])}"
 
 
 def to_dict(findings: Findings) -> dict[str, object]:
@@ -111,7 +111,7 @@ def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
     ]
     reached = [
         [
-            f"{r.target:.6g}".replace("-", "−"),
+            _short(r.target, 6),
             label,
             f"{r.successes} of {r.repeats}",
             _count(r.ert),
@@ -135,6 +135,10 @@ def tables(findings: Findings) -> list[tuple[str, list[str], list[list[str]]]]:
             reached,
         ),
     ]
+
+
+def _short(value: float, digits: int = 4) -> str:
+    return f"{value:.{digits}g}".replace("-", "−")
 
 
 def _range(low: float, high: float) -> str:
