@@ -13,12 +13,14 @@ from timing import medians, milliseconds, print_figure, print_machine, times
 from gaitsim.contracts import RealSpace
 from gaitsim.contracts.search import Context, Results, Search
 from gaitsim_searches.cma_es import CmaEs
+from gaitsim_searches.differential_evolution import DifferentialEvolution
 
 POPULATION, GENES, EARLIER, REPEATS = 100, 48, 20, 20
 SPACE = RealSpace(np.full(GENES, -1.0), np.full(GENES, 1.0), tuple(map(str, range(GENES))))
 SEARCHES: dict[str, tuple[Search, float]] = {
     "cma-es, separable": (CmaEs(covariance="separable"), 0.001),
     "cma-es, full": (CmaEs(), 0.004),
+    "differential-evolution": (DifferentialEvolution(), 0.001),
 }
 """Name -> the search, and what it may take, seconds."""
 
