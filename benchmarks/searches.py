@@ -1,7 +1,7 @@
 """What a search takes beside the evaluation: ask and tell of 100 genomes with 48 genes.
 
 One generation after twenty others, so that the search is at work. pycma has bounds and the same
-population; it takes turns with ours.
+population; it takes turns with ours. pyribs is in archives.py, with archives of several sizes.
 """
 
 import importlib.util
@@ -14,13 +14,20 @@ from gaitsim.contracts import RealSpace
 from gaitsim.contracts.search import Context, Results, Search
 from gaitsim_searches.cma_es import CmaEs
 from gaitsim_searches.differential_evolution import DifferentialEvolution
+from gaitsim_searches.map_elites import MapElites
 
 POPULATION, GENES, EARLIER, REPEATS = 100, 48, 20, 20
 SPACE = RealSpace(np.full(GENES, -1.0), np.full(GENES, 1.0), tuple(map(str, range(GENES))))
+AXES = {"even": (-0.5, 0.5), "odd": (-0.5, 0.5)}
 SEARCHES: dict[str, tuple[Search, float]] = {
     "cma-es, separable": (CmaEs(covariance="separable"), 0.001),
     "cma-es, full": (CmaEs(), 0.004),
     "differential-evolution": (DifferentialEvolution(), 0.001),
+    "map-elites, line": (MapElites(axes=AXES, cells=(50, 50)), 0.001),
+    "map-elites, cma-mae": (
+        MapElites(axes=AXES, cells=(50, 50), variation="cma-mae", threshold=-1e4),
+        0.004,
+    ),
 }
 """Name -> the search, and what it may take, seconds."""
 
@@ -39,7 +46,8 @@ def generation(search: Search) -> Callable[[], object]:
 
     def ask_and_tell(number: int) -> tuple[object, Results]:
         genomes, asked = search.ask(state, last, context(number, 0))
-        results = Results(genomes, score(genomes))
+        values = {"even": genomes[:, ::2].mean(1), "odd": genomes[:, 1::2].mean(1)}
+        results = Results(genomes, score(genomes), values)
         return search.tell(asked, results, context(number, 1)), results
 
     state = search.initial(context(0, 0))
