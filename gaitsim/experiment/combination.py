@@ -53,7 +53,9 @@ def check_search(
         problems.of_plugin(f"search.{PLUGIN}", error)
         return
     if objection:
-        problems.report("evolution.population", objection, f"what the search {entry.name!r} allows")
+        problems.report(
+            "evolution.population", objection, remedy="choose another size, or other search options"
+        )
 
 
 def check_islands(evolution: Evolution, islands: Islands, problems: Problems) -> None:
