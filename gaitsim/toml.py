@@ -14,6 +14,7 @@ from gaitsim.errors import GaitsimError
 DEEPEST = 20  # tables and lists within one another
 MOST_VALUES = 20_000  # of all tables and lists together
 _QUOTED = re.compile(r""" "(?:[^"\\\n]|\\.)*+"? | '[^'\n]*+'? """, re.VERBOSE)
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 _DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
@@ -103,8 +104,13 @@ def text(value: Any) -> str:
     if isinstance(value, date | time | datetime):
         return value.isoformat()
     if isinstance(value, dict):
-        pairs = ", ".join(f"{key} = {text(item)}" for key, item in value.items())
+        pairs = ", ".join(f"{_key(key)} = {text(item)}" for key, item in value.items())
         return f"{{{pairs}}}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(text(item) for item in value)}]"
     return "none" if value is None else str(value)
+
+
+def _key(name: str) -> str:
+    """A key as TOML writes it: in quotes where it is more than a word."""
+    return name if _BARE.fullmatch(name) else text(name)

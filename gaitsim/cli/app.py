@@ -27,7 +27,7 @@ app = group(
         "analyse": "Report which gait emerged, and why it scored.",
         "imitate": "Train a network that imitates the champion, and let it walk by itself.",
         "study": "Sweep options over all cores: one table, surfaces and a summary.",
-        "compare": "Compare experiments over repeats, with statistics for a publication.",
+        "compare": "Compare experiments by evaluations over repeats, with statistics.",
         "differences": "Compare runs: their curves, their results, the options that differ.",
         "verify": "Reproduce generations of a run, and check that every bit is the same.",
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",

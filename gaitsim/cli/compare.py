@@ -69,7 +69,7 @@ def compare(
     format: Annotated[PlotFormat, typer.Option(help="Format of the figures.")] = "png",
     json: Json = False,
 ) -> None:
-    """Compare experiments by evaluations, over repeats, with statistics for a publication.
+    """Compare experiments by evaluations over repeats, with statistics.
 
     All have the same number of evaluations, whatever their searches and populations. Writes a
     report in Markdown, figures, every repeat and the ECDF as tables.
@@ -78,7 +78,7 @@ def compare(
 
     gaitsim compare millipede-random millipede-double-mutation
 
-    gaitsim compare spider mine.toml --repeats 20 --evaluations 20000 --targets 1.5,2,2.5
+    gaitsim compare spider spider-cma --evaluations 9000 --targets 1.5,2,2.5
     """
     aims = check_request(targets, evaluations, generations)
     short = {"evolution.generations": generations, "evolution.population": population}

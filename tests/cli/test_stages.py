@@ -34,8 +34,8 @@ def test_a_stage_is_shown_in_plain_lines(gaitsim, plain):
     lines = done.stdout.splitlines()
     assert lines[:2] == [
         "run runs/puppet",
-        "stage 2 from generation 6 on: search.elites: 2, now 1; "
-        "fitness.plugin: puppet-reach, now puppet-climb",
+        "stage 2 from generation 6 on: fitness.plugin: puppet-reach, now puppet-climb; "
+        "search.elites: 2, now 1",
     ]
     assert lines[2].startswith("generation 6/8")
     champion = next(line for line in lines if line.startswith("score = "))
@@ -51,8 +51,8 @@ def test_a_stage_is_shown_as_json(gaitsim, plain):
         "stage": 2,
         "first": 6,
         "changes": [
-            "search.elites: 2, now 1",
             "fitness.plugin: puppet-reach, now puppet-climb",
+            "search.elites: 2, now 1",
         ],
     }
     assert [(row["generation"], row["stage"]) for row in rows] == [(6, 2), (7, 2), (8, 2)]

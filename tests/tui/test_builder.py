@@ -68,11 +68,11 @@ class TestValidate:
         builder = ExperimentBuilder(replace(SPIDER, reference=str(file)), {"mutation.rate": "7"})
         assert set(validate(builder, catalogue).problems) == {"mutation.rate"}
         broken = replace(SPIDER, reference=str(file), text=SPIDER.text.replace("elites", "elite"))
-        assert set(validate(ExperimentBuilder(broken), catalogue).problems) == {"evolution.elite"}
+        assert set(validate(ExperimentBuilder(broken), catalogue).problems) == {"search.elite"}
 
     def test_options_that_do_not_fit_each_other(self, catalogue):
         found = validate(drafted(search__elites="300"), catalogue)
-        assert set(found.problems) == {"search.elites"}
+        assert set(found.problems) == {"evolution.population"}
 
     def test_forms_have_every_option_as_it_is(self, catalogue):
         found = validate(drafted(fitness__yaw_weight="9"), catalogue)

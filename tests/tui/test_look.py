@@ -21,7 +21,7 @@ from gaitsim.tui.tasks import Task
 
 NOW = 2e9
 SIZES = [(80, 24), (160, 48)]
-NAMES = ("spider", "spider-walk", "tournament", "uniform", "gaussian")
+NAMES = ("spider", "spider-walk", "genetic", "tournament", "uniform", "gaussian")
 SPIDER = dict(zip(KINDS, NAMES, strict=True))
 RUNS = [
     Overview(
