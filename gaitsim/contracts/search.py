@@ -123,7 +123,9 @@ class Search(Plugin):
         operators: the kinds of operators that it uses, sections of the experiment.
         several: whether `ask` takes several populations at once, `Context.populations`, and its
             state is empty; islands need it.
-        keeps: what `members` are: a Pareto 'front', an 'archive', or nothing.
+        keeps: what `members` are: a Pareto 'front', an 'archive', or nothing. A search that keeps
+            a front has an option `objectives`, 'max' or 'min' by name, in the order of
+            `Members.values`; its members are sorted by the first one.
     """
 
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)

@@ -145,6 +145,7 @@ class Analysis(Settings):
         found = self._flags("figure")
         if self.figure:
             which = f"-generation-{self.generation}" if self.generation else ""
+            which = f"-member-{self.member}" if self.member else which
             found += ["--figure", str(run / EXPORTS / f"analysis{which}.{self.figure}")]
         return found
 

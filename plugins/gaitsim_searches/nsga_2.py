@@ -36,8 +36,7 @@ class Nsga2(Search):
 
     objectives: Annotated[dict[str, Literal["max", "min"]], Field(min_length=2)] = option(
         ...,
-        "objectives: names of terms of the score, of measures of the body, or 'score', "
-        "each with its direction, 'max' or 'min'",
+        "terms of the score, measures of the body or 'score', two or more, each 'max' or 'min'",
     )
     reference: dict[str, float] = option(
         {},
@@ -160,10 +159,18 @@ class Nsga2(Search):
         return self._survivors(results.genomes, results.scores, values, state, len(results.genomes))
 
     def mismatch(self, state: State, context: Context) -> str:
-        """Return which objectives a state has where they are not those of the options."""
+        """Return the objectives of a state if they are others, or its array that is damaged."""
         expected, found = self._signature(), state["objectives"]
         if np.array_equal(expected, found):
-            return ""
+            count = len(state["genomes"])
+            shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
+                ("scores", "ranks", "crowding"), (count,)
+            )
+            shapes["genomes"] = (count, context.space.genes)
+            shapes["values"] = (count, len(self.objectives))
+            shapes["reference"] = (len(self.objectives),)
+            wrong = [name for name, shape in shapes.items() if state[name].shape != shape]
+            return f"{wrong[0]} has the shape {state[wrong[0]].shape}" if wrong else ""
         names = bytes(found.astype(np.uint8)).decode(errors="replace").split("\n")
         return (
             f"the objectives of the run are {', '.join(names)}, "

@@ -102,6 +102,6 @@ def quick(arguments: list[str], runs: Path) -> list[str]:
     if command != "run":
         return arguments
     if "--generations" not in arguments:
-        return [*arguments, "--population", "8", "--generations", "2"]
+        return [*arguments, "--population", "10", "--generations", "2"]
     shutil.rmtree(runs / arguments[1], ignore_errors=True)  # the page's run is this one
-    return [*arguments, "--population", "8"]
+    return [*arguments, "--population", "10"]

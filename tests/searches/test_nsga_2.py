@@ -188,7 +188,10 @@ def test_options_that_do_not_fit():
     context = _context(_reals(2), 1, 1)
     other = Nsga2(objectives={"near": "max", "far": "max"}).initial(context)
     assert "near: max" in search.mismatch(other, context)
-    assert search.mismatch(search.initial(context), context) == ""
+    state = search.initial(context)
+    assert search.mismatch(state, context) == ""
+    for name in ("genomes", "scores", "values", "ranks", "crowding", "reference"):
+        assert "shape" in search.mismatch({**state, name: np.zeros((3, 1))}, context)
 
 
 def test_simulated_binary_crossover_spreads_children_as_published():
