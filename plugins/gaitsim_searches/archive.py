@@ -74,6 +74,7 @@ class Archive:
             bool((np.diff(bounds) > 0).all())
             and self.genomes.shape[:1] == self.scores.shape == self.thresholds.shape == (elites,)
             and self.values.shape == (elites, axes)
+            and all(np.isfinite(one).all() for one in (self.scores, self.thresholds, self.values))
         )
 
     def held(

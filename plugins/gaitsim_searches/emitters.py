@@ -87,6 +87,8 @@ class Emitters:
             == (count, genes)
             and self.covariance.shape == self.basis.shape == (count, genes, genes)
             and self.step.shape == self.age.shape == self.decomposed.shape == (count,)
+            and all(np.isfinite(array).all() for array in self.arrays().values())
+            and bool((self.step > 0).all() and (self.lengths > 0).all())
         )
 
     def sampled(self, each: int, width: Floats, rng: np.random.Generator) -> Floats:

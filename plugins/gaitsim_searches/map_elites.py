@@ -232,11 +232,16 @@ class MapElites(Search):
         cells = tuple(map(int, counts)) if len(counts) else len(centroids)
         if cells != self.cells:
             return f"an archive of other cells: {cells}"
-        if state["genomes"].shape[1:] != (context.space.genes,):
-            return "an archive of genomes with another number of genes"
+        if not context.space.contains(state["genomes"]):
+            return "an archive of another body, whose genes are others or have other bounds"
         archive, total = Archive.of(state), _tessellation(state).total
-        if not archive.consistent(total, len(names)) or not Emitters.of(state).consistent(
-            context.space.genes
+        whole = len(counts) > 0 or (
+            centroids.shape == (total, len(names)) and bool(np.isfinite(centroids).all())
+        )
+        if not (
+            whole
+            and archive.consistent(total, len(names))
+            and Emitters.of(state).consistent(context.space.genes)
         ):
             return "an archive whose arrays do not fit each other"
         return ""
