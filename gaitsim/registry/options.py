@@ -95,7 +95,7 @@ def _type(annotation: Any) -> str:
     if origin in (Union, types.UnionType):
         return " or ".join(_type(member) for member in members if member is not type(None))
     if origin is dict:
-        return "a table of values by key"
+        return f"a table of names, each with {_type(members[1])}" if members else "a table"
     if origin in (tuple, list):
         if not members:
             return "a list"

@@ -66,7 +66,7 @@ new run begins; Ctrl-Z takes them back.
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+r", "run", "Run", id="new.run", tooltip="Begin the run"),
         Binding(
-            "ctrl+f", "search", "Search", priority=True, id="new.search", tooltip="Search options"
+            "ctrl+f", "search", "Find", priority=True, id="new.search", tooltip="Search options"
         ),
         Binding("slash", "search", "Search", show=False, id="new.words", tooltip="Search options"),
         Binding("ctrl+s", "save", "Save", id="new.save", tooltip="Save the experiment file"),
