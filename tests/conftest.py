@@ -118,6 +118,11 @@ class Still(Mutation):
 '''
 
 
+def pytest_xdist_auto_num_workers():
+    """One worker more than cores: tests that wait for other processes leave theirs idle."""
+    return (os.cpu_count() or 1) + 1
+
+
 @pytest.fixture(autouse=True)
 def runtime_folder(tmp_path_factory, monkeypatch):
     """The folder of background processes, of this test alone; none of them outlives it."""

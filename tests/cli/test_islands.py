@@ -82,6 +82,7 @@ def test_the_same_bits_over_dask(evolve):
     assert evolve("cluster", "--dask", "local", "--workers", 2) == evolve("alone", "--workers", 1)
 
 
+@pytest.mark.slow
 def test_killed_in_an_epoch_it_becomes_the_same_run(evolve, start, gaitsim, puppet_file, tmp_path):
     alone = evolve("alone", "--workers", 1)
     process = start("run", puppet_file, *ISLANDS, "--out", "killed", "--workers", 2)

@@ -143,6 +143,7 @@ def test_a_run_killed_again_and_again_is_the_same(
     assert (run / "bests.bin").read_bytes() == (tmp_path / "whole/bests.bin").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_run_killed_before_its_first_checkpoint_starts_again(
     gaitsim, start, puppet_file, fingerprint, tmp_path
 ):

@@ -199,6 +199,7 @@ def test_an_incompatible_start_makes_no_run(gaitsim, plain, puppet_file, tmp_pat
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 @posix
 def test_a_run_from_an_individual_killed_before_its_first_generation_is_the_same(
     gaitsim, start, plain, puppet_file, tmp_path

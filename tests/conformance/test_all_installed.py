@@ -16,6 +16,7 @@ def reports():
     return {(report.entry.kind, report.entry.name): report for report in found}
 
 
+@pytest.mark.slow  # examining all of them takes half a minute
 @pytest.mark.parametrize(("kind", "name"), ALL, ids=lambda part: part)
 def test_it_conforms(reports, kind, name):
     report = reports[kind, name]
@@ -30,8 +31,12 @@ OTHER_OPTIONS = [
     ("spider", {"encoding": "recurrence"}),
     ("spider", {"symmetry": "alternating", "frequency": 5.0}),
     ("millipede", {"codec": "unsigned", "pairs": 7}),
-    ("fly", {"wings": "asymmetric", "trials": 3, "hidden": [5], "duration": 0.5}),
-    ("walker", {"encoding": "cpg", "legs": 2, "duration": 0.5}),
+    pytest.param(
+        "fly",
+        {"wings": "asymmetric", "trials": 3, "hidden": [5], "duration": 0.5},
+        marks=pytest.mark.slow,
+    ),
+    pytest.param("walker", {"encoding": "cpg", "legs": 2, "duration": 0.5}, marks=pytest.mark.slow),
     ("walker", {"roughness": 0.05, "symmetry": "alternating", "duration": 0.5}),
 ]
 

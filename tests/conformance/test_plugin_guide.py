@@ -23,6 +23,7 @@ def steps():
             yield block["file"], block["text"]
 
 
+@pytest.mark.slow
 def test_the_steps_of_the_guide_make_a_working_body(tmp_path):
     environment = Environment(tmp_path / "venv")
     folder = tmp_path / "work"

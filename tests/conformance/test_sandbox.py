@@ -14,6 +14,7 @@ from gaitsim.testing.rules.packages import chosen
 LOOPS = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
 
 
+@pytest.mark.slow
 def test_after_a_timeout_the_next_plugins_are_examined(install, working):
     points = {"organism": {"loops": "X", "a-sound": "Body"}, "fitness": {"far": "Distance"}}
     install("fake", working + LOOPS, points)
@@ -26,6 +27,7 @@ def test_after_a_timeout_the_next_plugins_are_examined(install, working):
     assert reports[2].ok, reports[2]
 
 
+@pytest.mark.slow
 def test_a_timeout_in_the_body_of_a_fitness_names_the_body(install, working):
     points = {"organism": {"loops": "X"}, "fitness": {"far": "Distance"}}
     install("fake", working + LOOPS, points)

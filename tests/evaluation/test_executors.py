@@ -171,6 +171,7 @@ def test_closing_does_not_wait_for_a_worker_that_is_stopped():
     assert not multiprocessing.active_children()
 
 
+@pytest.mark.slow
 def test_closing_does_not_wait_for_what_was_dropped():
     with ProcessExecutor(2) as executor:
         some = executor.each(chores.sleep_for, [0.0, 1000.0])

@@ -94,6 +94,7 @@ def test_a_process_pauses_continues_and_changes_options(begun, wait):
     assert RunSnapshot(path).generation == snapshot.generation > 5
 
 
+@pytest.mark.slow
 def test_a_slow_reader_gets_all_rows_merged(begun, wait):
     path = begun()
 
@@ -122,6 +123,7 @@ asyncio.run(main())
 """
 
 
+@pytest.mark.slow
 def test_a_killed_parent_leaves_a_run_that_evolves_on(begun, whole):
     path = begun("run", *SLOW, generations=100_000)
     for goal in (1, 30):

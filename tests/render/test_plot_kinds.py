@@ -113,7 +113,13 @@ def drawn(spider_run, bundled):
     return draw
 
 
-@pytest.mark.parametrize("kind", KINDS)
+SAMPLE = ("fitness", "path", "footfall", "archive")
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [one if one in SAMPLE else pytest.param(one, marks=pytest.mark.slow) for one in KINDS],
+)
 def test_every_kind_is_drawn_of_a_walker_and_always_the_same(drawn, tmp_path, kind):
     pictures = [picture(drawn(kind), "svg", LIGHT) for _ in range(2)]
     assert pictures[0] == pictures[1]

@@ -84,6 +84,7 @@ class Window:
             self.page.keyboard.press(key)
 
 
+@pytest.mark.slow
 def test_a_run_is_begun_in_a_browser_and_outlives_its_window(
     serve, browser, program, tmp_path, puppet_file
 ):
