@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pytest
 from environment import Environment
 
 GUIDE = Path(__file__).parents[2] / "docs" / "plugins.md"
