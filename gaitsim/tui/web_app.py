@@ -3,6 +3,7 @@
 import asyncio
 import json
 import shlex
+import sys
 from asyncio.subprocess import PIPE, Process
 from contextlib import suppress
 
@@ -68,7 +69,16 @@ class ServedApp(AppService):
 
     async def run(self) -> None:
         """Pass on what the app writes until it ends; then close its window."""
-        await super().run()
+        try:
+            await super().run()
+        except asyncio.CancelledError:
+            task = asyncio.current_task()
+            if task is None or task.cancelling():
+                raise
+            # The app ended at once: its errors' reader, which textual-serve cancels, never began.
+            if self._process is not None and self._process.stderr is not None:
+                errors = await self._process.stderr.read()
+                sys.stdout.write(errors.decode("utf-8", "replace"))
         failed = self._process is not None and await self._process.wait()
         if failed:
             await self._websocket.close(code=WSCloseCode.INTERNAL_ERROR, message=FAILED)
