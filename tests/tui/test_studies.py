@@ -158,6 +158,8 @@ def test_marked_runs_are_repeated_with_statistics_by_the_mouse(walk, drive):
         await driver.until(lambda: "not a list of scores" in driver.text("#study-problem"))
         targets.query_one(Input).value = "-9,99"
         await driver.until(lambda: "-9,99" in driver.text("#study-command"))
+        # A button takes no press while it still shows the one before.
+        await driver.until(lambda: not driver.screen.query_one("#begin").has_class("-active"))
         await driver.pilot.click("#begin")
         await driver.at("Studies")
         await driver.until(lambda: ended(driver))
