@@ -256,6 +256,7 @@ def test_one_generation_is_named(spider_run):
     assert details.startswith("generation 2   score ")
 
 
+@pytest.mark.slow
 def test_a_video_says_which_flight_it_shows(bundled):
     one = Video(bundled("fly"), (), RenderSettings(intro=False, speed=0.5))
     assert one.scene.heading[1].endswith("   first of 3 trials   ½ speed")

@@ -98,7 +98,8 @@ shows the list.
                 table.update_cell(str(id(task)), name, cell)
 
     def _chosen(self) -> Task | None:
-        row, tasks = self.query_one(DataTable).cursor_row, self.gaitsim.tasks.all
+        tables, tasks = self.query(DataTable), self.gaitsim.tasks.all
+        row = tables.first().cursor_row if tables else -1  # the app asks while it is composed, too
         return tasks[row] if 0 <= row < len(tasks) else None
 
     def on_data_table_row_highlighted(self) -> None:
