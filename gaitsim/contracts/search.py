@@ -19,6 +19,9 @@ A checkpoint holds it, so it must be enough to continue to the bit. Names and dt
 `Search.initial` gives them; shapes may change, as those of an archive do.
 """
 
+STATE_DTYPES = ("<f8", "<i8", "|u1", "|b1")
+"""NumPy's names of these dtypes, as a checkpoint stores them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Results:

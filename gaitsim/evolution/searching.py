@@ -6,15 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitsim.contracts import Array, Context, Genomes, GenomeSpace, Members, Results, State
+from gaitsim.contracts.search import STATE_DTYPES
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution.operators import ExperimentOperators, repaired
 from gaitsim.evolution.streams import Purpose, stream
 from gaitsim.experiment import Experiment
 from gaitsim.registry import contract_error, plugin_errors
-
-STATE_DTYPES = ("<f8", "<i8", "|u1", "|b1")
-"""What the arrays of a state may hold; a checkpoint stores nothing else."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -205,18 +205,20 @@ def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
             problems.setdefault(problem.key, problem)
     except GaitsimError as error:
         written, problems[""] = "", error
-    search = catalogue.classes["search"].get(builder.plugin("search"))
     forms = {
         section: _form(section, builder, catalogue)
         for section in SECTIONS
-        if not (isinstance(search, type) and issubclass(search, Search)) or uses(search, section)
+        if _uses(builder, catalogue, section)
     }
     offered = catalogue.offered(forms["organism"].plugin, experiment)
     return Validation(builder, experiment, problems, forms, offered, written)
 
 
-def uses(search: type[Search], section: str) -> bool:
-    """Return whether an experiment of a search has a section."""
+def _uses(builder: ExperimentBuilder, catalogue: Catalogue, section: str) -> bool:
+    """Return whether an experiment of the chosen search has a section; yes if it is unknown."""
+    search = catalogue.classes["search"].get(builder.plugin("search"))
+    if search is None or not issubclass(search, Search):
+        return True
     if section == "islands":
         return search.several
     return section not in OPERATORS or section in search.operators
@@ -236,9 +238,8 @@ def choose_plugin(
     organism = builder.plugin("organism")
     offered = catalogue.offered(organism, None)
     model = catalogue.preset_of(organism)
-    chosen = catalogue.classes["search"].get(builder.plugin("search"))
     for other in ("fitness", "search", *OPERATORS):
-        if isinstance(chosen, type) and issubclass(chosen, Search) and not uses(chosen, other):
+        if not _uses(builder, catalogue, other):
             builder = builder.drop(other)
             continue
         works = offered[other]

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Members
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Individual, Member
+from gaitsim.individual import Member
 from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
-from gaitsim.render.plots.request import NothingToPlotError, Request
+from gaitsim.render.plots.request import NothingToPlotError, Request, require_kept
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.render.plots.voronoi import polygons
 
@@ -67,20 +67,6 @@ class _Archive:
         return np.where(np.isfinite(scores), scores, np.nan)
 
 
-def require_archive(individual: Individual) -> None:
-    """Refuse the run of an individual whose search keeps no archive.
-
-    Raises:
-        NothingToPlotError: it keeps none.
-    """
-    if individual.experiment.search.keeps != "archive":
-        name = individual.experiment.entries["search"].name
-        raise NothingToPlotError(
-            f"the search {name!r} keeps no archive",
-            allowed="a search that fills the cells of measures, such as map-elites",
-        )
-
-
 def archive_figure(request: Request) -> "Figure":
     """Plot the scores of the elites in the cells of two axes; empty cells are blank.
 
@@ -97,7 +83,7 @@ def archive_figure(request: Request) -> "Figure":
 
     run, theme = request.run, request.theme
     individual = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
-    require_archive(individual)
+    require_kept(individual, "archive")
     archive = _archive(run.members)
     panels = _panels(archive.names, request.axes)
     labels = {name: _label(name, individual.unit_of(name)) for name in archive.names}
@@ -225,26 +211,21 @@ def _mark_best(axes: "Axes", archive: _Archive, names: tuple[str, ...], theme: T
     place = [
         np.clip(members.values[name][best], *end) for name, end in zip(names, ends, strict=True)
     ]
-    axes.plot(
-        *place,
-        linestyle="",
-        marker="D",
-        markersize=5,
-        markerfacecolor="none",
-        markeredgecolor=theme.background,
-        markeredgewidth=2.2,
-        clip_on=False,
-        zorder=4,
-    )
-    axes.plot(
-        *place,
-        linestyle="",
-        marker="D",
-        markersize=5,
-        markerfacecolor="none",
-        markeredgecolor=theme.ink,
-        markeredgewidth=1.0,
-        clip_on=False,
-        zorder=5,
-        label=f"best score, {numeral(float(members.scores[best]))}: member {best + 1}",
-    )
+    label = f"best score, {numeral(float(members.scores[best]))}: member {best + 1}"
+    # A wider stroke of the ground below, so that it stands out on any colour.
+    for colour, width, order, named in (
+        (theme.background, 2.2, 4, None),
+        (theme.ink, 1.0, 5, label),
+    ):
+        axes.plot(
+            *place,
+            linestyle="",
+            marker="D",
+            markersize=5,
+            markerfacecolor="none",
+            markeredgecolor=colour,
+            markeredgewidth=width,
+            clip_on=False,
+            zorder=order,
+            label=named,
+        )

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts.search import Members
-from gaitsim.individual import Individual, Member
+from gaitsim.individual import Member
 from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
-from gaitsim.render.plots.request import NothingToPlotError, Request
+from gaitsim.render.plots.request import NothingToPlotError, Request, require_kept
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.runs.files.folder import command
 
@@ -19,20 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST = 6  # objectives: 15 panels
-
-
-def require_front(individual: Individual) -> None:
-    """Refuse the run of an individual whose search keeps no front.
-
-    Raises:
-        NothingToPlotError: it keeps none.
-    """
-    if individual.experiment.search.keeps != "front":
-        name = individual.experiment.entries["search"].name
-        raise NothingToPlotError(
-            f"the search {name!r} keeps no front",
-            allowed="a search of several objectives, such as nsga-2",
-        )
 
 
 def front_figure(request: Request) -> "Figure":
@@ -50,7 +36,7 @@ def front_figure(request: Request) -> "Figure":
 
     run, theme = request.run, request.theme
     individual = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
-    require_front(individual)
+    require_kept(individual, "front")
     members = run.members
     if members is None:
         raise ValueError("a search that keeps a front has members")

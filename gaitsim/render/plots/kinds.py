@@ -2,20 +2,21 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from gaitsim.individual import Individual
-from gaitsim.render.plots.archive import archive_figure, require_archive
+from gaitsim.render.plots.archive import archive_figure
 from gaitsim.render.plots.channel import channel_figure, usual_channel
 from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.footfall import contacts_of, footfall_figure
-from gaitsim.render.plots.front import front_figure, require_front
+from gaitsim.render.plots.front import front_figure
 from gaitsim.render.plots.genome import genome_figure
 from gaitsim.render.plots.joints import joints_figure, require_joints
 from gaitsim.render.plots.path import path_figure
 from gaitsim.render.plots.phase import phase_figure, stride_of
-from gaitsim.render.plots.request import Request
+from gaitsim.render.plots.request import Request, require_kept
 from gaitsim.render.plots.runs import runs_figure
 from gaitsim.render.plots.search import require_figures, search_figure
 from gaitsim.render.plots.stability import stability_figure
@@ -61,8 +62,8 @@ KINDS: Mapping[str, Kind] = {
     "genome": Kind(genome_figure, options=()),
     "runs": Kind(runs_figure, options=("--beside",)),
     "search": Kind(search_figure, (), require_figures),
-    "front": Kind(front_figure, (), require_front),
-    "archive": Kind(archive_figure, ("--axes",), require_archive),
+    "front": Kind(front_figure, (), partial(require_kept, kept="front")),
+    "archive": Kind(archive_figure, ("--axes",), partial(require_kept, kept="archive")),
     "path": Kind(path_figure),
     "channel": Kind(channel_figure, _CHANNEL, usual_channel),
     "footfall": Kind(footfall_figure, check=contacts_of),

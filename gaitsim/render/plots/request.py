@@ -12,6 +12,24 @@ class NothingToPlotError(GaitsimError):
     """A body or its motion lacks the data of a kind of plot."""
 
 
+KEEPERS = {
+    "front": "a search of several objectives, such as nsga-2",
+    "archive": "a search that fills the cells of measures, such as map-elites",
+}
+
+
+def require_kept(individual: Individual, kept: str) -> None:
+    """Refuse the run of an individual whose search keeps no 'front', or no 'archive'.
+
+    Raises:
+        NothingToPlotError: it does not.
+    """
+    experiment = individual.experiment
+    if experiment.search.keeps != kept:
+        name = experiment.entries["search"].name
+        raise NothingToPlotError(f"the search {name!r} keeps no {kept}", allowed=KEEPERS[kept])
+
+
 @dataclass(frozen=True, eq=False)
 class Request:
     """The arguments of a plot.

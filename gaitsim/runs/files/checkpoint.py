@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, ConfigDict, StrictStr, TypeAdapter, ValidationError
 
 from gaitsim.contracts import Array, Genomes
+from gaitsim.contracts.search import STATE_DTYPES
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.atomic import set_aside, write_bytes, write_rotating
@@ -33,7 +34,7 @@ _REAL = ("<f8",)
 _SCORES = array(("population",), _REAL, "finite or −inf", lambda scores: scores < np.inf)
 _TERM = array(("population",), _REAL, "a number", lambda term: np.array(True))
 _POPULATION = array(("population", "genes"), _GENES, "finite", np.isfinite)
-_STATE = array(None, (*_GENES, "<i8", "|b1"), "a number", lambda values: np.array(True))
+_STATE = array(None, STATE_DTYPES, "a number", lambda values: np.array(True))
 _GENOME = array(("genes",), _GENES, "finite", np.isfinite)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Genomes, GenomeSpace, Members
-from gaitsim.evolution.searching import STATE_DTYPES
+from gaitsim.contracts.search import STATE_DTYPES
 from gaitsim.testing.report import Finding, error, reported
 from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.trials import GENERATIONS, Trial
