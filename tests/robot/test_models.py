@@ -1,0 +1,94 @@
+"""The bundled robots: what their comments promise, by MuJoCo's own reading of them."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import rigid_body
+
+import gaitsim_robot
+from gaitsim_spider import body
+
+MODELS = {
+    path.stem: mujoco.MjModel.from_xml_path(str(path))
+    for path in (Path(gaitsim_robot.__file__).parent / "models").glob("*.xml")
+}
+
+
+def placed(model, qpos):
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def feet(model):
+    return [geom for geom in range(model.ngeom) if model.geom(geom).name.endswith("foot")]
+
+
+@pytest.mark.parametrize(
+    ("name", "mass", "legs", "joints"),
+    [("quadruped", 1.7, 4, 12), ("hexapod", 1.87, 6, 18), ("spider-physics", 1.2, 8, 24)],
+)
+def test_a_bundled_robot_stands_level_on_all_its_feet(name, mass, legs, joints):
+    model = MODELS[name]
+    data = placed(model, model.key("stand").qpos)
+    soles = data.geom_xpos[feet(model)] - [
+        [0, 0, radius] for radius in model.geom_size[feet(model), 0]
+    ]
+    assert (len(soles), model.njnt) == (legs, joints + 1)
+    assert model.body_mass.sum() == pytest.approx(mass)
+    np.testing.assert_allclose(soles[:, 2], 0.0, atol=2e-5)
+    np.testing.assert_allclose(soles.mean(axis=0)[:2], data.subtree_com[1, :2], atol=0.01)
+    within = model.key("stand").qpos[7:, None] - model.jnt_range[1:]
+    assert (within[:, 0] > 0.3).all()
+    assert (within[:, 1] < -0.3).all()
+    assert (model.jnt_user[1:, 0] > 5).all()
+    assert model.jnt_actfrclimited[1:].all()
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_sides_of_a_bundled_robot_mirror_each_other(name):
+    model = MODELS[name]
+    for left in range(2, model.nbody):
+        if (part := model.body(left).name).startswith("L"):
+            right = model.body("R" + part[1:]).id
+            for kind in (model.body_mass, model.body_inertia):
+                np.testing.assert_allclose(kind[left], kind[right])
+            data = placed(model, model.key("stand").qpos)
+            np.testing.assert_allclose(data.xipos[left], data.xipos[right] * [1, -1, 1], atol=2e-5)
+
+
+def test_the_physics_twin_has_the_joints_limits_and_masses_of_the_spider():
+    twin = MODELS["spider-physics"]
+    assert tuple(twin.joint(joint).name for joint in range(1, twin.njnt)) == body.JOINTS
+    np.testing.assert_allclose(np.abs(twin.jnt_range[1:]), body.ANGLE_LIMIT, atol=1e-5)
+    for leg in body.LEGS:
+        assert [twin.body(f"{leg} {segment}").mass[0] for segment in body.SEGMENTS] == [
+            body.COXA_MASS,
+            body.FEMUR_MASS,
+            body.TIBIA_MASS,
+        ]
+
+
+def test_the_physics_twin_places_its_feet_as_the_independent_model_of_the_tests():
+    twin, rng = MODELS["spider-physics"], np.random.default_rng(0)
+    poses = rng.uniform(-body.ANGLE_LIMIT, body.ANGLE_LIMIT, (20, 24))
+    at_origin = [placed(twin, [0, 0, 0, 1, 0, 0, 0, *pose]) for pose in poses]
+    np.testing.assert_allclose(
+        [data.geom_xpos[feet(twin)] for data in at_origin], rigid_body.feet(poses), atol=5e-5
+    )
+
+
+def test_the_physics_twin_has_the_inertia_of_the_independent_model_of_the_tests():
+    reference, twin = rigid_body._model(), MODELS["spider-physics"]
+    pose = np.random.default_rng(1).uniform(-0.5, 0.5, 24)
+
+    def inertia(model):
+        data = placed(model, [0, 0, 0, 1, 0, 0, 0, *pose])
+        full = np.empty((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, full)
+        return full
+
+    np.testing.assert_allclose(inertia(twin), inertia(reference), rtol=2e-3, atol=2e-6)
