@@ -1,0 +1,66 @@
+"""The motion of a population of robots, from what was recorded of them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Motion
+from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.rollout import Record, roll_out
+from gaitsim_robot.world import FRAME_RATE, World
+
+
+def walked(world: World, commands: Floats) -> Motion:
+    """Return the motion of robots whose servos follow commands.
+
+    Args:
+        world: that each is in, alone.
+        commands: (population, frames, joints) rad.
+    """
+    record = roll_out(world, commands)
+    held = commands.copy()
+    for individual in np.flatnonzero(record.lasted < commands.shape[1]):
+        lasted = record.lasted[individual]
+        held[individual, lasted:] = held[individual, max(lasted - 1, 0)]
+    qpos, qvel = record.qpos, record.qvel
+    torso = qpos[..., :3] - np.array([*world.start[1:3], 0.0])
+    stance = record.load[..., 2] > 0
+    return Motion(
+        FRAME_RATE,
+        {
+            "joint_angles": held,
+            "joint_positions": qpos[..., world.qpos],
+            "joint_velocities": qvel[..., world.dof],
+            "torque": record.torque,
+            "torso": torso,
+            "torso_velocity": qvel[..., :3],
+            "orientation": orientation(qpos[..., 3:7]),
+            "height": torso[..., 2],
+            "foot_positions": record.feet - np.array([*world.start[1:3], 0.0]),
+            "stance": stance,
+            "load": record.load,
+            "slip": _slip(record, stance),
+            "energy": record.work,
+            "lasted": np.maximum(record.lasted - 1, 0) / FRAME_RATE,
+            "configuration": qpos,
+        },
+        failures=record.failures,
+    )
+
+
+def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:
+    """Mean slide of the stance feet since the frame before, (population, frames) m."""
+    slid = np.where(stance, record.slide, 0.0).sum(axis=2)
+    slip: Floats = slid / np.maximum(stance.sum(axis=2), 1)
+    return slip
+
+
+def orientation(quaternion: Floats) -> Floats:
+    """Roll, pitch and yaw of unit quaternions (w, x, y, z), (population, frames, 3) rad.
+
+    Roll is to the right, pitch nose down, yaw to the left and continuous over whole turns.
+    """
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), axis=1)
+    return np.stack([roll, pitch, yaw], axis=-1)

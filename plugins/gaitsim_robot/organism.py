@@ -1,0 +1,210 @@
+"""The robot: any legged robot from a URDF or MJCF file."""
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from pydantic import field_validator, model_validator
+
+from gaitsim.contracts import (
+    Array,
+    Channel,
+    Genomes,
+    Measure,
+    Motion,
+    Organism,
+    RealSpace,
+    Skeleton,
+    option,
+)
+from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
+from gaitsim_robot.anatomy import Anatomy, find_anatomy
+from gaitsim_robot.encodings import commands, groups
+from gaitsim_robot.world import FRAME_RATE, World, build
+
+XYZ = ("x", "y", "z")
+BUNDLED = ("quadruped", "hexapod", "spider-physics")
+
+
+class Robot(Organism):
+    """Any legged robot from a URDF or MJCF file, in rigid-body physics on level ground."""
+
+    model: str = option(
+        "quadruped",
+        "a bundled robot (quadruped, hexapod or spider-physics), the path of a URDF or MJCF file, "
+        "or the robot itself as text, into which a file is turned",
+    )
+    duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
+    dt: float = option(
+        0.004,
+        "time step of the physics, a whole number of which make 1/50 s",
+        unit="s",
+        ge=2e-4,
+        le=0.01,
+    )
+    friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
+    gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
+
+    dynamic: ClassVar[bool] = True
+    threads: ClassVar[bool] = True
+    channels: ClassVar[Mapping[str, Channel]] = {
+        "joint_angles": Channel(
+            ("frames", "joints"), "rad", "commanded to the servos, from the zero of the file"
+        ),
+        "joint_positions": Channel(("frames", "joints"), "rad", "where the joints really are"),
+        "joint_velocities": Channel(("frames", "joints"), "rad/s", "of the joints"),
+        "torque": Channel(
+            ("frames", "joints"), "N m", "mean of its magnitude since the frame before"
+        ),
+        "torso": Channel(
+            ("frames", XYZ), "m", "origin of the trunk, from above the point where it began"
+        ),
+        "torso_velocity": Channel(("frames", XYZ), "m/s", "of the origin of the trunk"),
+        "orientation": Channel(
+            ("frames", ("roll", "pitch", "yaw")), "rad", "to the right, nose down, to the left"
+        ),
+        "height": Channel(("frames",), "m", "origin of the trunk above the ground"),
+        "foot_positions": Channel(
+            ("frames", "feet", XYZ), "m", "points of the feet that touch the ground in standing"
+        ),
+        "stance": Channel(
+            ("frames", "feet"), "", "whether the foot bore load since the frame before"
+        ),
+        "load": Channel(
+            ("frames", "feet", XYZ),
+            "N",
+            "mean force of the ground on each foot since the frame before",
+        ),
+        "slip": Channel(("frames",), "m", "mean slide of the stance feet since the frame before"),
+        "energy": Channel(
+            ("frames",), "J", "work of the servos since the start, braking counted as spent"
+        ),
+        "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
+        "configuration": Channel(
+            ("frames", "coordinates"),
+            "",
+            "position and quaternion of the trunk, then the angles of all joints, m and rad",
+        ),
+    }
+
+    @field_validator("model")
+    @classmethod
+    def _imported(cls, model: str) -> str:
+        return model
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        steps = 1 / (FRAME_RATE * self.dt)
+        if not math.isclose(steps, round(steps), rel_tol=1e-3):
+            near = 1 / (FRAME_RATE * round(steps))
+            raise ValueError(
+                f"dt {self.dt:g} s does not divide 1/50 s into whole steps; {near:.4g} s does"
+            )
+        return self
+
+    @property
+    def text(self) -> str:
+        """The robot's text."""
+        if self.model in BUNDLED:
+            return _bundled(self.model)
+        return self.model
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of a rollout, its start included."""
+        return round(self.duration * FRAME_RATE) + 1
+
+    @property
+    def anatomy(self) -> Anatomy:
+        """Legs, feet and the standing pose."""
+        return _anatomy(self.text)
+
+    @property
+    def world(self) -> World:
+        """The robot on its ground, compiled once."""
+        return _world(self.text, self.dt, self.friction, self.gravity)
+
+    def genome_space(self) -> RealSpace:
+        """Genes of the encoding."""
+        return genome_space(self._gene_groups)
+
+    @property
+    def _gene_groups(self) -> tuple[GeneGroup, ...]:
+        return groups(self.anatomy)
+
+    def move(self, genomes: Genomes) -> Motion:
+        """Walk, each individual in a world of its own."""
+        world = self.world
+        rest = world.rest[world.ctrl]
+        return self._walked(commands(self.anatomy, rest, genomes, self._gene_groups, self.frames))
+
+    def play(self, joint_angles: Array) -> Motion:
+        """Walk by commands to the servos, clipped to the limits of the joints.
+
+        Args:
+            joint_angles: (population, frames, joints), radians from the zero of the file, 50
+                frames a second, of any number of frames from 2; the first is the pose at the start.
+
+        Raises:
+            ValueError: another shape, or angles that are not finite.
+        """
+        check_joint_angles(joint_angles, len(self.anatomy.joints))
+        model = self.world.model
+        lower, upper = np.array([model.joint(name).range for name in self.anatomy.joints]).T
+        return self._walked(np.clip(joint_angles.astype(np.float64), lower, upper))
+
+    def joint_names(self) -> tuple[str, ...]:
+        """The names of the joints of the legs as in the file, leg by leg."""
+        return self.anatomy.joints
+
+    def _walked(self, angles: Array) -> Motion:
+        from gaitsim_robot.motion import walked
+
+        return walked(self.world, angles)
+
+    def measures(self, motion: Motion) -> Mapping[str, Measure]:
+        """Distance and how long it lasted."""
+        forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
+        return {
+            "forward": Measure(forward, "m", "displacement of the trunk"),
+            "lasted": Measure(motion["lasted"], "s", "before the fall, or the whole rollout"),
+        }
+
+    def skeleton(self, motion: Motion, individual: int) -> Skeleton:
+        """The legs from joint to joint."""
+        from gaitsim_robot.skeleton import skeleton
+
+        return skeleton(self.world, motion, individual)
+
+
+@lru_cache(maxsize=16)
+def _bundled(name: str) -> str:
+    return (files("gaitsim_robot") / "models" / f"{name}.xml").read_text(encoding="utf-8")
+
+
+def _spec(text: str) -> Any:
+    import mujoco
+
+    return mujoco.MjSpec.from_string(text)
+
+
+@lru_cache(maxsize=16)
+def _anatomy(text: str) -> Anatomy:
+    return find_anatomy(_spec(text).compile())
+
+
+@lru_cache(maxsize=16)
+def _world(text: str, dt: float, friction: float, gravity: float) -> World:
+    import mujoco
+
+    spec = _spec(text)
+    for joint in spec.joints:
+        if joint.type == mujoco.mjtJoint.mjJNT_HINGE:
+            servo = spec.add_actuator(
+                name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
+            )
+            servo.set_to_position(kp=40, kv=1)
+    return build(spec, _anatomy(text), dt=dt, friction=friction, gravity=gravity)

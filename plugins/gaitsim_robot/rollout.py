@@ -1,0 +1,162 @@
+"""Populations of a robot in simulation, recorded frame by frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.world import FRAME_RATE, World
+
+SEGMENT = 50
+"""Frames that are simulated at once; robots that have fallen are left out of the next ones."""
+
+TIPPED = 0.5  # cosine of the trunk's tilt beyond which it has fallen: 60°
+LOW = 0.4  # share of the standing height below which it has fallen
+
+
+@dataclass(eq=False)
+class Record:
+    """What is recorded of a population; after a fall, each quantity stays as it was.
+
+    Attributes:
+        qpos: (population, frames, nq).
+        qvel: (population, frames, nv).
+        torque: mean magnitude since the frame before, (population, frames, joints) N m.
+        load: mean force of the ground on each foot since the frame before,
+            (population, frames, feet, 3) N.
+        slide: how far the strongest contact of each foot slid since the frame before,
+            (population, frames, feet) m.
+        feet: their positions, (population, frames, feet, 3) m.
+        work: of the servos since the start, braking counted as spent, (population, frames) J.
+        lasted: frames before the fall, or all, (population,).
+        failures: why the simulation of an individual failed, by its index.
+    """
+
+    qpos: Floats
+    qvel: Floats
+    torque: Floats
+    load: Floats
+    slide: Floats
+    feet: Floats
+    work: Floats
+    lasted: NDArray[np.intp]
+    failures: dict[int, str]
+
+
+def roll_out(world: World, commands: Floats) -> Record:
+    """Simulate robots that start from standing, each alone.
+
+    Args:
+        world: that each is in.
+        commands: to the servos of the legs, (population, frames, joints) rad; each is held for a
+            frame.
+    """
+    import mujoco
+    from mujoco import rollout
+
+    model, steps = world.model, world.steps
+    population, frames = commands.shape[:2]
+    record = _empty(world, population, frames)
+    data = mujoco.MjData(model)
+    state = np.tile(world.start, (population, 1))
+    active = np.arange(population)
+    for first in range(0, frames - 1, SEGMENT):
+        last = min(first + SEGMENT, frames - 1)
+        control = np.tile(world.rest, (len(active), (last - first) * steps + 1, 1))
+        held = np.repeat(commands[active, first:last], steps, axis=1)
+        control[:, :-1, world.ctrl] = held
+        control[:, -1:, world.ctrl] = commands[active, last, None]
+        states, sensors = rollout.rollout(model, data, state, control)
+        upright = _record(world, record, active, first, last, state, states, sensors)
+        active, state = active[upright], np.ascontiguousarray(states[upright, -2])
+        if not len(active):
+            break
+    return record
+
+
+def _empty(world: World, population: int, frames: int) -> Record:
+    model, joints, feet = world.model, len(world.dof), len(world.anatomy.legs)
+    return Record(
+        np.zeros((population, frames, model.nq)),
+        np.zeros((population, frames, model.nv)),
+        np.zeros((population, frames, joints)),
+        np.zeros((population, frames, feet, 3)),
+        np.zeros((population, frames, feet)),
+        np.zeros((population, frames, feet, 3)),
+        np.zeros((population, frames)),
+        np.full(population, frames),
+        {},
+    )
+
+
+def _record(
+    world: World,
+    record: Record,
+    active: NDArray[np.intp],
+    first: int,
+    last: int,
+    before: Floats,
+    states: Floats,
+    sensors: Floats,
+) -> NDArray[np.bool_]:
+    """Record the frames `first` to `last` of robots; return which of them have not fallen.
+
+    Args:
+        world: that they are in.
+        record: to write to.
+        active: their indices.
+        first: frame at which the segment begins.
+        last: frame at which it ends.
+        before: their states at its beginning, (active, states).
+        states: after each step and one step more, (active, steps, states).
+        sensors: at the beginning of each of these steps, (active, steps, sensors).
+    """
+    model, steps = world.model, world.steps
+    count, nq, nv = last - first, model.nq, model.nv
+    at_frames = np.concatenate([before[:, None], states[:, steps - 1 : -1 : steps]], axis=1)
+    span = slice(first, last + 1)
+    record.qpos[active, span] = at_frames[..., 1 : 1 + nq]
+    record.qvel[active, span] = at_frames[..., 1 + nq : 1 + nq + nv]
+    record.feet[active, span] = sensors[:, ::steps, world.feet]
+    during = sensors[:, :-1].reshape(len(active), count, steps, -1)
+    after = slice(first + 1, last + 1)
+    torque = np.abs(during[..., world.torque])
+    record.torque[active, after] = torque.mean(axis=2)
+    record.load[active, after] = during[..., world.load].mean(axis=2)
+    slide = during[..., world.slide[:, 1:]]
+    step = model.opt.timestep
+    record.slide[active, after] = np.hypot(slide[..., 0], slide[..., 1]).sum(axis=2) * step
+    speeds = np.concatenate([before[:, None], states[:, :-2]], axis=1)[..., 1 + nq + world.dof]
+    power = (torque * np.abs(speeds.reshape(torque.shape))).sum(axis=(2, 3)) * step
+    record.work[active, after] = record.work[active, first, None] + np.cumsum(power, axis=1)
+
+    quaternion = at_frames[..., 4:8]
+    upward = 1 - 2 * (quaternion[..., 1] ** 2 + quaternion[..., 2] ** 2)
+    low = at_frames[..., 3] < LOW * world.start[3]
+    belly = sensors[:, ::steps, world.belly] > 0
+    expected = before[:, :1] + np.arange(count + 1) * steps * step
+    diverged = ~(np.abs(at_frames[..., 0] - expected) < step / 2)
+    down = (upward < TIPPED) | low | belly | diverged
+    fallen = down.any(axis=1)
+    for row in np.flatnonzero(fallen):
+        individual, frame = active[row], first + int(np.argmax(down[row]))
+        if diverged[row].any():
+            seconds = first / FRAME_RATE
+            record.failures[int(individual)] = (
+                f"the simulation became unstable after {seconds:g} s; "
+                "a shorter organism.dt may help"
+            )
+        record.lasted[individual] = frame
+        _freeze(record, individual, frame)
+    upright: NDArray[np.bool_] = ~fallen
+    return upright
+
+
+def _freeze(record: Record, individual: int, frame: int) -> None:
+    """Keep an individual as it was before it fell in a frame; what moves or bears load is 0."""
+    still = max(frame - 1, 0)
+    for kept in (record.qpos, record.feet, record.work):
+        kept[individual, frame:] = kept[individual, still]
+    for ended in (record.qvel, record.torque, record.load, record.slide):
+        ended[individual, frame:] = 0.0
