@@ -6,6 +6,7 @@ from gaitsim.contracts.operators import Crossover, Mutation, Selection
 from gaitsim.contracts.organism import Organism
 from gaitsim.contracts.plugin import Plugin, option
 from gaitsim.contracts.search import Context, Members, Operators, Results, Search, State
+from gaitsim.contracts.solid import Solid
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "Search",
     "Selection",
     "Skeleton",
+    "Solid",
     "State",
     "option",
 ]
