@@ -144,15 +144,28 @@ def _contact(spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: i
 
 
 def _settled(model: Any, stance: Floats, rest: Floats, seconds: float) -> Floats:
-    """Return the full physics state of the robot after it has stood for a while, at time 0."""
+    """Return the full physics state of the robot at rest, after it has stood for a while."""
     import mujoco
 
-    data = mujoco.MjData(model)
-    data.qpos[:] = stance
-    data.ctrl[:] = rest
+    data = _commanded(model, stance, rest)
     for _ in range(round(seconds / model.opt.timestep)):
         mujoco.mj_step(model, data)
-    data.time = 0.0
+    data = _commanded(model, data.qpos, rest)
     state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
     mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     return state
+
+
+def _commanded(model: Any, qpos: Floats, rest: Floats) -> Any:
+    """Return the robot at rest at time 0, its servos commanded to the standing pose for long."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    data.ctrl[:] = rest
+    for servo in range(model.nu):
+        samples = model.actuator_history[servo, 0]
+        if samples:
+            held = np.full((samples, 1), rest[servo])
+            mujoco.mj_initCtrlHistory(model, data, servo, None, held)
+    return data
