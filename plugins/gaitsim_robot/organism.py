@@ -23,7 +23,7 @@ from gaitsim.contracts import (
 from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
 from gaitsim_robot.anatomy import Anatomy, find_anatomy
 from gaitsim_robot.encodings import commands, groups
-from gaitsim_robot.servos import ServoName, add_servos, joint_servos
+from gaitsim_robot.servos import ServoName, joint_servos
 from gaitsim_robot.world import FRAME_RATE, World, build
 
 XYZ = ("x", "y", "z")
@@ -238,5 +238,4 @@ def _world(
         latency=latency,
         stiffness=stiffness,
     )
-    add_servos(spec, servos, dt)
-    return build(spec, anatomy, dt=dt, friction=friction, gravity=gravity)
+    return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=gravity)

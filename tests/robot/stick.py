@@ -77,5 +77,4 @@ def standing_quadruped(
     spec = quadruped_spec(size, limits=limits, torque=torque, speed=speed)
     anatomy = quadruped_anatomy(spec)
     servos = joint_servos(spec, anatomy, servo, **options)
-    add_servos(spec, servos, dt)
-    return build(spec, anatomy, dt=dt, friction=friction, gravity=9.81), servos
+    return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=9.81), servos
