@@ -81,6 +81,9 @@ class Robot(Organism):
         "torque": Channel(
             ("frames", "joints"), "N m", "mean of its magnitude since the frame before"
         ),
+        "stall_torque": Channel(
+            ("joints",), "N m", "largest torque of the servos; 0 where it is unknown"
+        ),
         "torso": Channel(
             ("frames", XYZ), "m", "origin of the trunk, from above the point where it began"
         ),
@@ -105,6 +108,8 @@ class Robot(Organism):
             ("frames",), "J", "work of the servos since the start, braking counted as spent"
         ),
         "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
+        "weight": Channel((), "N", "of the whole robot"),
+        "length": Channel((), "m", "of the trunk"),
         "configuration": Channel(
             ("frames", "coordinates"),
             "",
