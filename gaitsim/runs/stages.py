@@ -11,7 +11,6 @@ from gaitsim.experiment import Experiment, ExperimentOutline, parse_experiment, 
 from gaitsim.registry import load_class
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
-from gaitsim.toml import brief
 
 SCORING = ("organism", "fitness")
 
@@ -151,4 +150,4 @@ def _unusual(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _text(value: Any) -> str:
-    return "not set" if value is None else brief(value)
+    return "not set" if value is None else str(value)

@@ -1,0 +1,156 @@
+"""Chains of hinges: forward and inverse kinematics of whole populations.
+
+Sources: R. W. Brockett, Robotic manipulators and the product of exponentials formula (1984);
+T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE
+Transactions on Robotics 27 (2011) 984-991, whose damping follows the error.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+ITERATIONS = 20
+FARTHEST_TURN = 0.5  # rad in one iteration
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Hinges in series from the trunk to a tip, in the frame of the standing trunk.
+
+    Attributes:
+        anchors: a point on each axis where all hinges are at `zero`, (joints, 3) m.
+        axes: direction of each axis there, (joints, 3).
+        tip: there, (3,) m.
+        zero: angles of that pose, (joints,) rad.
+        lower: smallest angles, (joints,) rad.
+        upper: largest angles, (joints,) rad.
+    """
+
+    anchors: Floats
+    axes: Floats
+    tip: Floats
+    zero: Floats
+    lower: Floats
+    upper: Floats
+
+    def place(self, angles: Floats) -> Floats:
+        """Return the tips at these angles, (..., joints) rad -> (..., 3) m."""
+        return self._pose(np.ascontiguousarray(angles - self.zero))[0]
+
+    def jacobian(self, angles: Floats) -> Floats:
+        """Return tip and rotation per angle, (..., joints) rad -> (..., 6, joints).
+
+        Three rows in m/rad, then the three of the axes.
+        """
+        turned = np.ascontiguousarray(angles - self.zero)
+        tips, _, anchors, axes = self._pose(turned)
+        return _jacobian(tips, anchors, axes)
+
+    def with_tip(self, tip: Floats, angles: Floats) -> "Chain":
+        """Return the chain whose tip is at `tip` when its hinges are at `angles`."""
+        at, rotation, _, _ = self._pose(angles - self.zero)
+        return replace(self, tip=self.tip + rotation.T @ (tip - at))
+
+    def solve(
+        self,
+        targets: Floats,
+        start: Floats,
+        hold: Floats,
+        weights: Floats,
+        iterations: int = ITERATIONS,
+    ) -> Floats:
+        """Return angles within the limits that bring the tip to the targets or near them.
+
+        Args:
+            targets: (..., 3) m.
+            start: angles to start from, (..., joints) rad, or (joints,) for all.
+            hold: angles at which the tip is oriented as wanted, (joints,) rad.
+            weights: of the errors in x, y, z and in the rotations about x, y, z; the latter in
+                metres, (6,).
+            iterations: of the Levenberg-Marquardt method.
+
+        Returns:
+            (..., joints) rad. Each target is solved for itself: the result does not depend on
+            the others.
+        """
+        joints = len(self.zero)
+        angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
+        wanted = self._pose(hold - self.zero)[1]
+        rows = np.flatnonzero(weights)
+        small = 1e-6 * _extent(self) ** 2
+        diagonal = np.eye(joints)
+        for _ in range(iterations):
+            tips, rotation, anchors, axes = self._pose(angles - self.zero)
+            error = np.concatenate([targets - tips, _turn(rotation, wanted)], axis=-1)
+            error = (error * weights)[..., rows]
+            slope = (_jacobian(tips, anchors, axes) * weights[:, None])[..., rows, :]
+            downhill = _times(slope.swapaxes(-1, -2), error)
+            stuck = ((angles <= self.lower) & (downhill < 0)) | (
+                (angles >= self.upper) & (downhill > 0)
+            )
+            slope = np.where(stuck[..., None, :], 0.0, slope)
+            downhill = np.where(stuck, 0.0, downhill)
+            damping = 0.5 * (error * error).sum(axis=-1) + small
+            normal = np.matmul(slope.swapaxes(-1, -2), slope) + damping[..., None, None] * diagonal
+            step = np.linalg.solve(normal, downhill[..., None])[..., 0]
+            step = np.clip(step, -FARTHEST_TURN, FARTHEST_TURN)
+            angles = np.clip(angles + step, self.lower, self.upper)
+        return angles
+
+    def _pose(self, turned: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Tips (..., 3), rotations (..., 3, 3), anchors and axes (..., joints, 3)."""
+        shape = turned.shape[:-1]
+        sine, versine = np.sin(turned), 1 - np.cos(turned)
+        rotation = np.broadcast_to(np.eye(3), (*shape, 3, 3))
+        shift = np.zeros((*shape, 3))
+        anchors, axes = np.empty((*turned.shape, 3)), np.empty((*turned.shape, 3))
+        for joint, (anchor, axis) in enumerate(zip(self.anchors, self.axes, strict=True)):
+            anchors[..., joint, :] = _times(rotation, anchor) + shift
+            axes[..., joint, :] = _times(rotation, axis)
+            cross = _cross_matrix(axis)
+            turn = np.eye(3) + sine[..., joint, None, None] * cross
+            turn += versine[..., joint, None, None] * (cross @ cross)
+            rotation = np.matmul(rotation, turn)
+            shift = anchors[..., joint, :] - _times(rotation, anchor)
+        return _times(rotation, self.tip) + shift, rotation, anchors, axes
+
+
+def _extent(chain: Chain) -> float:
+    """Length of the chain along its anchors, m."""
+    corners = np.vstack([chain.anchors, chain.tip])
+    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()) or 1.0
+
+
+def _times(matrices: Floats, vectors: Floats) -> Floats:
+    """Product of (..., n, m) and (..., m)."""
+    product: Floats = np.matmul(matrices, vectors[..., None])[..., 0]
+    return product
+
+
+def _cross_matrix(axis: Floats) -> Floats:
+    x, y, z = axis
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
+    lever = tips[..., None, :] - anchors
+    columns = np.concatenate([_cross(axes, lever), axes], axis=-1)
+    return columns.swapaxes(-1, -2)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return product
+
+
+def _turn(rotation: Floats, wanted: Floats) -> Floats:
+    """Rotation vector, to first order, from `rotation` to `wanted`, (..., 3) rad."""
+    turn: Floats = np.zeros(rotation.shape[:-1])
+    for column in range(3):
+        turn += _cross(rotation[..., column], wanted[:, column])
+    return turn / 2

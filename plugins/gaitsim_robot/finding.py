@@ -1,0 +1,243 @@
+"""How the legs of a robot are found: upright, facing x, the limbs that reach lowest."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim_robot.anatomy import Anatomy, Leg, Side, in_order, name_legs
+from gaitsim_robot.limbs import Limb, Tree
+from gaitsim_robot.standing import Stand
+
+Floats = NDArray[np.float64]
+
+LOW = 0.6  # share of the lowest limb's depth that a leg reaches at least
+LIFT = 0.1  # share of its depth that a leg can lift its foot at least
+ALIKE = 0.2  # lengths of a leg by which mirrored legs may differ
+LONGER = 1.3  # how much longer than wide a robot along y is that faces along y
+_HALF = 0.5**0.5
+TURNS = {
+    "": (1.0, 0.0, 0.0, 0.0),
+    "y points up in the file; the robot is turned upright": (_HALF, _HALF, 0.0, 0.0),
+}
+FACING = "the robot faces along y in the file; it is turned to face along x"
+
+
+class Finder:
+    """The search for the legs of one robot.
+
+    Args:
+        model: of MuJoCo.
+        feet: names of bodies at the ends of the legs, or ().
+        stance: angles of joints by name, or None.
+    """
+
+    def __init__(self, model: Any, feet: Sequence[str], stance: Mapping[str, float] | None) -> None:
+        self.model, self.feet, self.stance = model, feet, stance
+        self.rest, self.given = self._rest()
+
+    def find(self) -> Anatomy:
+        """Return the anatomy."""
+        first: GaitsimError | None = None
+        for note, turn in TURNS.items():
+            rest = self.rest.copy()
+            rest[3:7] = _product(np.array(turn), rest[3:7])
+            try:
+                return self._find(rest, (note,) if note else ())
+            except GaitsimError as error:
+                first = first or error
+            if self.given:
+                break
+        assert first is not None
+        raise first
+
+    def _rest(self) -> tuple[Floats, bool]:
+        """The pose of the keyframe, or at zero within the limits; and whether it is given."""
+        import mujoco
+
+        model = self.model
+        rest = model.qpos0.copy()
+        key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, "stand")
+        given = key >= 0
+        if given:
+            rest = model.key_qpos[key].copy()
+        rest[:3] = 0.0
+        for name, angle in (self.stance or {}).items():
+            rest[model.joint(name).qposadr[0]] = angle
+        limited = np.flatnonzero(model.jnt_limited)
+        address = model.jnt_qposadr[limited]
+        rest[address] = np.clip(rest[address], *model.jnt_range[limited].T)
+        return rest, given or bool(self.stance)
+
+    def _find(self, rest: Floats, notes: tuple[str, ...]) -> Anatomy:
+        limbs = self._legs(self._tree(rest))
+        if _faces_y(limbs):
+            rest = rest.copy()
+            rest[3:7] = _product(np.array([_HALF, 0.0, 0.0, -_HALF]), rest[3:7])
+            limbs = self._legs(self._tree(rest))
+            notes = (*notes, FACING)
+        sides = [_side(limb, limbs) for limb in limbs]
+        order = in_order(limbs, sides)
+        limbs, sides = [limbs[index] for index in order], [sides[index] for index in order]
+        stand = Stand(self.model, limbs, _partners(limbs, sides))
+        standing = self._stand(stand, rest)
+        return self._anatomy(stand, sides, standing, notes)
+
+    def _tree(self, rest: Floats) -> Tree:
+        import mujoco
+
+        data = mujoco.MjData(self.model)
+        data.qpos[:] = rest
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        return Tree(self.model, data)
+
+    def _legs(self, tree: Tree) -> list[Limb]:
+        if self.feet:
+            return tree.limbs_to([self.model.body(name).id for name in self.feet])
+        limbs = tree.limbs()
+        centre = tree.data.subtree_com[1]
+        depth = [centre[2] - limb.tips[:, 2].min() for limb in limbs]
+        deepest = max(depth, default=0.0)
+        legs = [
+            limb
+            for limb, deep in zip(limbs, depth, strict=True)
+            if deep >= LOW * deepest > 0 and np.ptp(limb.tips[:, 2]) > LIFT * deepest
+        ]
+        legs = _without_loners(legs)
+        if len(legs) < 2:
+            names = [self.model.body(limb.foot).name for limb in limbs]
+            raise GaitsimError(
+                "the robot has no legs",
+                allowed="at least two limbs of hinge joints that reach the ground below the trunk; "
+                f"found {len(limbs)}" + (f", which end at {', '.join(names)}" if names else ""),
+                remedy="name the bodies at the ends of the legs in the option feet",
+            )
+        return legs
+
+    def _stand(self, stand: Stand, rest: Floats) -> Floats:
+        problem = stand.problem(rest, bent=not self.given)
+        if not problem:
+            return stand.on_ground(rest)
+        if self.given:
+            raise GaitsimError(
+                f"the robot cannot stand in the given pose: {problem}",
+                where="option stance" if self.stance else "keyframe stand",
+                remedy="change the pose, or leave it out to have one found",
+            )
+        found, why = stand.search(rest)
+        if found is None:
+            raise GaitsimError(
+                f"the robot has no standing pose: {why}",
+                remedy="set the option stance to angles of joints in which it stands, or name its "
+                "feet in the option feet",
+            )
+        return found
+
+    def _anatomy(
+        self, stand: Stand, sides: list[Side], standing: Floats, notes: tuple[str, ...]
+    ) -> Anatomy:
+        model = self.model
+        contacts = stand.contacts(standing)
+        points = stand.pose(standing)
+        legs = []
+        for name, side, limb, touching in zip(
+            name_legs(sides), sides, stand.limbs, contacts, strict=True
+        ):
+            middle = (touching.min(axis=0) + touching.max(axis=0)) / 2
+            rotation = stand.data.xmat[limb.foot].reshape(3, 3)
+            local = rotation.T @ (middle - stand.data.xpos[limb.foot])
+            legs.append(
+                Leg(
+                    name,
+                    side,
+                    tuple(model.joint(joint).name for joint in limb.joints),
+                    model.body(limb.foot).name,
+                    (float(local[0]), float(local[1]), float(local[2])),
+                    limb.length,
+                    (float(limb.sole[0]), float(limb.sole[1])),
+                )
+            )
+        of_legs = {joint for leg in legs for joint in leg.joints}
+        held = [model.joint(index).name for index in range(1, model.njnt)]
+        trunk = points[stand.surfaces.of(np.flatnonzero(model.body_weldid == 1)), 0]
+        if len(legs) == 2 and not all(min(leg.sole) > 0 for leg in legs):
+            notes = (*notes, "two feet without soles: the robot stands only while it balances")
+        hips = np.array([limb.hip[0] for limb in stand.limbs])
+        length = max(np.ptp(hips), np.ptp(trunk) if len(trunk) else 0.0)
+        if len(legs) == 2:
+            length = max(length, stand.reach)
+        return Anatomy(
+            tuple(legs),
+            tuple(name for name in held if name not in of_legs),
+            standing,
+            float(model.body_subtreemass[1]),
+            float(length),
+            notes,
+        )
+
+
+def _without_loners(legs: list[Limb]) -> list[Limb]:
+    """Leave out limbs that no other resembles, such as the arm on the back of a quadruped."""
+    return [
+        limb
+        for limb in legs
+        if any(
+            other is not limb
+            and len(other.joints) == len(limb.joints)
+            and abs(other.length - limb.length) < ALIKE * limb.length
+            for other in legs
+        )
+    ]
+
+
+def _faces_y(limbs: Sequence[Limb]) -> bool:
+    """Whether the legs pair along x rather than along y, as of a robot that faces along y."""
+    hips = np.array([limb.hip for limb in limbs])
+    size = float(np.mean([limb.length for limb in limbs]))
+    along_x, along_y = (_paired(hips, axis, size) for axis in (0, 1))
+    if along_x != along_y:
+        return along_x > along_y
+    spread = np.ptp(hips, axis=0)
+    return len(limbs) > 2 and bool(spread[1] > LONGER * spread[0])
+
+
+def _paired(hips: Floats, axis: int, size: float) -> int:
+    """How many hips have a mirror image along an axis, other than themselves."""
+    images = hips - 2 * np.outer(hips[:, axis] - hips[:, axis].mean(), np.eye(3)[axis])
+    distance = np.linalg.norm(hips[:, None] - images, axis=2)
+    off_plane = np.abs(hips[:, axis] - hips[:, axis].mean()) > 0.05 * size
+    return int(((distance.min(axis=1) < ALIKE * size) & off_plane).sum())
+
+
+def _side(limb: Limb, limbs: Sequence[Limb]) -> Side:
+    middle = float(np.mean([one.hip[1] for one in limbs]))
+    for y in (limb.hip[1] - middle, limb.chain.tip[1] - middle):
+        if abs(y) > 0.05 * limb.length:
+            return "left" if y > 0 else "right"
+    return "middle"
+
+
+def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
+    """Index of the leg on the other side that mirrors each, or -1."""
+    partners = []
+    for index, limb in enumerate(limbs):
+        image = limb.hip * [1, -1, 1]
+        near = [
+            float(np.linalg.norm(other.hip - image))
+            if sides[index] != sides[at] and len(other.joints) == len(limb.joints)
+            else np.inf
+            for at, other in enumerate(limbs)
+        ]
+        best = int(np.argmin(near))
+        partners.append(best if near[best] < ALIKE * limb.length else -1)
+    return partners
+
+
+def _product(left: Floats, right: Floats) -> Floats:
+    """Product of two quaternions, the turn `right` first."""
+    a, b = left[0], left[1:]
+    c, d = right[0], right[1:]
+    return np.concatenate([[a * c - b @ d], a * d + c * b + np.cross(b, d)])

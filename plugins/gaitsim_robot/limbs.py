@@ -1,0 +1,251 @@
+"""Limbs of a robot: the chains of joints from the trunk to whatever could touch the ground."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim_robot.chain import Chain
+from gaitsim_robot.shapes import Surfaces, surfaces
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+FINGERS = 0.35  # share of a limb's length: branches nearer to its end are fingers or toes
+HIP = 0.25  # share of a limb's length within which several joints are one hip
+ANKLE = 0.3  # share of a limb's length: the largest height of an ankle above a level sole
+SAMPLES = 512
+
+
+@dataclass(frozen=True, eq=False)
+class Limb:
+    """A limb in the robot's reference pose.
+
+    Attributes:
+        joints: from the hip to the foot, without those that other limbs share, (joints,).
+        bodies: of the foot with its toes; it touches the ground, (bodies,).
+        parts: all bodies that only this limb moves, (bodies,).
+        chain: of the joints to the middle of the foot, a ball or a point.
+        radius: of that ball, m.
+        foot: body of the tip.
+        sole: extent of a level sole along x and y, (2,) m; 0 for a foot that is a point.
+        hip: anchor of the last joint of the hip, (3,) m.
+        knee: index in `joints` of the first joint after the hip.
+        length: farthest that the tip gets from there, m.
+    """
+
+    joints: Indices
+    bodies: Indices
+    parts: Indices
+    chain: Chain
+    radius: float
+    foot: int
+    sole: Floats
+    hip: Floats
+    knee: int
+    length: float
+
+    @cached_property
+    def samples(self) -> Floats:
+        """Angles all over the limits, the pose at zero first, (samples, joints) rad."""
+        lower, upper = self.chain.lower, self.chain.upper
+        return np.vstack([self.chain.zero, lower + _halton(len(lower)) * (upper - lower)])
+
+    @cached_property
+    def tips(self) -> Floats:
+        """Tips at the samples, (samples, 3) m."""
+        return self.chain.place(self.samples)
+
+
+class Tree:
+    """The bodies of a robot, those welded to one another as one, in the pose of `data`."""
+
+    def __init__(self, model: Any, data: Any) -> None:
+        self.model, self.data = model, data
+        self.surfaces: Surfaces = surfaces(model)
+        self.points = self.surfaces.place(data)
+        self.weld = np.asarray(model.body_weldid, np.intp)
+        self.parent = {
+            int(group): int(self.weld[model.body_parentid[group]])
+            for group in np.unique(self.weld)
+            if group > 1
+        }
+        touching = set(self.weld[self.surfaces.bodies].tolist())
+        kept: set[int] = set()
+        for group in touching:
+            kept.update(self._path(group))
+        self.children = {
+            group: sorted(child for child in kept if self.parent[child] == group)
+            for group in (1, *kept)
+        }
+
+    def limbs(self) -> list[Limb]:
+        """Return the limbs, in the order of their bodies."""
+        ends: list[int] = []
+        for child in self.children[1]:
+            self._collect(child, ends)
+        return self._built(ends)
+
+    def limbs_to(self, bodies: list[int]) -> list[Limb]:
+        """Return the limbs that end at these bodies."""
+        return self._built([int(self.weld[body]) for body in bodies])
+
+    def _built(self, ends: list[int]) -> list[Limb]:
+        paths = [self._path(end) for end in ends]
+        shared = {
+            group
+            for i, path in enumerate(paths)
+            for other in paths[:i]
+            for group in path
+            if group in other
+        }
+        limbs = [
+            self._limb([group for group in path if group not in shared], end)
+            for path, end in zip(paths, ends, strict=True)
+        ]
+        return [limb for limb in limbs if limb is not None]
+
+    def _path(self, group: int) -> list[int]:
+        """Groups from the trunk, without it, to a group."""
+        path: list[int] = []
+        while group > 1:
+            path.insert(0, group)
+            group = self.parent[group]
+        return path
+
+    def _collect(self, group: int, ends: list[int]) -> None:
+        children = self.children[group]
+        if len(children) == 1:
+            self._collect(children[0], ends)
+        elif not children or self._depth(group) < FINGERS * (
+            self._from_trunk(group) + self._depth(group)
+        ):
+            ends.append(group)
+        else:
+            for child in children:
+                self._collect(child, ends)
+
+    def _anchor(self, group: int) -> Floats:
+        anchor: Floats = self.data.xanchor[self.model.body_jntadr[group]]
+        return anchor
+
+    def _from_trunk(self, group: int) -> float:
+        path = self._path(group)
+        anchors = np.array([self._anchor(one) for one in path])
+        return float(np.linalg.norm(np.diff(anchors, axis=0), axis=1).sum())
+
+    def _depth(self, group: int) -> float:
+        """Length of the longest path from the anchor of a group to a surface below it."""
+        anchor = self._anchor(group)
+        deepest = [
+            float(np.linalg.norm(self._anchor(child) - anchor)) + self._depth(child)
+            for child in self.children[group]
+        ]
+        own = self.points[self.surfaces.of(np.flatnonzero(self.weld == group))]
+        if len(own):
+            deepest.append(float(np.linalg.norm(own - anchor, axis=1).max()))
+        return max(deepest, default=0.0)
+
+    def _below(self, group: int) -> Indices:
+        """All bodies from a group on."""
+        inside = [one for one in self.parent if group in self._path(one)]
+        return np.flatnonzero(np.isin(self.weld, inside))
+
+    def _limb(self, path: list[int], end: int) -> Limb | None:
+        model, data = self.model, self.data
+        joints = [
+            joint
+            for group in path
+            for joint in range(
+                model.body_jntadr[group], model.body_jntadr[group] + model.body_jntnum[group]
+            )
+        ]
+        foot = self._below(end)
+        of_foot = self.surfaces.of(foot)
+        if not joints or not len(of_foot):
+            return None
+        while len(joints) > 1 and self._rolls(joints[-1], of_foot):
+            joints.pop()  # A wheel at the end of a leg is held still.
+        anchors = data.xanchor[joints]
+        tip, radius, body, sole = self._tip(anchors, of_foot)
+        segments = np.linalg.norm(np.diff(np.vstack([anchors, tip]), axis=0), axis=1)
+        before = np.concatenate([[0.0], np.cumsum(segments)[:-1]])
+        hip = int(np.flatnonzero(before <= HIP * segments.sum())[-1])
+        limited = model.jnt_limited[joints].astype(bool)
+        zero = data.qpos[model.jnt_qposadr[joints]].copy()
+        lower, upper = model.jnt_range[joints].T
+        chain = Chain(
+            anchors.copy(),
+            data.xaxis[joints].copy(),
+            tip,
+            zero,
+            np.maximum(np.where(limited, lower, -np.inf), zero - np.pi),
+            np.minimum(np.where(limited, upper, np.inf), zero + np.pi),
+        )
+        return Limb(
+            np.array(joints, np.intp), foot, self._below(path[0]), chain, radius, body, sole,
+            anchors[hip].copy(), hip + 1, _farthest(chain, hip),
+        )  # fmt: skip
+
+    def _rolls(self, joint: int, of_foot: Indices) -> bool:
+        """Whether the foot is a wheel about this joint: as far down at every angle."""
+        axis, anchor = self.data.xaxis[joint], self.data.xanchor[joint]
+        lever = self.points[of_foot] - anchor
+        across = lever - np.outer(lever @ axis, axis)
+        side = np.cross(axis, _perpendicular(axis))
+        other = np.cross(axis, side)
+        turns = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+        normals = np.outer(np.cos(turns), side) + np.outer(np.sin(turns), other)
+        reach = (across @ normals.T + self.surfaces.radius[of_foot][:, None]).max(axis=0)
+        return bool(reach.min() > 0.8 * reach.max())
+
+    def _tip(self, anchors: Floats, of_foot: Indices) -> tuple[Floats, float, int, Floats]:
+        """Tip, radius of its ball, its body, and extent of its sole."""
+        points, radius = self.points[of_foot], self.surfaces.radius[of_foot]
+        bodies = self.surfaces.bodies[of_foot]
+        ankle = anchors[-1]
+        length = np.linalg.norm(np.diff(anchors, axis=0), axis=1).sum()
+        far = np.linalg.norm(points - ankle, axis=1) + radius
+        length += far.max()
+        lows = points[:, 2] - radius
+        level = lows < lows.min() + 0.02 * length
+        extent = np.ptp(points[level, :2], axis=0)
+        drop = ankle[2] - lows.min()
+        if 0 < drop < ANKLE * length and extent[0] > 0.06 * length and extent[0] > drop:
+            middle = (points[level].max(axis=0) + points[level].min(axis=0)) / 2
+            middle[2] = lows.min()
+            lowest = int(np.argmin(lows))
+            return middle, 0.0, int(bodies[lowest]), extent
+        farthest = far > far.max() - 0.01 * length
+        ball = int(np.argmax(far))
+        tip = points[farthest & (bodies == bodies[ball])].mean(axis=0)
+        return tip, float(radius[ball]), int(bodies[ball]), np.zeros(2)
+
+
+def _farthest(chain: Chain, hip: int) -> float:
+    """The farthest that the tip gets from the anchor of a joint, by coordinate ascent, m."""
+    angles, joints = chain.zero.copy(), range(hip + 1, len(chain.zero))
+    at = chain.anchors[hip]
+    for _ in range(3):
+        for joint in joints:
+            tried = np.tile(angles, (65, 1))
+            tried[:, joint] = np.linspace(chain.lower[joint], chain.upper[joint], 65)
+            distance = np.linalg.norm(chain.place(tried) - at, axis=1)
+            angles = tried[int(np.argmax(distance))]
+    return float(np.linalg.norm(chain.place(angles) - at))
+
+
+def _perpendicular(axis: Floats) -> Floats:
+    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    unit: Floats = across / np.linalg.norm(across)
+    return unit
+
+
+def _halton(columns: int) -> Floats:
+    """Points of the unit cube that fill it evenly, (SAMPLES, columns)."""
+    from scipy.stats.qmc import Halton
+
+    points: Floats = Halton(columns, scramble=False).random(SAMPLES + 1)[1:]
+    return points

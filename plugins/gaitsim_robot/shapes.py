@@ -1,0 +1,92 @@
+"""Surfaces of a robot as points: what touches the ground, and where."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """Points of all geoms that touch the ground, each the middle of a ball that may be a point.
+
+    Attributes:
+        geoms: index of the geom of each point, (points,).
+        bodies: index of its body, (points,).
+        local: in the frame of the geom, (points, 3) m.
+        radius: of the ball, (points,) m.
+    """
+
+    geoms: NDArray[np.intp]
+    bodies: NDArray[np.intp]
+    local: Floats
+    radius: Floats
+
+    def place(self, data: Any) -> Floats:
+        """Return the points in the world, (points, 3) m."""
+        turned = np.einsum("pij,pj->pi", data.geom_xmat[self.geoms].reshape(-1, 3, 3), self.local)
+        placed: Floats = data.geom_xpos[self.geoms] + turned
+        return placed
+
+    def of(self, bodies: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Return the indices of the points on these bodies."""
+        return np.flatnonzero(np.isin(self.bodies, bodies))
+
+
+def surfaces(model: Any) -> Surfaces:
+    """Return the surfaces of a compiled robot."""
+    geoms, local, radius = [], [], []
+    for geom in range(model.ngeom):
+        if not (model.geom_contype[geom] | model.geom_conaffinity[geom]) & 1:
+            continue  # Bit 1 is the ground's.
+        points, ball = _surface(model, geom)
+        geoms.append(np.full(len(points), geom, np.intp))
+        local.append(points)
+        radius.append(np.full(len(points), ball))
+    if not geoms:
+        empty = np.zeros(0, np.intp)
+        return Surfaces(empty, empty, np.zeros((0, 3)), np.zeros(0))
+    of = np.concatenate(geoms)
+    return Surfaces(of, model.geom_bodyid[of], np.vstack(local), np.concatenate(radius))
+
+
+def _surface(model: Any, geom: int) -> tuple[Floats, float]:
+    import mujoco
+
+    kinds = mujoco.mjtGeom
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    if kind == kinds.mjGEOM_SPHERE:
+        return np.zeros((1, 3)), float(size[0])
+    if kind == kinds.mjGEOM_CAPSULE:
+        return np.array([[0.0, 0.0, -size[1]], [0.0, 0.0, size[1]]]), float(size[0])
+    if kind == kinds.mjGEOM_BOX:
+        return size * _corners(), 0.0
+    if kind == kinds.mjGEOM_CYLINDER:
+        angle = np.arange(16) * (math.pi / 8)
+        ring = np.stack([np.cos(angle), np.sin(angle), np.ones(16)], axis=1)
+        return np.vstack([ring, ring * [1, 1, -1]]) * [size[0], size[0], size[1]], 0.0
+    if kind == kinds.mjGEOM_ELLIPSOID:
+        return size * _sphere(200), 0.0
+    if kind == kinds.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        first = model.mesh_vertadr[mesh]
+        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+        return np.asarray(vertices, np.float64), 0.0
+    return np.zeros((1, 3)), 0.0
+
+
+def _corners() -> Floats:
+    return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+
+
+def _sphere(points: int) -> Floats:
+    """Points of a Fibonacci lattice on the unit sphere, its poles and those of x and y too."""
+    index = np.arange(points) + 0.5
+    height, turn = 1 - 2 * index / points, index * math.pi * (3 - math.sqrt(5))
+    width = np.sqrt(1 - height * height)
+    lattice = np.stack([width * np.cos(turn), width * np.sin(turn), height], axis=1)
+    return np.vstack([lattice, np.eye(3), -np.eye(3)])

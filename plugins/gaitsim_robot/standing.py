@@ -1,0 +1,245 @@
+"""The standing pose: feet on level ground, knees bent, the centre of mass above the feet."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim_robot.limbs import Limb
+from gaitsim_robot.shapes import surfaces
+
+Floats = NDArray[np.float64]
+
+# Where a foot stands from its hip, outward and down, in lengths of the leg. First choice first.
+UPRIGHT = ((0.0, 0.82), (0.0, 0.75), (0.0, 0.88), (0.15, 0.8), (0.0, 0.65), (0.3, 0.65), (0, 0.94))
+SPRAWLED = ((0.65, 0.45), (0.6, 0.6), (0.75, 0.35), (0.5, 0.3), (0.8, 0.45), (0.4, 0.7), (0.8, 0.2))
+STRAIGHT = 0.97  # share of its length from which a leg is straight
+UNEVEN = 0.03  # lengths of a leg between the heights of two feet on the ground
+STARTS = 24
+
+
+class Stand:
+    """The robot in poses, and whether it stands in them.
+
+    Args:
+        model: of MuJoCo.
+        limbs: the legs.
+        partners: index of the leg that mirrors each, or -1.
+    """
+
+    def __init__(self, model: Any, limbs: Sequence[Limb], partners: Sequence[int]) -> None:
+        import mujoco
+
+        self.model, self.limbs, self.partners = model, limbs, partners
+        self.data = mujoco.MjData(model)
+        self.surfaces = surfaces(model)
+        self.reach = float(np.mean([limb.length for limb in limbs]))
+        self.of_feet = [self.surfaces.of(limb.bodies) for limb in limbs]
+        feet = np.concatenate(self.of_feet)
+        self.others = np.setdiff1d(np.arange(len(self.surfaces.geoms)), feet)
+
+    def pose(self, qpos: Floats) -> Floats:
+        """Pose the robot and return its surface points, (points, 3) m."""
+        import mujoco
+
+        self.data.qpos[:] = qpos
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        return self.surfaces.place(self.data)
+
+    def on_ground(self, qpos: Floats) -> Floats:
+        """Return the pose with its lowest foot on z = 0 and the centre of mass at x = y = 0."""
+        points = self.pose(qpos)
+        grounded = qpos.copy()
+        grounded[2] -= min(self._lows(points))
+        return grounded
+
+    def contacts(self, qpos: Floats) -> list[Floats]:
+        """Return the points of each foot that touch the ground, (points, 3) m."""
+        points = self.pose(qpos)
+        touching = []
+        for of_foot in self.of_feet:
+            low = points[of_foot] - [0, 0, 1] * self.surfaces.radius[of_foot][:, None]
+            touching.append(low[low[:, 2] < low[:, 2].min() + 0.01 * self.reach])
+        return touching
+
+    def problem(self, qpos: Floats, bent: bool) -> str:
+        """Return why the robot does not stand in this pose, with bent knees if so asked, or ''."""
+        points = self.pose(qpos)
+        lows = self._lows(points)
+        if max(lows) - min(lows) > UNEVEN * self.reach:
+            return f"its feet are at heights up to {1000 * (max(lows) - min(lows)):.0f} mm apart"
+        others = points[self.others, 2] - self.surfaces.radius[self.others]
+        if len(others) and others.min() < min(lows) + 0.01 * self.reach:
+            body = self.model.body(self.surfaces.bodies[self.others[int(np.argmin(others))]]).name
+            return f"the body {body!r} is as low as the feet"
+        for limb in self.limbs:
+            tip = limb.chain.place(self._angles(limb, qpos))
+            straight = np.linalg.norm(tip - self.data.xanchor[limb.joints[limb.knee - 1]])
+            if bent and limb.knee < len(limb.joints) and straight > STRAIGHT * limb.length:
+                return f"the leg that ends at {self.model.body(limb.foot).name!r} is straight"
+        return self._balance(qpos)
+
+    def _balance(self, qpos: Floats) -> str:
+        contacts = np.vstack(self.contacts(qpos))[:, :2]
+        self.pose(qpos)
+        centre = self.data.subtree_com[1][:2]
+        outside = _distance_outside(contacts, centre)
+        if outside > 0.02 * self.reach:
+            return f"its centre of mass is {1000 * outside:.0f} mm outside its feet"
+        return ""
+
+    def search(self, rest: Floats) -> tuple[Floats | None, str]:
+        """Return the best standing pose, or None and why there is none.
+
+        Args:
+            rest: pose that joints outside the legs keep, and that legs stay near, (nq,).
+        """
+        problem = ""
+        orders = (SPRAWLED, UPRIGHT) if self._sprawled() else (UPRIGHT, SPRAWLED)
+        for outward, down in (*orders[0], *orders[1]):
+            found = self._attempt(rest, outward, down)
+            trouble = self.problem(found, True)
+            if not trouble:
+                return self.on_ground(found), ""
+            problem = problem or trouble
+        return None, problem
+
+    def _sprawled(self) -> bool:
+        """Whether the legs reach sideways in their reference pose."""
+        sideways = [
+            (limb.chain.tip[1] - limb.hip[1]) * np.sign(limb.hip[1]) / limb.length
+            for limb in self.limbs
+        ]
+        return bool(np.median(sideways) > 0.3)
+
+    def _attempt(self, rest: Floats, outward: float, down: float) -> Floats:
+        ground = max(limb.hip[2] - down * limb.length for limb in self.limbs)
+        targets = [self._target(limb, outward, ground) for limb in self.limbs]
+        qpos = rest.copy()
+        for index, (limb, target) in enumerate(zip(self.limbs, targets, strict=True)):
+            partner = self.partners[index]
+            if 0 <= partner < index:
+                angles = mirrored(self.limbs[partner].chain, limb.chain, self._of(partner, qpos))
+                angles = limb.chain.solve(target, angles, limb.chain.zero, weights(limb))
+            else:
+                angles = self._best(limb, target, rest)
+            qpos[self._addresses(limb)] = angles
+        for _ in range(4):
+            qpos = self._corrected(qpos, targets, ground)
+        return qpos
+
+    def _corrected(self, qpos: Floats, targets: list[Floats], ground: float) -> Floats:
+        """Bring feet to the ground exactly, and below the centre of mass."""
+        points = self.pose(qpos)
+        lows = self._lows(points)
+        centre = self.data.subtree_com[1] - np.mean(
+            [(foot.min(axis=0) + foot.max(axis=0)) / 2 for foot in self.contacts(qpos)], axis=0
+        )
+        self.pose(qpos)
+        better = qpos.copy()
+        for index, (limb, low) in enumerate(zip(self.limbs, lows, strict=True)):
+            targets[index] = targets[index] + [centre[0], centre[1], ground - low]
+            angles = self._angles(limb, qpos)
+            better[self._addresses(limb)] = limb.chain.solve(
+                targets[index], angles, limb.chain.zero, weights(limb)
+            )
+        return better
+
+    def _target(self, limb: Limb, outward: float, ground: float) -> Floats:
+        direction = limb.chain.tip[:2] - limb.hip[:2]
+        if np.linalg.norm(direction) < 0.2 * limb.length:
+            direction = limb.hip[:2] - np.mean([one.hip[:2] for one in self.limbs], axis=0)
+        norm = np.linalg.norm(direction)
+        across = direction / norm * outward * limb.length if norm else direction
+        return np.array([*(limb.hip[:2] + across), ground + limb.radius])
+
+    def _best(self, limb: Limb, target: Floats, rest: Floats) -> Floats:
+        """The angles that bring a foot to a target with the knee on its better side."""
+        chain, width = limb.chain, np.maximum(limb.chain.upper - limb.chain.lower, 1e-6)
+        near = np.linalg.norm((limb.tips - target) * weights(limb)[:3], axis=1) / limb.length
+        away = (((limb.samples - self._angles(limb, rest)) / width) ** 2).sum(axis=1)
+        starts = limb.samples[np.argsort(near + 0.2 * away, kind="stable")[:STARTS]]
+        starts = np.vstack([chain.zero, starts])
+        angles = chain.solve(
+            np.broadcast_to(target, (len(starts), 3)), starts, chain.zero, weights(limb), 40
+        )
+        error = (chain.place(angles) - target) * weights(limb)[:3] / limb.length
+        margin = np.minimum(angles - chain.lower, chain.upper - angles) / width
+        cost = 100 * np.linalg.norm(error, axis=1)
+        cost += (np.maximum(0.05 - margin, 0) * 10).sum(axis=1)
+        cost += 0.5 * (((angles - self._angles(limb, rest)) / width) ** 2).mean(axis=1)
+        cost += [self._awkward(limb, one, rest) for one in angles]
+        best: Floats = angles[int(np.argmin(cost))]
+        return best
+
+    def _awkward(self, limb: Limb, angles: Floats, rest: Floats) -> float:
+        """How far parts of the leg are below its foot, and the knee on its worse side."""
+        qpos = rest.copy()
+        qpos[self._addresses(limb)] = angles
+        points = self.pose(qpos)
+        tip = limb.chain.place(angles)[2] - limb.radius + qpos[2]
+        parts = self.surfaces.of(limb.parts)
+        low = (points[parts, 2] - self.surfaces.radius[parts]).min(initial=tip)
+        knees = self.data.xanchor[limb.joints] - self.data.xanchor[limb.joints[0]]
+        forward = knees[:, 0].mean() / limb.length * (-1 if len(self.limbs) == 2 else 1)
+        up = knees[:, 2].mean() / limb.length
+        return float(20 * max(0.0, tip - low) / limb.length + 0.1 * forward - 0.1 * up)
+
+    def _lows(self, points: Floats) -> list[float]:
+        return [
+            float((points[of_foot, 2] - self.surfaces.radius[of_foot]).min())
+            for of_foot in self.of_feet
+        ]
+
+    def _addresses(self, limb: Limb) -> Any:
+        return self.model.jnt_qposadr[limb.joints]
+
+    def _angles(self, limb: Limb, qpos: Floats) -> Floats:
+        angles: Floats = qpos[self._addresses(limb)]
+        return angles
+
+    def _of(self, index: int, qpos: Floats) -> Floats:
+        return self._angles(self.limbs[index], qpos)
+
+
+def weights(limb: Limb) -> Floats:
+    """Return the weights of position and orientation that the joints of a leg can satisfy."""
+    joints = len(limb.joints)
+    if joints < 3:
+        across = 0.2 if joints == 2 else 0.0
+        return np.array([across, across, 1.0, 0, 0, 0])
+    level = 0.3 * limb.length if limb.sole.any() else 0.0
+    turns = {3: (0, 0, 0), 4: (0, 1, 0), 5: (1, 1, 0)}.get(joints, (1, 1, 1))
+    return np.concatenate([[1.0, 1.0, 1.0], level * np.array(turns)])
+
+
+def mirrored(chain: Any, other: Any, angles: Floats) -> Floats:
+    """Return the angles of `other` that mirror those of `chain`, within the limits."""
+    count = min(len(chain.zero), len(other.zero))
+    signs = ((chain.axes * [-1, 1, -1])[:count] * other.axes[:count]).sum(axis=1)
+    image = other.zero.copy()
+    image[:count] += np.sign(signs) * (angles - chain.zero)[:count]
+    within: Floats = np.clip(image, other.lower, other.upper)
+    return within
+
+
+def _distance_outside(points: Floats, place: Floats) -> float:
+    """How far a place is from the convex hull of points, m; 0 inside."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(points)
+        if (hull.equations @ [*place, 1.0]).max() <= 0:
+            return 0.0
+        corners = points[hull.vertices]
+    except QhullError:  # Fewer than three points, or all on a line.
+        spread = points - points.mean(axis=0)
+        along = np.linalg.svd(spread)[2][0] @ spread.T
+        corners = points[[int(np.argmin(along)), int(np.argmax(along))]]
+    starts, ends = corners, np.roll(corners, -1, axis=0)
+    edges = ends - starts
+    squared = np.maximum((edges**2).sum(axis=1), 1e-18)
+    share = np.clip(((place - starts) * edges).sum(axis=1) / squared, 0, 1)
+    return float(np.linalg.norm(starts + share[:, None] * edges - place, axis=1).min())

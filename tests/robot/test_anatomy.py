@@ -1,0 +1,120 @@
+"""Legs, feet, sides and the standing pose, of robots whose anatomy is plain to see."""
+
+import mujoco
+import numpy as np
+import pytest
+from small_robots import (
+    ARM,
+    FACING_Y,
+    HEXAPOD,
+    HUMANOID,
+    QUADRUPED,
+    WHEELS,
+)
+
+from gaitsim.errors import GaitsimError
+from gaitsim_robot.anatomy import find_anatomy
+
+KINDS = {"quadruped": QUADRUPED, "facing y": FACING_Y, "hexapod": HEXAPOD, "humanoid": HUMANOID}
+
+
+def found(text, **options):
+    return find_anatomy(mujoco.MjModel.from_xml_string(text), **options)
+
+
+def feet(anatomy):
+    return {leg.name: leg.foot for leg in anatomy.legs}
+
+
+def test_legs_are_named_front_to_back_and_an_arm_is_no_leg():
+    anatomy = found(QUADRUPED)
+    assert feet(anatomy) == {"L1": "FL_shank", "R1": "FR_shank", "L2": "RL_shank", "R2": "RR_shank"}
+    assert anatomy.legs[0].joints == ("FL_roll", "FL_pitch", "FL_knee")
+    assert anatomy.held == ("turn", "raise")
+    assert anatomy.length == pytest.approx(0.4)
+
+
+def test_six_legs_that_sprawl():
+    anatomy = found(HEXAPOD)
+    assert list(feet(anatomy)) == ["L1", "R1", "L2", "R2", "L3", "R3"]
+    assert [leg.foot for leg in anatomy.legs[::2]] == ["l0_tibia", "l1_tibia", "l2_tibia"]
+
+
+def test_a_humanoid_has_two_legs_with_soles():
+    anatomy = found(HUMANOID)
+    assert feet(anatomy) == {"L1": "left_foot", "R1": "right_foot"}
+    assert anatomy.legs[0].sole == pytest.approx((0.22, 0.1))
+    assert len(anatomy.held) == 5
+
+
+def test_a_robot_that_faces_y_is_turned():
+    anatomy = found(FACING_Y)
+    assert feet(anatomy) == feet(found(QUADRUPED))
+    assert anatomy.stance[3:7] == pytest.approx([0.5**0.5, 0, 0, -(0.5**0.5)])
+    assert anatomy.notes
+
+
+@pytest.mark.parametrize("text", KINDS.values(), ids=KINDS)
+def test_the_robot_stands_for_two_seconds(text):
+    anatomy = found(text)
+    spec = mujoco.MjSpec.from_string(text)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = (1, 0) if geom.type != 0 else (0, 1)
+    for joint in spec.joints:
+        if joint.type == mujoco.mjtJoint.mjJNT_HINGE:
+            servo = spec.add_actuator(
+                name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
+            )
+            servo.set_to_position(kp=50 * anatomy.mass, kv=anatomy.mass)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = anatomy.stance
+    for servo in range(model.nu):
+        data.ctrl[servo] = anatomy.stance[model.jnt_qposadr[model.actuator_trnid[servo, 0]]]
+    mujoco.mj_step(model, data, round(2 / model.opt.timestep))
+    assert data.qpos[2] == pytest.approx(anatomy.stance[2], rel=0.05)
+    assert np.abs(data.qpos[3:7]) == pytest.approx(np.abs(anatomy.stance[3:7]), abs=0.05)
+
+
+@pytest.mark.parametrize("text", KINDS.values(), ids=KINDS)
+def test_the_standing_pose_keeps_the_limits_with_bent_knees(text):
+    model = mujoco.MjModel.from_xml_string(text)
+    anatomy = find_anatomy(model)
+    angles = anatomy.stance[7:]
+    lower, upper = model.jnt_range[1:].T
+    assert (lower <= angles).all()
+    assert (angles <= upper).all()
+    for leg in anatomy.legs:
+        knee = next(model.joint(name) for name in leg.joints if "knee" in name)
+        assert abs(anatomy.stance[knee.qposadr[0]]) > 0.3
+
+
+@pytest.mark.parametrize("text", [ARM, WHEELS], ids=["an arm", "wheels"])
+def test_what_has_no_legs_is_refused(text):
+    with pytest.raises(GaitsimError, match="no legs"):
+        found(text)
+
+
+def test_feet_by_name():
+    names = ["FL_shank", "FR_shank", "RL_shank", "RR_shank"]
+    assert feet(found(QUADRUPED, feet=names)) == feet(found(QUADRUPED))
+    with pytest.raises(GaitsimError, match="FL_shin") as failure:
+        found(QUADRUPED, feet=["FL_shin"])
+    assert "FL_shank" in failure.value.allowed
+
+
+def test_a_standing_pose_by_joints():
+    bent = {f"{leg}_{joint}": angle for leg in ("FL", "FR", "RL", "RR")
+            for joint, angle in (("pitch", 0.6), ("knee", -1.2))}  # fmt: skip
+    anatomy = found(QUADRUPED, stance=bent)
+    height = 0.2 * np.cos(0.6) + 0.18 * np.cos(0.6) + 0.02
+    assert anatomy.stance[2] == pytest.approx(height, abs=1e-6)
+    with pytest.raises(GaitsimError, match="heights"):
+        found(QUADRUPED, stance={"FL_knee": -2.0})
+    with pytest.raises(GaitsimError, match="FL_nee") as failure:
+        found(QUADRUPED, stance={"FL_nee": -2.0})
+    assert failure.value.remedy == "did you mean 'FL_knee'?"
+    with pytest.raises(GaitsimError, match="outside its limits"):
+        found(QUADRUPED, stance={"FL_knee": 1.0})
