@@ -1,5 +1,6 @@
 """TOML as gaitsim reads and shows it: plain values, or one error that says where it stops."""
 
+import hashlib
 import json
 import re
 from collections import deque
@@ -13,7 +14,18 @@ from gaitsim.errors import GaitsimError
 
 DEEPEST = 20  # tables and lists within one another
 MOST_VALUES = 20_000  # of all tables and lists together
-_QUOTED = re.compile(r""" "(?:[^"\\\n]|\\.)*+"? | '[^'\n]*+'? """, re.VERBOSE)
+LONG = 200  # characters of a text that is shown whole
+_QUOTED = re.compile(
+    r'''
+    """(?:[^"\\]|\\.|"{1,2}(?!"))*+(?:""")?
+    | \'{3}(?:[^\']|\'{1,2}(?!\'))*+(?:\'{3})?
+    | "(?:[^"\\\n]|\\.)*+"?
+    | \'[^\'\n]*+\'?
+    | \#[^\n]*+
+    ''',
+    re.VERBOSE | re.DOTALL,
+)
+"""Texts in quotes, and comments."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
@@ -87,7 +99,27 @@ def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
 
 def literal(value: Any) -> str:
     """A value as TOML writes it, for messages; a long one is cut."""
-    return shortened(text(value))
+    return brief(value) if is_long(value) else shortened(text(value))
+
+
+def is_long(value: Any) -> bool:
+    """Whether a value is a text too long to show among others: of many lines, or letters."""
+    return isinstance(value, str) and (len(value) > LONG or "\n" in value)
+
+
+def brief(value: Any) -> str:
+    """A value for people; of a long text its beginning, size and checksum."""
+    if not is_long(value):
+        return str(value)
+    data = value.encode(errors="replace")
+    size = f"{len(data):,} bytes" if len(data) < 1000 else f"{len(data) / 1000:,.0f} kB"
+    start = next((line.strip() for line in value.splitlines() if line.strip()), "")
+    return f"{shortened(start, 40)} ({size} of text, SHA-256 {checksum(value)[:8]})"
+
+
+def checksum(text: str) -> str:
+    """The SHA-256 of a text in UTF-8, as hexadecimal digits."""
+    return hashlib.sha256(text.encode(errors="replace")).hexdigest()
 
 
 def shortened(text: str, longest: int = 60) -> str:

@@ -4,8 +4,9 @@ from gaitsim.contracts.fitness import Fitness
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.operators import Crossover, Mutation, Selection
 from gaitsim.contracts.organism import Organism
-from gaitsim.contracts.plugin import Plugin, option
+from gaitsim.contracts.plugin import Plugin, folder_of, option
 from gaitsim.contracts.search import Context, Members, Operators, Results, Search, State
+from gaitsim.contracts.solid import Solid
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 __all__ = [
@@ -29,6 +30,8 @@ __all__ = [
     "Search",
     "Selection",
     "Skeleton",
+    "Solid",
     "State",
+    "folder_of",
     "option",
 ]

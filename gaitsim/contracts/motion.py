@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.contracts.solid import SkeletonError, Solid
+
 Array = NDArray[Any]
 
 
@@ -143,13 +145,9 @@ class Measure:
     help: str
 
 
-class SkeletonError(ValueError):
-    """The parts of a skeleton do not fit each other."""
-
-
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """One individual's body as line segments over time, enough to draw it.
+    """One individual's body over time, enough to draw it: line segments, and solids if it has any.
 
     Args:
         segments: both ends of each segment, (frames, segments, 2, 3), metres, in
@@ -163,6 +161,9 @@ class Skeleton:
             (frames, 3), metres; None takes the mean of the segments' ends.
         ground: where it is uneven along x and the same for every y: x, ascending, and height of
             its corners, (corners, 2), metres; None for level ground at z = 0.
+        solids: what the body is made of.
+        poses: where each of them is: position, metres, and unit quaternion (w, x, y, z) in the
+            world's frame, (frames, solids, 7).
 
     Raises:
         SkeletonError: shapes that do not fit each other.
@@ -176,12 +177,17 @@ class Skeleton:
     contact_names: tuple[str, ...] = ()
     centre: NDArray[np.floating[Any]] | None = None
     ground: NDArray[np.floating[Any]] | None = None
+    solids: tuple[Solid, ...] = ()
+    poses: NDArray[np.floating[Any]] | None = None
 
     def __post_init__(self) -> None:
         if (self.contacts is None) != (self.touching is None):
             raise SkeletonError("Skeleton.contacts and Skeleton.touching are given together or not")
+        if bool(self.solids) != (self.poses is not None):
+            raise SkeletonError("Skeleton.solids and Skeleton.poses are given together or not")
         frames = len(self.segments)
         shapes = {"segments": (frames, len(self.names), 2, 3), "centre": (frames, 3)}
+        shapes["poses"] = (frames, len(self.solids), 7)
         if self.contacts is not None:
             feet = (len(self.contact_names),) if self.contact_names else self.contacts.shape[1:2]
             shapes |= {"contacts": (frames, *feet, 3), "touching": (frames, *feet)}

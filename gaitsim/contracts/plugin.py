@@ -1,8 +1,9 @@
 """The base of all plugins: a frozen model whose fields are its options."""
 
+from pathlib import Path
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo
 
 
 def option(
@@ -38,6 +39,20 @@ def option(
         le=le,
         lt=lt,
     )
+
+
+def folder_of(info: ValidationInfo) -> Path | None:
+    """Return the folder where a relative path in an option starts; None where none may be read.
+
+    For the validator of an option that takes the path of a file and keeps the file's content. It
+    is the folder of an experiment file; for values from the command line or from Python, the
+    current folder. The experiment of a run, a checkpoint or a champion contains what was read:
+    a path in it is invalid, as opening a run reads no other files.
+    """
+    if info.context is None:
+        return Path()
+    found: Path | None = info.context.get(info.field_name)
+    return found
 
 
 class Plugin(BaseModel):

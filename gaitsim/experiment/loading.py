@@ -11,7 +11,7 @@ from gaitsim.experiment.reader import Reader
 from gaitsim.opening import read_regular
 from gaitsim.registry.presets import read_preset
 
-LARGEST = 200_000  # bytes of an experiment file
+LARGEST = 2_000_000  # bytes of an experiment file, which may contain a robot with its meshes
 
 
 def load_experiment(
@@ -32,7 +32,7 @@ def load_experiment(
     if path.suffix == ".toml" or path.name != reference:
         shown, listed = "'gaitsim experiments show spider'", "'gaitsim experiments list'"
         text = read_file(path, "experiment", shown, f"name a preset: {listed}")
-        return parse_experiment(text, str(path), overrides, place)
+        return parse_experiment(text, str(path), overrides, place, path.parent)
     try:
         text = read_preset(reference)
     except PluginError as error:
@@ -73,14 +73,25 @@ def read_file(path: Path, noun: str, preset: str, remedy: str) -> str:
 
 
 def parse_experiment(
-    text: str, source: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
+    text: str,
+    source: str,
+    overrides: Overrides | None = None,
+    place: str = COMMAND_LINE,
+    folder: Path | None = None,
 ) -> Experiment:
     """Return the experiment that a TOML text describes, after `overrides`.
+
+    Args:
+        text: the experiment as TOML.
+        source: where it comes from, for messages.
+        overrides: values of options by key.
+        place: where the overrides come from, for messages.
+        folder: where relative paths in the text start; None for a text that may not name files.
 
     Raises:
         ExperimentError: with all the problems of file and overrides.
     """
-    return Reader(text, source, overrides, place).read()
+    return Reader(text, source, overrides, place, folder).read()
 
 
 def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:

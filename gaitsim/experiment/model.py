@@ -6,6 +6,7 @@ from typing import Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict
 
+from gaitsim import toml
 from gaitsim.contracts import (
     Crossover,
     Fitness,
@@ -130,8 +131,11 @@ class Experiment(ReprMixin):
         """
         return space_of(self.entries["organism"], self.organism)
 
-    def to_toml(self) -> str:
+    def to_toml(self, *, brief: bool = False) -> str:
         """The experiment as TOML, every option written out with what it means.
+
+        Args:
+            brief: whether to show long texts by their beginning and size, for people.
 
         Raises:
             PluginError: a plugin has an option whose value TOML cannot hold.
@@ -143,13 +147,13 @@ class Experiment(ReprMixin):
         document["name"] = self.name
         document["description"] = self.description
         document["seed"] = self.seed
-        document["evolution"] = _table(self.evolution, {})
+        document["evolution"] = _table(self.evolution, {}, brief)
         if self.search.several:
-            document["islands"] = _table(self.islands, {})
+            document["islands"] = _table(self.islands, {}, brief)
         for kind in self.kinds:
             entry = self.entries[kind]
             with plugin_errors(entry, "writing its options"):
-                document[kind] = _table(self.plugin(kind), {PLUGIN: entry.name})
+                document[kind] = _table(self.plugin(kind), {PLUGIN: entry.name}, brief)
         return tomlkit.dumps(document)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
@@ -182,18 +186,27 @@ def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
     )
 
 
-def _table(model: BaseModel, head: Mapping[str, str]) -> Any:
+def _table(model: BaseModel, head: Mapping[str, str], brief: bool) -> Any:
     import tomlkit
 
     table = tomlkit.table()
     for key, value in head.items():
         table[key] = value
     given = options.values(model)
-    for name, field in type(model).model_fields.items():
+    if brief:
+        given = {name: toml.brief(v) if toml.is_long(v) else v for name, v in given.items()}
+    fields = type(model).model_fields
+    # Below the others, which would else be far apart.
+    for name in sorted(fields, key=lambda name: toml.is_long(given.get(name))):
+        field = fields[name]
         about = options.meaning(field)
         note = _one_line(f"{about} ({options.allowed(field)})" if about else options.allowed(field))
         if name not in given and field.get_default(call_default_factory=True) is None:
             table.add(tomlkit.comment(f"{name} is not set: {note}"))
+            continue
+        if toml.is_long(given.get(name)):
+            table.add(tomlkit.comment(f"{name}: {note}"))
+            table.add(name, _multiline(given[name]))
             continue
         # Not set although its default is: left out, it would come back as the default.
         item = tomlkit.item(_inline(given[name]) if name in given else options.NOT_SET)
@@ -204,6 +217,18 @@ def _table(model: BaseModel, head: Mapping[str, str]) -> Any:
 def _one_line(text: str) -> str:
     """A text as a comment can hold it: a line break in it would end the comment."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def _multiline(text: str) -> Any:
+    """A text over several lines, as it stands where TOML allows that; else with escapes."""
+    from tomlkit import string
+    from tomlkit.items import String, StringType, Trivia
+
+    plain = all(c.isprintable() or c in "\n\t" for c in text)
+    if plain and "'''" not in text and not text.endswith("'"):
+        # TOML drops a line break that follows the quotes.
+        return String(StringType.MLL, text, f"\n{text}", Trivia())
+    return string(text)
 
 
 def _inline(value: Any) -> Any:

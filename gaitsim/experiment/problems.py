@@ -8,7 +8,7 @@ from pydantic.fields import FieldInfo
 
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.registry import options
-from gaitsim.toml import literal, shortened
+from gaitsim.toml import is_long, literal, shortened
 
 COMMAND_LINE = "command line"
 
@@ -93,7 +93,7 @@ class Problems:
         about = options.meaning(field)
         # As it was typed: TOML would read 1e3 as 1000.0.
         typed = self.typed(key)
-        shown = literal(given) if typed is None else shortened(typed or '""')
+        shown = literal(given) if typed is None or is_long(typed) else shortened(typed or '""')
         if detail["type"] == "missing" and len(detail["loc"]) == 1:
             what = f"{key} is required"
         elif detail["type"] in _TELLING:
@@ -107,7 +107,7 @@ class Problems:
         self.report(
             key,
             f"{what}: {about}" if about else what,
-            options.allowed(field),
+            "" if detail["type"] in _TELLING else options.allowed(field),
             nearest(str(given), choices),
         )
 

@@ -2,6 +2,7 @@
 
 import json
 import unicodedata
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -28,6 +29,7 @@ _Model = TypeVar("_Model", bound=BaseModel)
 _NAMES: dict[type, str] = {int: "a whole number", str: "a text in quotes"}
 _NOT_IN_NAMES = frozenset('/\\:*?"<>|')
 LONGEST_DESCRIPTION = 1000  # characters
+LONGEST_TEXT = 1_000_000  # bytes of an option, so that the experiment can be read again
 LONGEST_NAME = 200  # bytes; file systems take 255, and a run's number is put behind it
 
 
@@ -39,14 +41,22 @@ class Reader:
         source: where the text comes from, for messages.
         overrides: options to change in it.
         place: where the overrides come from, for messages.
+        folder: where relative paths in the text start; None for a text that may not name files.
+            Those of overrides start in the current folder.
 
     Raises:
         ExperimentError: the text is not TOML.
     """
 
     def __init__(
-        self, text: str, source: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
+        self,
+        text: str,
+        source: str,
+        overrides: Overrides | None = None,
+        place: str = COMMAND_LINE,
+        folder: Path | None = None,
     ) -> None:
+        self._folder = folder
         try:
             self._data = toml.parse(text, source)
         except GaitsimError as error:
@@ -198,7 +208,8 @@ class Reader:
             with plugin_errors(entry, "taking its options"):
                 plugin = self._options(kind, model)
         except GaitsimError as error:
-            self._problems.of_plugin(key, error)
+            own = self._data[kind].keys() & {error.key}  # a validator says which option it is
+            self._problems.of_plugin(f"{kind}.{error.key}" if own else key, error)
             return
         if plugin is not None:
             self._entries[kind], self._plugins[kind] = entry, plugin
@@ -217,12 +228,23 @@ class Reader:
         for name in values.keys() & model.model_fields.keys():
             typed = self._problems.typed(f"{section}.{name}")
             values[name] = options.fitting(model.model_fields[name], values[name], typed)
+        folders = {
+            name: Path() if f"{section}.{name}" in self._problems.overrides else self._folder
+            for name in values
+        }
         try:
             # By way of JSON: strict, and yet a list will do for a tuple.
-            return model.model_validate_json(json.dumps(values, default=_no_text), strict=True)
+            text = json.dumps(values, default=_no_text)
+            made = model.model_validate_json(text, strict=True, context=folders)
         except ValidationError as error:
             self._problems.of_options(section, model, values, error)
             return None
+        for name in model.model_fields:
+            value = getattr(made, name)
+            if isinstance(value, str) and len(value.encode(errors="replace")) > LONGEST_TEXT:
+                key, limit = f"{section}.{name}", f"at most {LONGEST_TEXT:,} bytes"
+                self._report(key, f"the text is too long: {literal(value)}", limit)
+        return made
 
 
 def _no_text(value: Any) -> Any:

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
 from gaitsim.errors import GaitsimError
-from gaitsim.toml import literal, parse
+from gaitsim.toml import brief, is_long, literal, parse
 from gaitsim.toml import text as toml_text
 
 NOT_SET = "none"
@@ -151,6 +151,11 @@ def written(field: FieldInfo, value: Any) -> str:
         read = fitting(field, parse_value(value), value)
         return value if read == value else toml_text(value)
     return toml_text(value)
+
+
+def shown(field: FieldInfo, value: Any) -> str:
+    """Return the text of a value for people: as `--set` reads it, or the short form if long."""
+    return brief(value) if is_long(value) else written(field, value)
 
 
 def values(model: BaseModel) -> dict[str, Any]:

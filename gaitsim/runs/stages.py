@@ -11,6 +11,7 @@ from gaitsim.experiment import Experiment, ExperimentOutline, parse_experiment, 
 from gaitsim.registry import load_class
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
+from gaitsim.toml import brief
 
 SCORING = ("organism", "fitness")
 
@@ -150,4 +151,4 @@ def _unusual(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _text(value: Any) -> str:
-    return "not set" if value is None else str(value)
+    return "not set" if value is None else brief(value)

@@ -7,6 +7,7 @@ from typing import Any
 from gaitsim.experiment import ExperimentOutline
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.stages import SCORING
+from gaitsim.toml import brief
 
 Stages = Sequence[tuple[int, ExperimentOutline]]
 """The stages of a run: the first generation of each, and its experiment."""
@@ -78,4 +79,4 @@ def _course(key: str, stages: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
 
 
 def _text(value: Any) -> str:
-    return ABSENT if value is None else str(value)
+    return ABSENT if value is None else brief(value)

@@ -121,7 +121,7 @@ class Option:
     Attributes:
         key: as `--set` takes it.
         field: its declaration.
-        preset: its text before any change.
+        preset: its text before any change; of a long one, the short form.
         text: its text now.
     """
 
@@ -129,6 +129,8 @@ class Option:
     field: FieldInfo
     preset: str
     text: str
+    long: bool = False
+    """Whether the text before any change is long."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,7 @@ class Validation:
         problems: all of them, by the key or section that is wrong; '' for any other place.
         forms: the sections, by name.
         offered: the plugins that work with the rest, by kind.
-        toml: the experiment file; '' where it has problems.
+        toml: the experiment file, long texts in their short form; '' where it has problems.
     """
 
     builder: ExperimentBuilder
@@ -198,7 +200,7 @@ def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
     experiment = None
     try:
         experiment = parse_experiment(preset.text, preset.reference, builder.overrides)
-        written = experiment.to_toml()
+        written = experiment.to_toml(brief=True)
     except ExperimentError as error:
         written = ""
         for problem in error.problems:
@@ -266,8 +268,9 @@ def _form(section: str, builder: ExperimentBuilder, catalogue: Catalogue) -> For
     made = []
     for name, declared in model.model_fields.items():
         key = f"{section}.{name}"
-        text = options.written(declared, values[name]) if name in values else _default(declared)
-        made.append(Option(key, declared, text, builder.changes.get(key, text)))
+        text = options.shown(declared, values[name]) if name in values else _default(declared)
+        long = toml.is_long(values.get(name))
+        made.append(Option(key, declared, text, builder.changes.get(key, text), long))
     return Form(section, plugin, about, tuple(made))
 
 

@@ -35,8 +35,8 @@ class Leg:
     joints: tuple[str, ...]
     foot: str
     point: tuple[float, float, float]
-    length: float
-    sole: tuple[float, float]
+    length: float = 0.0
+    sole: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,6 +31,7 @@ def walked(world: World, commands: Floats) -> Motion:
             "joint_positions": qpos[..., world.qpos],
             "joint_velocities": qvel[..., world.dof],
             "torque": record.torque,
+            "stall_torque": np.tile(_stall_torque(world), (len(commands), 1)),
             "torso": torso,
             "torso_velocity": qvel[..., :3],
             "orientation": orientation(qpos[..., 3:7]),
@@ -41,10 +42,31 @@ def walked(world: World, commands: Floats) -> Motion:
             "slip": _slip(record, stance),
             "energy": record.work,
             "lasted": np.maximum(record.lasted - 1, 0) / FRAME_RATE,
+            "weight": np.full(len(commands), _weight(world)),
+            "length": np.full(len(commands), world.anatomy.length),
             "configuration": qpos,
         },
         failures=record.failures,
     )
+
+
+def _stall_torque(world: World) -> Floats:
+    """Largest torque of the servo of each leg joint, (joints,) N m; 0 where it is unknown."""
+    model = world.model
+    limits = [
+        np.where(limited, np.abs(span).max(axis=1), np.inf)
+        for limited, span in (
+            (model.jnt_actfrclimited, model.jnt_actfrcrange),
+            (model.actuator_forcelimited, model.actuator_forcerange),
+        )
+    ]
+    least = np.minimum(limits[0][model.dof_jntid[world.dof]], limits[1][world.ctrl])
+    return np.where(np.isfinite(least), least, 0.0)
+
+
+def _weight(world: World) -> float:
+    """Of the whole robot, N."""
+    return world.anatomy.mass * float(np.linalg.norm(world.model.opt.gravity))
 
 
 def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:

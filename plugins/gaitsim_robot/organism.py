@@ -23,6 +23,7 @@ from gaitsim.contracts import (
 from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
 from gaitsim_robot.anatomy import Anatomy, find_anatomy
 from gaitsim_robot.encodings import commands, groups
+from gaitsim_robot.servos import ServoName, joint_servos
 from gaitsim_robot.world import FRAME_RATE, World, build
 
 XYZ = ("x", "y", "z")
@@ -45,6 +46,27 @@ class Robot(Organism):
         ge=2e-4,
         le=0.01,
     )
+    servo: ServoName = option(
+        "model",
+        "what drives the joints: model has the limits in the robot's file, ideal hardly any; the "
+        "others are hobby servos, by their data sheets",
+    )
+    torque_limit: float | None = option(
+        None, "largest torque of a servo, in place of its own", unit="N m", gt=0, le=1e5
+    )
+    speed_limit: float | None = option(
+        None,
+        "speed at which a servo has no torque left, in place of its own",
+        unit="rad/s",
+        gt=0,
+        le=100,
+    )
+    latency: float | None = option(
+        None, "from a command to the servo's torque, in place of its own", unit="s", ge=0, le=0.2
+    )
+    stiffness: float | None = option(
+        None, "torque of a servo per error, in place of its own", unit="N m/rad", gt=0, le=1e6
+    )
     friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
 
@@ -58,6 +80,9 @@ class Robot(Organism):
         "joint_velocities": Channel(("frames", "joints"), "rad/s", "of the joints"),
         "torque": Channel(
             ("frames", "joints"), "N m", "mean of its magnitude since the frame before"
+        ),
+        "stall_torque": Channel(
+            ("joints",), "N m", "largest torque of the servos; 0 where it is unknown"
         ),
         "torso": Channel(
             ("frames", XYZ), "m", "origin of the trunk, from above the point where it began"
@@ -83,6 +108,8 @@ class Robot(Organism):
             ("frames",), "J", "work of the servos since the start, braking counted as spent"
         ),
         "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
+        "weight": Channel((), "N", "of the whole robot"),
+        "length": Channel((), "m", "of the trunk"),
         "configuration": Channel(
             ("frames", "coordinates"),
             "",
@@ -125,7 +152,8 @@ class Robot(Organism):
     @property
     def world(self) -> World:
         """The robot on its ground, compiled once."""
-        return _world(self.text, self.dt, self.friction, self.gravity)
+        servo = (self.servo, self.torque_limit, self.speed_limit, self.latency, self.stiffness)
+        return _world(self.text, servo, self.dt, self.friction, self.gravity)
 
     def genome_space(self) -> RealSpace:
         """Genes of the encoding."""
@@ -197,14 +225,22 @@ def _anatomy(text: str) -> Anatomy:
 
 
 @lru_cache(maxsize=16)
-def _world(text: str, dt: float, friction: float, gravity: float) -> World:
-    import mujoco
-
-    spec = _spec(text)
-    for joint in spec.joints:
-        if joint.type == mujoco.mjtJoint.mjJNT_HINGE:
-            servo = spec.add_actuator(
-                name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
-            )
-            servo.set_to_position(kp=40, kv=1)
-    return build(spec, _anatomy(text), dt=dt, friction=friction, gravity=gravity)
+def _world(
+    text: str,
+    servo: tuple[ServoName, float | None, float | None, float | None, float | None],
+    dt: float,
+    friction: float,
+    gravity: float,
+) -> World:
+    name, torque_limit, speed_limit, latency, stiffness = servo
+    spec, anatomy = _spec(text), _anatomy(text)
+    servos = joint_servos(
+        spec,
+        anatomy,
+        name,
+        torque_limit=torque_limit,
+        speed_limit=speed_limit,
+        latency=latency,
+        stiffness=stiffness,
+    )
+    return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=gravity)

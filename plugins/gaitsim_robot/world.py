@@ -1,11 +1,13 @@
 """The world of a robot: its text on level ground, with servos and sensors, ready to simulate."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.servos import Servo, add_servos
 
 FRAME_RATE = 50.0  # Hz, of commands and of what is recorded
 
@@ -23,6 +25,8 @@ class World:
         dof: index of each leg joint in qvel, (joints,).
         ctrl: index of each leg joint's servo, (joints,).
         rest: control of all servos in the standing pose, (servos,).
+        stall_torque: of each leg joint's servo, (joints,) N m.
+        top_speed: of each leg joint's servo without load, (joints,) rad/s.
         torque: index in the sensor data of each leg joint's torque, (joints,).
         load: index of the force on each foot, (feet, 3).
         slide: index of the velocity of each foot's strongest contact, in the contact's frame,
@@ -39,6 +43,8 @@ class World:
     dof: Any
     ctrl: Any
     rest: Floats
+    stall_torque: Floats
+    top_speed: Floats
     torque: Any
     load: Any
     slide: Any
@@ -47,14 +53,21 @@ class World:
 
 
 def build(
-    spec: Any, anatomy: Anatomy, *, dt: float, friction: float, gravity: float, settle: float = 1.0
+    spec: Any,
+    anatomy: Anatomy,
+    servos: Mapping[str, Servo],
+    *,
+    dt: float,
+    friction: float,
+    gravity: float,
+    settle: float = 1.0,
 ) -> World:
     """Return the world of a robot.
 
     Args:
-        spec: MuJoCo's specification of the robot's text with an actuator of each driven joint,
-            named as the joint.
+        spec: MuJoCo's specification of the robot's text, changed in place.
         anatomy: of the robot.
+        servos: of the driven joints, by their names.
         dt: time step, s.
         friction: of the ground and all that touches it.
         gravity: m/s².
@@ -65,6 +78,7 @@ def build(
     spec.option.timestep = dt
     spec.option.gravity = [0.0, 0.0, -gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    add_servos(spec, servos, dt)
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:
         geom.friction[0] = friction
@@ -116,6 +130,8 @@ def build(
         np.array([model.joint(name).dofadr[0] for name in anatomy.joints], np.intp),
         np.array([model.actuator(name).id for name in anatomy.joints], np.intp),
         rest,
+        np.array([servos[name].stall_torque for name in anatomy.joints]),
+        np.array([servos[name].no_load_speed for name in anatomy.joints]),
         sensor("torque", anatomy.joints, 1)[:, 0],
         sensor("load", legs, 3, skip=1),
         sensor("slide", legs, 3),
@@ -144,15 +160,28 @@ def _contact(spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: i
 
 
 def _settled(model: Any, stance: Floats, rest: Floats, seconds: float) -> Floats:
-    """Return the full physics state of the robot after it has stood for a while, at time 0."""
+    """Return the full physics state of the robot at rest, after it has stood for a while."""
     import mujoco
 
-    data = mujoco.MjData(model)
-    data.qpos[:] = stance
-    data.ctrl[:] = rest
+    data = _commanded(model, stance, rest)
     for _ in range(round(seconds / model.opt.timestep)):
         mujoco.mj_step(model, data)
-    data.time = 0.0
+    data = _commanded(model, data.qpos, rest)
     state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
     mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     return state
+
+
+def _commanded(model: Any, qpos: Floats, rest: Floats) -> Any:
+    """Return the robot at rest at time 0, its servos commanded to the standing pose for long."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    data.ctrl[:] = rest
+    for servo in range(model.nu):
+        samples = model.actuator_history[servo, 0]
+        if samples:
+            held = np.full((samples, 1), rest[servo])
+            mujoco.mj_initCtrlHistory(model, data, servo, None, held)
+    return data

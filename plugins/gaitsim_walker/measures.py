@@ -9,8 +9,8 @@ from gaitsim.contracts import Array, Measure, Motion
 from gaitsim_walker import body
 
 
-def measures(motion: Motion, weight: float) -> Mapping[str, Measure]:
-    """Return distance, duration, steadiness, effort, slip and stance; `weight` in N."""
+def measures(motion: Motion) -> Mapping[str, Measure]:
+    """Return distance, duration, steadiness, effort, slip and stance."""
     forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
     lasted, energy = motion["lasted"], motion["energy"][:, -1]
     path = np.abs(np.diff(motion["torso"][..., 0], axis=1)).sum(axis=1)
@@ -24,7 +24,7 @@ def measures(motion: Motion, weight: float) -> Mapping[str, Measure]:
         ),
         "lasted": Measure(lasted, "s", "before the fall, or the whole rollout"),
         "cost of transport": Measure(
-            _ratio(energy, weight * np.abs(forward)),
+            _ratio(energy, motion["weight"] * np.abs(forward)),
             "",
             "work over weight times distance",
         ),

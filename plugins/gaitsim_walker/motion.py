@@ -34,7 +34,7 @@ def walked(world: World, courses: Iterable[Floats]) -> Motion:
         body.in_space(all_of("position")),
         body.in_space(all_of("velocity")),
     )
-    load = all_of("load")
+    load, pitch = all_of("load"), all_of("pitch")
     lasted = np.array([max(rollout.lasted, 1) - 1 for rollout in rolled]) / FRAME_RATE
     return Motion(
         FRAME_RATE,
@@ -42,9 +42,13 @@ def walked(world: World, courses: Iterable[Floats]) -> Motion:
             "joint_angles": np.stack(commanded),
             "joint_positions": all_of("joints"),
             "torque": all_of("torque"),
+            "stall_torque": np.full(
+                (len(rolled), len(world.plan.joints)), world.torque_limit, np.float64
+            ),
             "torso": position,
             "torso_velocity": velocity,
-            "pitch": all_of("pitch"),
+            "pitch": pitch,
+            "orientation": np.stack([np.zeros_like(pitch), -pitch, np.zeros_like(pitch)], axis=-1),
             "height": np.stack([height for height, _, _ in measured]),
             "foot_positions": np.stack([feet for _, feet, _ in measured]),
             "stance": load[..., 1] > 0,
@@ -52,6 +56,8 @@ def walked(world: World, courses: Iterable[Floats]) -> Motion:
             "slip": np.stack([slip for _, _, slip in measured]),
             "energy": all_of("work"),
             "lasted": lasted,
+            "weight": np.full(len(rolled), world.weight),
+            "length": np.full(len(rolled), body.TORSO_LENGTH),
         },
         failures={i: rollout.failure for i, rollout in enumerate(rolled) if rollout.failure},
     )

@@ -79,9 +79,13 @@ class Walker(Organism):
         "torque": Channel(
             ("frames", "joints"), "N m", "magnitude of its mean since the frame before"
         ),
+        "stall_torque": Channel(("joints",), "N m", "largest torque of the servos"),
         "torso": Channel(("frames", XYZ), "m", "middle of the torso; y is 0, z is up"),
         "torso_velocity": Channel(("frames", XYZ), "m/s", "of the middle of the torso"),
         "pitch": Channel(("frames",), "rad", "of the torso, nose up"),
+        "orientation": Channel(
+            ("frames", ("roll", "pitch", "yaw")), "rad", "to the right, nose down, to the left"
+        ),
         "height": Channel(("frames",), "m", "middle of the torso above the ground under it"),
         "foot_positions": Channel(
             ("frames", "feet", XYZ), "m", "middles of the round feet, in the world"
@@ -93,6 +97,8 @@ class Walker(Organism):
             ("frames",), "J", "work of the servos since the start, braking counted as spent"
         ),
         "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
+        "weight": Channel((), "N", "of the whole body"),
+        "length": Channel((), "m", "of the torso"),
     }
 
     @model_validator(mode="after")
@@ -170,7 +176,7 @@ class Walker(Organism):
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Distance, how long it lasted, steadiness, effort, slip and stance."""
-        return measures(motion, self.plan.mass * self.gravity)
+        return measures(motion)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Outline of the torso, and thigh and shank of each leg, in the plane y = 0.

@@ -34,3 +34,8 @@ class World:
     def step(self) -> float:
         """Time step of the physics, s."""
         return 1 / (self.steps * FRAME_RATE)
+
+    @property
+    def weight(self) -> float:
+        """Of the body, N."""
+        return self.plan.mass * self.gravity

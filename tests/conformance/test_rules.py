@@ -19,7 +19,7 @@ NAMES = {
 }
 HEAD = '''
 import random, threading
-from gaitsim.contracts import Channel, Measure, Members
+from gaitsim.contracts import Channel, Measure, Members, Solid
 from pydantic import PrivateAttr
 calls = []
 class X({base}):
@@ -202,6 +202,21 @@ ERRORS = {
         "    return Skeleton(np.zeros((1, 2, 2, 3)), ('point',), 1.0)",
         "skeleton",
         "Skeleton.segments has shape (1, 2, 2, 3)",
+    ),
+    "a solid that is not turned": (
+        "organism",
+        "def skeleton(self, motion, individual):\n"
+        "    solids = (Solid('ball', 'sphere', (0.1,)),)\n"
+        "    return Skeleton(np.zeros((1, 1, 2, 3)), ('point',), 1.0,\n"
+        "                    solids=solids, poses=np.zeros((1, 1, 7)))",
+        "skeleton",
+        "a quaternion of length 0",
+    ),
+    "a solid of no shape": (
+        "organism",
+        "def skeleton(self, motion, individual):\n    return Solid('ball', 'torus', (0.1,))",
+        "skeleton",
+        "expected one of box, sphere",
     ),
     "no drawing": (
         "organism",

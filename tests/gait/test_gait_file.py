@@ -119,7 +119,7 @@ def test_joints_are_put_in_the_bodys_order():
         unnamed.in_order(("a", "b"))
 
 
-def test_a_gait_at_another_rate_is_not_played(spider, reference):
+def test_a_gait_at_another_rate_is_interpolated_to_that_of_the_body(spider, reference):
     names = spider.organism.joint_names()
     angles = reference("wave")
     for rate in (30.0, 30.01, None):
@@ -127,5 +127,14 @@ def test_a_gait_at_another_rate_is_not_played(spider, reference):
         assert individual.title == "wave.npz on the spider"
         assert individual.score == pytest.approx(0.0998, abs=1e-3)
         assert (individual.generation, individual.genome) == (0, None)
-    with pytest.raises(GaitsimError, match="60 frames a second"):
-        individual_of(GaitFile(Path("wave.npz"), angles, 60.0, names), spider)
+    between = (angles[:-1] + angles[1:]) / 2
+    finer = np.stack([angles[:-1], between], axis=1).reshape(-1, angles.shape[1])
+    played = individual_of(GaitFile(Path("wave.npz"), finer, 60.0, names), spider)
+    np.testing.assert_allclose(played.joint_angles, angles[:-1], atol=1e-6)
+    coarser = individual_of(GaitFile(Path("wave.npz"), angles[::2], 15.0, names), spider)
+    np.testing.assert_allclose(
+        coarser.joint_angles[1::2], (angles[:-2:2] + angles[2::2]) / 2, atol=1e-6
+    )
+    for absurd in (1e-3, 1e5):
+        with pytest.raises(GaitsimError, match="frames a second"):
+            individual_of(GaitFile(Path("wave.npz"), angles, absurd, names), spider)

@@ -2,7 +2,7 @@
 
 import io
 
-from gaitsim.cli.console import echo
+from gaitsim.cli.console import echo, notice
 from gaitsim.cli.options import ExperimentName
 from gaitsim.cli.streams import results
 from gaitsim.experiment import load_experiment
@@ -19,8 +19,14 @@ def show(
 
     gaitsim run my-spider.toml
     """
-    text = load_experiment(name).to_toml()
+    experiment = load_experiment(name)
     stream = results()
+    on_screen = stream.isatty()
+    text = experiment.to_toml(brief=on_screen)
+    if on_screen and text != experiment.to_toml():
+        notice(
+            "Long texts are shortened here, but not in a file: gaitsim experiments show … > FILE"
+        )
     if isinstance(stream, io.TextIOWrapper) and not stream.isatty():
         # TOML is UTF-8 by definition, whatever the locale.
         stream.reconfigure(encoding="utf-8")

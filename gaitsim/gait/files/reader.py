@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.playing import play
+from gaitsim.evaluation.playing import play, require_play
 from gaitsim.experiment import Experiment
 from gaitsim.gait.files.matlab import read_matlab
+from gaitsim.gait.perturbations import Angles
 from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
 from gaitsim.toml import literal, shortened
@@ -47,11 +48,11 @@ class GaitFile:
     """
 
     path: Path
-    angles: NDArray[np.float64]
+    angles: Angles
     frame_rate: float | None
     joint_names: tuple[str, ...]
 
-    def in_order(self, joints: Sequence[str]) -> NDArray[np.float64]:
+    def in_order(self, joints: Sequence[str]) -> Angles:
         """Return the angles in the order of a body's joints.
 
         Raises:
@@ -71,21 +72,33 @@ class GaitFile:
 
 
 def individual_of(file: GaitFile, experiment: Experiment) -> Individual:
-    """Play a gait from a file on the body of an experiment.
+    """Play a gait from a file on the body of an experiment, at the frame rate of the body.
 
     Raises:
-        GaitsimError: the body cannot play it, or it has other joints or another frame rate.
+        GaitsimError: the body cannot play it, or it has other joints or would take too long.
         PluginError: the body or the fitness fails.
     """
-    motion = play(experiment, file.in_order(experiment.organism.joint_names())[None])
-    rate = motion.frame_rate
-    if file.frame_rate is not None and abs(file.frame_rate / rate - 1) > _SAME_RATE:
+    require_play(experiment)
+    angles = file.in_order(experiment.organism.joint_names())
+    if file.frame_rate is not None:
+        rate = play(experiment, angles[None, :2]).frame_rate
+        if abs(file.frame_rate / rate - 1) > _SAME_RATE:
+            angles = _resampled(file, angles, file.frame_rate, rate)
+    return Individual.of_motion(experiment, play(experiment, angles[None]), file.path)
+
+
+def _resampled(file: GaitFile, angles: Angles, given: float, rate: float) -> Angles:
+    """Interpolate angles linearly from one frame rate to another."""
+    last = (len(angles) - 1) / given * rate
+    if not 1 <= last < MOST_FRAMES:
         raise GaitsimError(
-            f"{file.path} has {file.frame_rate:g} frames a second",
-            allowed=f"{rate:g} Hz, at which this body plays",
-            remedy="resample it first",
+            f"{file.path} lasts {last / rate:g} s at {given:g} frames a second",
+            allowed=f"{1 / rate:g} to {MOST_FRAMES / rate:g} s",
+            remedy="check its frame rate, or cut a part of it out",
         )
-    return Individual.of_motion(experiment, motion, file.path)
+    wanted = np.arange(int(last + 1e-9) + 1) * (given / rate)
+    frames = np.arange(len(angles))
+    return np.stack([np.interp(wanted, frames, joint) for joint in angles.T], axis=1)
 
 
 def read_gait(path: Path) -> GaitFile:

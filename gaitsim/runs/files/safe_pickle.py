@@ -39,7 +39,7 @@ HEADER = 52
 
 MAX_BYTES = 2**30
 """Length of the longest file that is read."""
-MAX_TEXT = 2**24
+MAX_TEXT = 2**26
 """Most characters in all strings together: one takes up to four bytes in memory."""
 MAX_OPCODES = 1_000_000
 

@@ -24,7 +24,7 @@ def _add(found: Any, thing: object) -> None:
         _add(found, {"rate": thing.frame_rate, "failures": sorted(thing.failures.items())})
         _add(found, {name: thing[name] for name in sorted(thing)})
     elif isinstance(thing, Skeleton):
-        _add(found, [thing.segments, thing.contacts, thing.touching, thing.path])
+        _add(found, [thing.segments, thing.contacts, thing.touching, thing.path, thing.poses])
     elif isinstance(thing, Mapping):
         for key, value in thing.items():
             _add(found, str(key))

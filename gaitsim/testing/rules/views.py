@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gaitsim.contracts import Measure, Motion, Organism, Skeleton
-from gaitsim.contracts.motion import SkeletonError
+from gaitsim.contracts.solid import SkeletonError
 from gaitsim.testing.report import Finding, error
 from gaitsim.testing.rules.bits import same
 
@@ -22,7 +22,7 @@ def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
             yield error("skeleton", "a gaitsim.contracts.Skeleton", f"a {type(drawn).__name__}", "")
             return
         points = [drawn.segments, drawn.path]
-        points += [] if drawn.contacts is None else [drawn.contacts]
+        points += [more for more in (drawn.contacts, drawn.poses) if more is not None]
         finite = individual in motion.failures or all(np.isfinite(p).all() for p in points)
         if not (len(drawn.segments) and drawn.names and finite and drawn.frame_rate > 0):
             yield error(
@@ -33,6 +33,17 @@ def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
                 "give both ends of each segment in metres, (frames, segments, 2, 3)",
             )
             return
+        if drawn.poses is not None and individual not in motion.failures:
+            lengths = np.linalg.norm(drawn.poses[..., 3:], axis=-1).ravel()
+            length = lengths[np.abs(lengths - 1).argmax()]
+            if abs(length - 1) > 1e-3:
+                yield error(
+                    "skeleton",
+                    "poses with unit quaternions (w, x, y, z)",
+                    f"a quaternion of length {length:.3g}",
+                    "put the position first, then the quaternion",
+                )
+                return
 
 
 def measured(body: Organism, motion: Motion) -> Iterator[Finding]:

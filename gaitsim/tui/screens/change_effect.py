@@ -42,7 +42,7 @@ def known_options(run: RunSnapshot) -> list[KnownOption]:
         for name, declared in type(model).model_fields.items():
             if f"{section}.{name}" in ("evolution.population", "islands.number"):
                 continue  # fixed once a run has begun
-            value = options.written(declared, given[name]) if name in given else options.NOT_SET
+            value = options.shown(declared, given[name]) if name in given else options.NOT_SET
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"
             found.append(KnownOption(f"{section}.{name}", value, about))
     chosen = [

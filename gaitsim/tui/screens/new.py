@@ -290,7 +290,9 @@ new run begins; Ctrl-Z takes them back.
     @work(group="files", exclusive=True)
     async def action_save(self) -> None:
         found = await self._checked()
-        if found is not None and await ask_save(self, found.name, found.toml):
+        if found is None or found.experiment is None:
+            return
+        if await ask_save(self, found.name, found.experiment.to_toml()):
             self._saved = found.builder
 
     @work(group="files", exclusive=True)

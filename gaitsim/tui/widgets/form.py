@@ -61,13 +61,18 @@ class Field(Vertical):
                     compact=True,
                 )
             else:
-                value = "" if option.text == options.NOT_SET else option.text
+                unset = option.text == options.NOT_SET or (option.long and not self._is_changed)
+                value = "" if unset else option.text
                 yield Input(value, placeholder=_empty(option), compact=True)
             yield Label(Text(visible(options.unit(option.field))), classes="field-unit")
         yield Static(self._about(), classes="field-about")
 
     def on_mount(self) -> None:
-        self.set_class(self.option.text != self.option.preset, "-changed")
+        self.set_class(self._is_changed, "-changed")
+
+    @property
+    def _is_changed(self) -> bool:
+        return self.option.text != self.option.preset
 
     def _about(self) -> Text:
         field: FieldInfo = self.option.field
@@ -80,12 +85,16 @@ class Field(Vertical):
     def show_problem(self, problem: GaitsimError | None) -> None:
         """Show below what is wrong, in short, or what the option means."""
         self.set_class(problem is not None, "-wrong")
-        about = (
-            self._about()
-            if problem is None
-            else Text(f"✗ {visible(problem.allowed or problem.what)}")
-        )
+        about = self._about() if problem is None else Text(f"✗ {visible(self._in_short(problem))}")
         self.query_one(".field-about", Static).update(about)
+
+    def _in_short(self, problem: GaitsimError) -> str:
+        """Return what the option takes, or the words of a validator."""
+        allowed = problem.allowed
+        if allowed == options.allowed(self.option.field):
+            return allowed
+        parts = [problem.what, allowed and f"allowed: {allowed}", problem.remedy]
+        return "; ".join(part for part in parts if part)
 
     @on(Input.Changed)
     def _typed(self, event: Input.Changed) -> None:
@@ -105,4 +114,5 @@ class Field(Vertical):
 
 def _empty(option: Option) -> str:
     """Return what an empty input means: that the option is not set, or is as in the preset."""
-    return options.NOT_SET if options.optional(option.field) else option.preset
+    unset = options.optional(option.field) and not option.long
+    return options.NOT_SET if unset else option.preset

@@ -1,0 +1,259 @@
+"""Servos: position control within a motor's torque and speed, with latency.
+
+A servo drives its joint with `stiffness · (command − angle) − damping · speed`, delivered by a DC
+motor whose torque falls linearly from the stall torque at rest to nothing at the no-load speed. It
+is MuJoCo's `dcmotor`, with the latency as the `delay` of its command.
+
+The damping of a hobby servo is that of its motor alone, stall torque / no-load speed: its
+electronics set a voltage in proportion to the error, and back-EMF does the rest. Gear friction,
+backlash and heating are not modelled.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from gaitsim_robot.anatomy import Anatomy
+
+BAND = 0.25  # rad, error at which an unknown servo asks for its full torque
+DAMPING_TIME = 0.02  # s, least damping / stiffness of an unknown servo: five time steps
+SPIN_UP = 0.01  # s, in which stall torque takes an unloaded unknown servo to its no-load speed
+SHARE = 0.5  # of weight × reach of a leg: torque limit where the file has none
+LIFT = 2.0  # of the same: files with more have a placeholder there
+SPEED = 10.0  # rad/s, speed limit where the file has none
+FASTEST = 50.0  # rad/s: files with more have a placeholder there
+
+
+@dataclass(frozen=True)
+class Servo:
+    """What a servo can do.
+
+    Attributes:
+        name: in experiment files.
+        stall_torque: N m, at rest.
+        no_load_speed: rad/s, where no torque is left.
+        latency: from a command to the torque, s.
+        stiffness: torque per error, N m/rad.
+        damping: N m s/rad.
+        armature: inertia of rotor and gears at the shaft, kg m².
+        source: of the figures.
+    """
+
+    name: str
+    stall_torque: float
+    no_load_speed: float
+    latency: float
+    stiffness: float
+    damping: float
+    armature: float
+    source: str
+
+
+def _proportional(
+    name: str,
+    torque: float,
+    speed: float,
+    *,
+    latency: float,
+    band: float,
+    armature: float,
+    source: str,
+) -> Servo:
+    """Return a servo that applies its full voltage from an error of `band`, rad."""
+    return Servo(name, torque, speed, latency, torque / band, torque / speed, armature, source)
+
+
+RPM = 2 * math.pi / 60
+KGF_CM = 0.0980665
+SIXTY_DEGREES = math.pi / 3
+
+SERVOS: Mapping[str, Servo] = {
+    servo.name: servo
+    for servo in (
+        _proportional(
+            "ax-12a",
+            1.5,
+            59 * RPM,
+            latency=0.034,
+            band=math.radians(32 * 0.29),
+            armature=0.014,
+            source="ROBOTIS e-Manual, AX-12A, at 12 V, with its default compliance slope of 32 "
+            "steps; latency: the middle of 17.4 to 50.2 ms measured by Smith and Jivraj, Analysis "
+            "of Robotis Dynamixel AX-12+ Actuator Latencies; armature estimated from the "
+            "STS3215's by the gear ratios",
+        ),
+        _proportional(
+            "sts3215",
+            19.5 * KGF_CM,
+            SIXTY_DEGREES / 0.192,
+            latency=0.02,
+            band=1 / (32 * 0.166),
+            armature=0.026,
+            source="DFRobot SER0069 (Feetech STS3215) data sheet, at 7.4 V; gain and armature "
+            "measured by Duclusaud and Passault, Better Actuator Models, model m1; latency "
+            "estimated as one command at 50 Hz",
+        ),
+        _proportional(
+            "mg995",
+            9.4 * KGF_CM,
+            SIXTY_DEGREES / 0.17,
+            latency=0.02,
+            band=0.2,
+            armature=0.014,
+            source="sellers' data sheets of the Tower Pro MG995, at 4.8 V, which print 9.4 to "
+            "13 kgf·cm: the lowest is taken; latency estimated as one pulse at 50 Hz, gain and "
+            "armature as those of similar servos",
+        ),
+        _proportional(
+            "xl430-w250",
+            1.4,
+            57 * RPM,
+            latency=0.02,
+            band=885 / (640 / 128) * 2 * math.pi / 4096,
+            armature=0.014,
+            source="ROBOTIS e-Manual, XL430-W250, at 11.1 V, with its default position gain of "
+            "640; latency estimated as one command at 50 Hz; armature estimated from the "
+            "STS3215's by the gear ratios",
+        ),
+    )
+}
+"""Servos of hobby robots, from their data sheets."""
+
+
+ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"]
+"""Values of the option `organism.servo`.
+
+- `model`: the limits in the robot's text. Where it has none, a torque of `SHARE` of the robot's
+  weight times the reach of its longest leg, and `SPEED`; limits beyond `LIFT` and `FASTEST` are
+  placeholders, and are lowered to these.
+- `ideal`: stiff, strong and immediate, to see what a gait could be.
+"""
+
+
+def joint_servos(
+    spec: Any,
+    anatomy: Anatomy,
+    name: ServoName = "model",
+    *,
+    torque_limit: float | None = None,
+    speed_limit: float | None = None,
+    latency: float | None = None,
+    stiffness: float | None = None,
+) -> dict[str, Servo]:
+    """Return the servo of each driven joint.
+
+    Args:
+        spec: MuJoCo's specification of the robot's text.
+        anatomy: of the robot.
+        name: of the servo.
+        torque_limit: in place of the servo's stall torque, N m.
+        speed_limit: in place of its no-load speed, rad/s.
+        latency: in place of its own, s.
+        stiffness: in place of its own, N m/rad.
+    """
+    model = spec.copy().compile()
+    weight = 9.81 * anatomy.mass * _reach(model, anatomy)
+    servos = {}
+    for joint in (*anatomy.joints, *anatomy.held):
+        if name == "model":
+            servo = _of_file(model, joint, weight, torque_limit, speed_limit)
+        elif name == "ideal":
+            servo = _unknown(name, LIFT * weight, FASTEST, "no real servo")
+        else:
+            servo = SERVOS[name]
+        servos[joint] = _changed(servo, torque_limit, speed_limit, latency, stiffness)
+    return servos
+
+
+def add_servos(spec: Any, servos: Mapping[str, Servo], dt: float) -> None:
+    """Add the actuator of each servo, named as its joint.
+
+    An actuator's control is the commanded angle, which is clipped to the range of the joint. It
+    replaces the joint's own torque limit. The joint's armature is at least the servo's.
+
+    Args:
+        spec: MuJoCo's specification of the robot's text, changed in place.
+        servos: by the names of their joints.
+        dt: time step, s.
+    """
+    import mujoco
+
+    for name, servo in servos.items():
+        joint = spec.joint(name)
+        joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
+        joint.armature = max(joint.armature, servo.armature)
+        actuator = spec.add_actuator(
+            name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, ctrlrange=joint.range
+        )
+        actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        # The voltage cancels out: torque falls linearly from stall to no-load speed at any.
+        actuator.set_to_dcmotor(
+            motorconst=[0.0, 0.0],
+            resistance=0.0,
+            nominal=[1.0, servo.stall_torque, servo.no_load_speed],
+            saturation=[servo.stall_torque, 0.0, 0.0],
+            controller=[servo.stiffness, 0.0, servo.damping, 0.0, 0.0, 1.0],
+            ctrlspec=int(mujoco.mjtCtrlInput.mjINPUT_POS),
+        )
+        actuator.delay = servo.latency
+        actuator.nsample = math.ceil(servo.latency / dt - 1e-9)
+
+
+def _changed(
+    servo: Servo,
+    torque_limit: float | None,
+    speed_limit: float | None,
+    latency: float | None,
+    stiffness: float | None,
+) -> Servo:
+    """Return a servo with some of its values replaced; damping goes with stiffness."""
+    if stiffness is not None:
+        servo = replace(
+            servo, stiffness=stiffness, damping=servo.damping / servo.stiffness * stiffness
+        )
+    return replace(
+        servo,
+        stall_torque=servo.stall_torque if torque_limit is None else torque_limit,
+        no_load_speed=servo.no_load_speed if speed_limit is None else speed_limit,
+        latency=servo.latency if latency is None else latency,
+    )
+
+
+def _of_file(
+    model: Any, joint: str, weight: float, torque_limit: float | None, speed_limit: float | None
+) -> Servo:
+    """Return the servo of a joint, from its limits in the robot's text."""
+    index = model.joint(joint).id
+    torque = model.jnt_actfrcrange[index, 1] if model.jnt_actfrclimited[index] else 0.0
+    speed = model.jnt_user[index, 0] if model.nuser_jnt else 0.0
+    return _unknown(
+        "model",
+        torque_limit or min(torque or SHARE * weight, LIFT * weight),
+        speed_limit or min(speed or SPEED, FASTEST),
+        "the robot's text",
+    )
+
+
+def _unknown(name: str, torque: float, speed: float, source: str) -> Servo:
+    """Return a servo of which only the limits are known."""
+    stiffness = torque / BAND
+    damping = max(torque / speed, DAMPING_TIME * stiffness)
+    armature = SPIN_UP * torque / speed
+    return Servo(name, torque, speed, 0.0, stiffness, damping, armature, source)
+
+
+def _reach(model: Any, anatomy: Anatomy) -> float:
+    """Largest distance of a foot from the first joint of its leg in the standing pose, m."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = anatomy.stance
+    mujoco.mj_kinematics(model, data)
+    return max(
+        math.dist(
+            data.joint(leg.joints[0]).xanchor,
+            data.body(leg.foot).xpos + data.body(leg.foot).xmat.reshape(3, 3) @ leg.point,
+        )
+        for leg in anatomy.legs
+    )

@@ -1,0 +1,80 @@
+"""Models for tests of physics: a stick on a servo, and a quadruped of any size."""
+
+from dataclasses import replace
+from importlib.resources import files
+
+import mujoco
+import numpy as np
+
+from gaitsim_robot.anatomy import Anatomy, Leg
+from gaitsim_robot.servos import add_servos, joint_servos
+from gaitsim_robot.world import build
+
+
+def servoed_stick(servo, *, dt, inertia, latency=None):
+    """A body of some inertia that turns about the vertical, driven by a servo."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = dt
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    body = spec.worldbody.add_body(mass=1, inertia=[inertia] * 3, explicitinertial=True)
+    body.add_joint(name="joint", axis=[0, 0, 1], range=[-1e4, 1e4])
+    if latency is not None:
+        servo = replace(servo, latency=latency)
+    add_servos(spec, {"joint": servo}, dt)
+    model = spec.compile()
+    return model, mujoco.MjData(model)
+
+
+def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None):
+    """The bundled quadruped, scaled; its mass goes with the cube of its size."""
+    text = (files("gaitsim_robot") / "models" / "quadruped.xml").read_text(encoding="utf-8")
+    spec = mujoco.MjSpec.from_string(text)
+    for body in spec.bodies[1:]:
+        body.pos = size * body.pos
+        body.ipos = size * body.ipos
+        body.mass *= size**3
+        body.inertia = size**5 * body.inertia
+        body.fullinertia = size**5 * body.fullinertia
+    for geom in spec.geoms:
+        geom.pos = size * geom.pos
+        geom.size = size * geom.size
+        geom.fromto = size * geom.fromto
+    for joint in spec.joints:
+        joint.armature *= size**5
+        if torque is not None:
+            joint.actfrcrange = [-torque, torque]
+        if speed is not None:
+            joint.userdata = [speed]
+        if not limits:
+            joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
+            joint.userdata = []
+            joint.armature = 0.0
+    stand = np.array(spec.keys[0].qpos)
+    spec.keys[0].qpos = [*(size * stand[:3]), *stand[3:]]
+    return spec
+
+
+def quadruped_anatomy(spec):
+    """Its anatomy, by the names of its joints."""
+    model = spec.copy().compile()
+    legs = tuple(
+        Leg(
+            name,
+            "left" if name[0] == "L" else "right",
+            tuple(f"{name} {part}" for part in ("hip roll", "hip pitch", "knee")),
+            f"{name} shank",
+            tuple(model.geom(f"{name} foot").pos - [0, 0, model.geom(f"{name} foot").size[0]]),
+        )
+        for name in ("L1", "R1", "L2", "R2")
+    )
+    return Anatomy(legs, (), model.key("stand").qpos.copy(), float(model.body_subtreemass[1]), 0.28)
+
+
+def standing_quadruped(
+    servo, *, size=1.0, limits=True, torque=None, speed=None, dt=0.004, friction=0.8, **options
+):
+    """The quadruped in its world, and its servos."""
+    spec = quadruped_spec(size, limits=limits, torque=torque, speed=speed)
+    anatomy = quadruped_anatomy(spec)
+    servos = joint_servos(spec, anatomy, servo, **options)
+    return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=9.81), servos

@@ -1,0 +1,132 @@
+"""Servos against the closed forms of a DC motor, and on robots of all sizes."""
+
+import math
+from typing import get_args
+
+import mujoco
+import numpy as np
+import pytest
+from stick import servoed_stick, standing_quadruped
+
+from gaitsim_robot.servos import SERVOS, ServoName
+
+EVERY = [*SERVOS.values()]
+
+
+@pytest.mark.parametrize("servo", EVERY, ids=lambda servo: servo.name)
+def test_a_free_servo_speeds_up_as_a_motor_does(servo):
+    inertia = 0.01
+    model, data = servoed_stick(servo, dt=2e-4, inertia=inertia)
+    data.ctrl[:] = 1e3
+    time_constant = (inertia + servo.armature) * servo.no_load_speed / servo.stall_torque
+    for _ in range(round(3 * time_constant / 2e-4)):
+        mujoco.mj_step(model, data)
+        torque = servo.stall_torque * (1 - data.qvel[0] / servo.no_load_speed)
+    driven = data.time - servo.latency
+    speed = servo.no_load_speed * (1 - math.exp(-driven / time_constant))
+    assert data.qvel[0] == pytest.approx(speed, rel=0.01)
+    assert data.actuator_force[0] == pytest.approx(torque, rel=0.02)
+
+
+@pytest.mark.parametrize("servo", EVERY, ids=lambda servo: servo.name)
+def test_a_blocked_servo_holds_its_stall_torque(servo):
+    model, data = servoed_stick(servo, dt=0.004, inertia=1e9)
+    data.ctrl[:] = 1e3
+    mujoco.mj_step(model, data, 20)
+    assert data.actuator_force[0] == pytest.approx(servo.stall_torque)
+
+
+@pytest.mark.parametrize("servo", EVERY, ids=lambda servo: servo.name)
+def test_a_held_load_bends_a_servo_by_its_stiffness(servo):
+    load = servo.stall_torque / 4
+    model, data = servoed_stick(servo, dt=0.004, inertia=0.01)
+    data.qfrc_applied[:] = load
+    mujoco.mj_step(model, data, 1000)
+    assert data.qpos[0] == pytest.approx(load / servo.stiffness, rel=1e-3)
+
+
+@pytest.mark.parametrize("dt", [0.001, 0.004, 0.005])
+@pytest.mark.parametrize("latency", [0.0, 0.001, 0.02, 0.034])
+def test_a_command_takes_effect_after_the_latency(latency, dt):
+    servo = SERVOS["sts3215"]
+    model, data = servoed_stick(servo, dt=dt, inertia=0.01, latency=latency)
+    data.ctrl[:] = 1.0
+    steps = 0
+    while data.actuator_force[0] == 0:
+        mujoco.mj_step(model, data)
+        steps += 1
+    assert steps - 1 == math.ceil(latency / dt - 1e-9)
+
+
+@pytest.mark.parametrize("servo", EVERY, ids=lambda servo: servo.name)
+@pytest.mark.parametrize("inertia", [1e-6, 0.01])
+def test_no_servo_is_faster_than_without_load_or_unstable_at_the_usual_time_step(servo, inertia):
+    model, data = servoed_stick(servo, dt=0.004, inertia=inertia)
+    random = np.random.default_rng(0)
+    for _ in range(50):
+        data.ctrl[:] = random.uniform(-2, 2)
+        mujoco.mj_step(model, data, 10)
+        assert abs(data.qvel[0]) < 1.05 * servo.no_load_speed
+    mujoco.mj_step(model, data, 1000)
+    np.testing.assert_allclose(data.qpos, data.ctrl, atol=1e-3)
+
+
+@pytest.mark.parametrize("servo", ["model", "ideal"])
+@pytest.mark.parametrize("size", [0.55, 1.0, 4.45])
+def test_robots_of_0_3_to_150_kg_stand_still_on_servos_of_unknown_limits(size, servo):
+    world, _ = standing_quadruped(servo, size=size, limits=False)
+    data = mujoco.MjData(world.model)
+    mujoco.mj_setState(world.model, data, world.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    data.ctrl[:] = world.rest
+    mujoco.mj_step(world.model, data, 500)
+    assert data.qpos[2] > 0.95 * world.anatomy.stance[2]
+    assert np.abs(data.qvel[:3]).max() < 0.01
+    load = data.sensordata[world.load[:, 2]].sum()
+    assert load == pytest.approx(9.81 * world.anatomy.mass, rel=0.005)
+
+
+@pytest.mark.parametrize("name", get_args(ServoName))
+def test_no_servo_gives_more_than_its_torque_at_its_speed(name):
+    world, servos = standing_quadruped(name)
+    model, data = world.model, mujoco.MjData(world.model)
+    mujoco.mj_setState(model, data, world.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    each = [servos[model.actuator(index).name] for index in range(model.nu)]
+    stall = np.array([servo.stall_torque for servo in each])
+    fastest = np.array([servo.no_load_speed for servo in each])
+    lower, upper = model.actuator_ctrlrange.T
+    random = np.random.default_rng(1)
+    largest = 0.0
+    for step in range(400):
+        if step % 25 == 0:
+            data.ctrl[:] = random.uniform(lower, upper)
+        mujoco.mj_forward(model, data)
+        torque, speed = data.actuator_force, data.actuator_velocity
+        assert (np.abs(torque) <= stall * (1 + 1e-12)).all()
+        driving = torque * speed > 0
+        left = stall * (1 - np.abs(speed) / fastest)
+        assert (np.abs(torque)[driving] <= np.maximum(left, 0)[driving] + 1e-9).all()
+        largest = max(largest, (np.abs(torque) / stall).max())
+        mujoco.mj_step(model, data)
+    assert largest > 0.5
+
+
+def test_limits_of_the_robot_s_text_are_those_of_its_servos():
+    _, servos = standing_quadruped("model")
+    assert {(servo.stall_torque, servo.no_load_speed) for servo in servos.values()} == {(1.9, 5.45)}
+
+
+def test_options_replace_what_a_servo_has():
+    options = {"torque_limit": 1.0, "speed_limit": 4.0, "latency": 0.01, "stiffness": 8.0}
+    for name in get_args(ServoName):
+        _, servos = standing_quadruped(name, **options)
+        for servo in servos.values():
+            assert (servo.stall_torque, servo.no_load_speed) == (1.0, 4.0)
+            assert (servo.latency, servo.stiffness) == (0.01, 8.0)
+
+
+def test_limits_that_no_robot_of_its_weight_needs_are_lowered():
+    _, servos = standing_quadruped("model", torque=1e4, speed=1e3)
+    weight = 9.81 * 1.7
+    for servo in servos.values():
+        assert servo.stall_torque < weight
+        assert servo.no_load_speed == 50.0

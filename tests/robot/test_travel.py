@@ -1,0 +1,129 @@
+"""The fitness `travel`: what each term charges, and that it judges any dynamic body."""
+
+import numpy as np
+import pytest
+
+from gaitsim.contracts import Motion
+from gaitsim.experiment import load_experiment
+from gaitsim_robot.travel import Travel
+
+RATE, FRAMES = 50.0, 501  # 10 s
+TIME = np.arange(FRAMES) / RATE
+LENGTH, WEIGHT, STALL = 0.4, 20.0, 2.0
+
+
+def motion(**changed):
+    """One robot that stands still, but for what is changed."""
+    channels = {
+        "torso": np.zeros((FRAMES, 3)),
+        "orientation": np.zeros((FRAMES, 3)),
+        "joint_positions": np.zeros((FRAMES, 4)),
+        "torque": np.zeros((FRAMES, 4)),
+        "stall_torque": np.full(4, STALL),
+        "energy": np.zeros(FRAMES),
+        "slip": np.zeros(FRAMES),
+        "lasted": np.array(10.0),
+        "weight": np.array(WEIGHT),
+        "length": np.array(LENGTH),
+    }
+    return Motion(RATE, {name: values[None] for name, values in (channels | changed).items()})
+
+
+def straight(x, y=0.0):
+    """The path of a torso at constant velocity to a point."""
+    return TIME[:, None] / TIME[-1] * np.array([x, y, 0.0])
+
+
+def sine(amplitude, frequency):
+    return amplitude * np.sin(2 * np.pi * frequency * np.tile(TIME[:, None], 4))
+
+
+YAW = np.zeros((FRAMES, 3))
+YAW[:, 2] = 0.5 * TIME / TIME[-1]  # 0.5 rad at the end: a root mean square of 0.5/√3
+
+
+@pytest.mark.parametrize(
+    ("term", "options", "changed", "expected"),
+    [
+        ("forward", {}, {"torso": straight(3.0)}, 3.0),
+        ("forward", {"direction": 90}, {"torso": straight(0, 3.0)}, 3.0),
+        ("forward", {"direction": -180}, {"torso": straight(-3.0)}, 3.0),
+        ("forward", {"direction": -45}, {"torso": straight(2.0, -2.0)}, np.sqrt(8)),
+        ("drift", {"direction": 90}, {"torso": straight(2.0)}, -1.0),
+        ("turn", {}, {"orientation": YAW}, -2 * LENGTH * 0.5 / np.sqrt(3)),
+        ("fall", {}, {"lasted": np.array(0.0)}, -20 * LENGTH),
+        ("fall", {}, {"lasted": np.array(5.0)}, -15 * LENGTH),
+        ("fall", {}, {"lasted": np.array(9.98)}, -20 * LENGTH * 0.501),
+        ("energy", {}, {"energy": 60 * TIME / TIME[-1]}, -0.1 * 60 / WEIGHT),
+        ("torque", {}, {"torque": np.full((FRAMES, 4), 0.8 * STALL)}, -10 * LENGTH * 0.3),
+        ("torque", {}, {"torque": np.full((FRAMES, 4), 0.5 * STALL)}, 0.0),
+        ("roughness", {}, {"joint_positions": sine(0.1, 15)}, -20 * LENGTH * 0.1 / np.sqrt(2)),
+        ("roughness", {}, {"joint_positions": 1.0 + sine(0.0, 1)}, 0.0),
+        ("slip", {}, {"slip": np.full(FRAMES, 0.01)}, -0.5 * 5.01),
+    ],
+)
+def test_each_term_follows_its_definition_and_leaves_the_others_alone(
+    term, options, changed, expected
+):
+    terms = Travel(**options).terms(motion(**changed))
+    assert float(terms.pop(term)[0]) == pytest.approx(expected, rel=1e-2, abs=1e-9)
+    assert {name: float(v[0]) for name, v in terms.items()} == pytest.approx(
+        dict.fromkeys(terms, 0.0), abs=1e-9
+    )
+
+
+def test_a_gait_of_one_hertz_is_hardly_rough():
+    """Butterworth's gain of fourth order at a fifth of the cutoff is 1/√(1 + 5⁸) = 0.0016."""
+    terms = Travel().terms(motion(joint_positions=sine(0.5, 1.0)))
+    assert -0.02 < float(terms["roughness"][0]) < 0
+
+
+def test_distance_beyond_the_target_speed_does_not_pay():
+    """At 0.2 m/s, 2 m are covered in 10 s."""
+    scores = {
+        x: sum(v[0] for v in Travel(target_speed=0.2).terms(motion(torso=straight(x))).values())
+        for x in (1.5, 2.0, 3.0)
+    }
+    assert scores == pytest.approx({1.5: 1.5, 2.0: 2.0, 3.0: 1.0})
+
+
+def test_what_a_body_does_not_know_has_no_price():
+    loaded = {"torque": np.full((FRAMES, 4), 9.0), "energy": 60 * TIME}
+    unknown = {"stall_torque": np.zeros(4), "weight": np.array(0.0)}
+    terms = Travel().terms(motion(**loaded, **unknown))
+    assert terms["torque"] == terms["energy"] == 0
+
+
+def test_without_weights_the_score_is_the_distance():
+    weights = {name: 0.0 for name in Travel.model_fields if name.endswith("weight")}
+    rough = np.random.default_rng(0).normal(size=(FRAMES, 4))
+    changed = {"joint_positions": rough, "torque": rough**2, "slip": TIME, "energy": TIME}
+    terms = Travel(**weights).terms(motion(torso=straight(2.0, 1.0), **changed, orientation=YAW))
+    assert sum(float(values[0]) for values in terms.values()) == pytest.approx(2.0)
+
+
+def test_the_terms_of_a_population_are_those_of_its_members_to_the_bit():
+    rng = np.random.default_rng(0)
+    shapes = {name: values.shape[1:] for name, values in motion().items()}
+    channels = {name: rng.random((9, *shape)) for name, shape in shapes.items()}
+    # A body may give any layout of memory.
+    channels["torque"] = np.asfortranarray(channels["torque"])
+    whole = Travel().terms(Motion(RATE, channels))
+    for part in (slice(4, 5), slice(2, 9)):
+        chosen = {name: values[part] for name, values in channels.items()}
+        terms = Travel().terms(Motion(RATE, chosen))
+        for name, values in terms.items():
+            assert np.array_equal(values, whole[name][part]), name
+
+
+def test_the_walker_is_judged_by_it():
+    settings = {"fitness.plugin": "travel", "organism.duration": 1, "evolution.population": 4}
+    experiment = load_experiment("walker", settings)
+    walker = experiment.organism
+    found = walker.move(walker.genome_space().random(3, np.random.default_rng(0)))
+    terms = experiment.fitness.terms(found)
+    assert terms["forward"] == pytest.approx(found["torso"][:, -1, 0], abs=1e-12)
+    assert all(np.isfinite(values).all() for values in terms.values())
+    pitch = found["orientation"]
+    assert np.array_equal(pitch[..., 1], -found["pitch"])
+    assert not pitch[..., [0, 2]].any()
