@@ -49,7 +49,7 @@ def evolve(
     in Python as on the command line, with any number of workers. Evolution starts with the loop.
 
     Args:
-        experiment: a preset's name, the path of a TOML file, or an experiment.
+        experiment: a preset's name, the path of a TOML file or of a robot's file, or an experiment.
         generations: how many; None as the experiment says.
         population: individuals in each; None as the experiment says.
         seed: of all randomness; None as the experiment says.

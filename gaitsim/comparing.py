@@ -75,7 +75,8 @@ def compare(
     The same arguments give the same results to the last bit, in Python as on the command line.
 
     Args:
-        experiments: two or more names of presets, paths of TOML files, or experiments.
+        experiments: two or more names of presets, paths of TOML files or robots' files, or
+            experiments.
         repeats: of each.
         evaluations: of each repeat; None for those of the shortest experiment.
         targets: scores to reach, for the ECDF and the expected running times; () for 51 at equal

@@ -193,6 +193,56 @@ def working() -> str:
     return WORKING
 
 
+SHAPED = """
+from pydantic import field_validator
+from gaitsim.contracts import folder_of
+from gaitsim.errors import GaitsimError
+
+class X(Body):
+    label: str = option("plain", "a word")
+    shape: str = option("ball", "ball, a file, or its content")
+    size: float = option(1.0, "how large", ge=0)
+
+    @field_validator("shape")
+    @classmethod
+    def _read(cls, shape, info):
+        if not shape.lower().endswith(".shape"):
+            return shape
+        folder = folder_of(info)
+        if folder is None:
+            raise ValueError("no file is read here")
+        try:
+            return (folder / shape).read_text()
+        except OSError as error:
+            raise GaitsimError(
+                "the shape cannot be read", where=str(folder / shape), allowed="a shape",
+                remedy="another file", key="shape",
+            ) from None
+"""
+
+
+@pytest.fixture
+def shaped(install, working) -> str:
+    """The TOML of an experiment whose body takes a file; its package is installed."""
+    text = (
+        PUPPET.replace('"puppet-reach"', '"far"')
+        .replace('"puppet-best"', '"tournament"')
+        .replace('"puppet-mean"', '"uniform"')
+        .replace('"puppet-jitter"', '"gaussian"')
+        .replace('"puppet"', '"cube"')
+    )
+    kinds = {
+        "organism": {"cube": "X"},
+        "fitness": {"far": "Distance"},
+        "files": {"shape": "X.shape"},
+    }
+    install("fake", working + SHAPED, kinds)
+    install(
+        "kept", "", {"experiments": {"cube": ""}}, {"kept/__init__.py": "", "kept/cube.toml": text}
+    )
+    return text
+
+
 # The plugin package in tests/puppets is a third party's, and is installed by being on the path.
 PUPPETS = Path(__file__).parent / "puppets"
 PUPPET = """

@@ -41,7 +41,10 @@ from gaitsim.study.running import repeat_experiment
 
 def compare(
     experiments: Annotated[
-        list[str], typer.Argument(help="Two or more presets or TOML files.", metavar="NAME|FILE")
+        list[str],
+        typer.Argument(
+            help="Two or more presets, TOML files or robots' files.", metavar="NAME|FILE"
+        ),
     ],
     repeats: Annotated[int, typer.Option(min=2, max=100_000, help="Repeats of each.")] = 30,
     evaluations: Annotated[

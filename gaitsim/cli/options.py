@@ -16,7 +16,11 @@ MemberOf = Annotated[
     ),
 ]
 ExperimentName = Annotated[
-    str, typer.Argument(help="A preset's name, or the path of a TOML file.", metavar="NAME|FILE")
+    str,
+    typer.Argument(
+        help="A preset's name, or the path of a TOML file, or of a robot's file, such as URDF.",
+        metavar="NAME|FILE",
+    ),
 ]
 Generations = Annotated[int | None, typer.Option(help="How many generations.")]
 Population = Annotated[int | None, typer.Option(help="Individuals a generation.")]

@@ -60,6 +60,8 @@ def run(
 
     gaitsim run my-spider.toml --out runs/mine --json > log.jsonl
 
+    gaitsim run my_robot.urdf
+
     gaitsim run spider --from runs/spider --set fitness.yaw_weight=4
 
     gaitsim run spider --from spider@120

@@ -3,8 +3,10 @@
 import os
 from pathlib import Path
 
+from gaitsim import registry
 from gaitsim.contracts import GenomeSpace
 from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.experiment.body_files import experiment_name, is_body_file, reader_of
 from gaitsim.experiment.model import Experiment, space_of
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides
 from gaitsim.experiment.reader import Reader
@@ -17,10 +19,12 @@ LARGEST = 2_000_000  # bytes of an experiment file, which may contain a robot wi
 def load_experiment(
     reference: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
 ) -> Experiment:
-    """Return the experiment of a preset's name or a TOML file's path.
+    """Return the experiment of a preset's name, or of the path of a TOML file or a robot's file.
+
+    A robot's file, such as `my_robot.urdf`, takes the preset of the body that reads such files.
 
     Args:
-        reference: a preset's name, or a path; a path has a '/' or ends with '.toml'.
+        reference: a preset's name, or a path; a path has a '/' or ends as such files do.
         overrides: values of options by key, such as `{"mutation.rate": 0.1}`.
         place: where the overrides come from, for messages.
 
@@ -29,6 +33,14 @@ def load_experiment(
         GaitsimError: there is no such preset or file, or it cannot be read.
     """
     path = Path(reference)
+    if is_body_file(reference):
+        body, option = reader_of(path)
+        given = {
+            "name": experiment_name(path),
+            f"organism.{option}": reference,
+            **(overrides or {}),
+        }
+        return parse_experiment(read_preset(body), f"preset {body}", given, place)
     if path.suffix == ".toml" or path.name != reference:
         shown, listed = "'gaitsim experiments show spider'", "'gaitsim experiments list'"
         text = read_file(path, "experiment", shown, f"name a preset: {listed}")
@@ -36,6 +48,9 @@ def load_experiment(
     try:
         text = read_preset(reference)
     except PluginError as error:
+        if formats := registry.entries(registry.FILES):
+            suffixes = ", ".join(f".{suffix}" for suffix in formats)
+            error.allowed += f"; or a file: .toml, {suffixes}"
         # os.path, unlike pathlib, answers for names that no file can have, too.
         here = [file for file in (path, f"{reference}.toml") if os.path.isfile(file)]  # noqa: PTH113
         if here:

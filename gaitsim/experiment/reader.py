@@ -27,7 +27,7 @@ _Scalar = TypeVar("_Scalar", int, str)
 _Model = TypeVar("_Model", bound=BaseModel)
 
 _NAMES: dict[type, str] = {int: "a whole number", str: "a text in quotes"}
-_NOT_IN_NAMES = frozenset('/\\:*?"<>|')
+NOT_IN_NAMES = frozenset('/\\:*?"<>|')
 LONGEST_DESCRIPTION = 1000  # characters
 LONGEST_TEXT = 1_000_000  # bytes of an option, so that the experiment can be read again
 LONGEST_NAME = 200  # bytes; file systems take 255, and a run's number is put behind it
@@ -146,7 +146,7 @@ class Reader:
         fits = (
             name == name.strip()
             and name[:1] not in ("", ".", "-")
-            and not set(name) & _NOT_IN_NAMES
+            and not set(name) & NOT_IN_NAMES
             and _is_one_line(name)
             and len(name.encode()) <= LONGEST_NAME
         )

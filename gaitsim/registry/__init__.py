@@ -2,6 +2,7 @@
 
 from gaitsim.registry.entry_points import (
     EXPERIMENTS,
+    FILES,
     KINDS,
     STUDIES,
     Entry,
@@ -14,6 +15,7 @@ from gaitsim.registry.plugin_context import contract_error, plugin_context, plug
 
 __all__ = [
     "EXPERIMENTS",
+    "FILES",
     "KINDS",
     "STUDIES",
     "Entry",

@@ -14,6 +14,8 @@ KINDS = ("organism", "fitness", "search", "selection", "crossover", "mutation")
 """The kinds of plugin; the last three are the operators of a search that uses them."""
 EXPERIMENTS = "experiments"
 STUDIES = "studies"
+FILES = "files"
+"""Formats of files that describe a body: the suffix, and the option that takes the file's path."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,7 @@ class Entry:
     """One name that a package registers.
 
     Attributes:
-        kind: one of `KINDS`, `EXPERIMENTS` or `STUDIES`.
+        kind: one of `KINDS`, `EXPERIMENTS`, `STUDIES` or `FILES`.
         name: the name that a user types.
         target: the object to import, `module:Class`.
         package: the distribution that registers it.
@@ -46,7 +48,7 @@ class Entry:
 Entries = Mapping[str, Sequence[Entry]]
 """By name, sorted. More than one entry under a name is a conflict between packages."""
 
-_GROUPS = {f"gaitsim.{kind}": kind for kind in (*KINDS, EXPERIMENTS, STUDIES)}
+_GROUPS = {f"gaitsim.{kind}": kind for kind in (*KINDS, EXPERIMENTS, STUDIES, FILES)}
 
 
 def entries(kind: str) -> Entries:
@@ -131,7 +133,9 @@ def find(kind: str, name: str) -> Entry:
         PluginError: there is none, or several packages claim the name.
     """
     known = entries(kind)
-    what = {EXPERIMENTS: "experiment", STUDIES: "study"}.get(kind, f"{kind} plugin")
+    what = {EXPERIMENTS: "experiment", STUDIES: "study", FILES: "format"}.get(
+        kind, f"{kind} plugin"
+    )
     if name not in known:
         raise PluginError(
             f"unknown {what} {name!r}",

@@ -15,40 +15,7 @@ from gaitsim.experiment.model import _multiline
 from gaitsim.runs.stages import changes
 from gaitsim.study.differences import differences
 
-READS = """
-from pydantic import field_validator
-from gaitsim.contracts import folder_of
-from gaitsim.errors import GaitsimError
-
-class X(Body):
-    label: str = option("plain", "a word")
-    shape: str = option("ball", "ball, a file, or its content")
-    size: float = option(1.0, "how large", ge=0)
-
-    @field_validator("shape")
-    @classmethod
-    def _read(cls, shape, info):
-        if not shape.endswith(".shape"):
-            return shape
-        folder = folder_of(info)
-        if folder is None:
-            raise ValueError("no file is read here")
-        try:
-            return (folder / shape).read_text()
-        except OSError as error:
-            raise GaitsimError(
-                "the shape cannot be read", where=str(folder / shape), allowed="a shape",
-                remedy="another file", key="shape",
-            ) from None
-"""
 LINES = '<shape name="cube">\n' + "  <side/>\n" * 20_000 + "</shape>\n"
-
-
-@pytest.fixture
-def shaped(install, working, custom):
-    """The TOML of an experiment whose body takes a file."""
-    install("fake", working + READS, {"organism": {"x": "X"}, "fitness": {"far": "Distance"}})
-    return custom(organism="x", fitness="far")
 
 
 @given(st.text(st.characters(exclude_categories=["Cs"])) | st.text("'\"\\\n\t\r#[] a"))
@@ -70,7 +37,7 @@ def test_a_file_is_written_into_the_experiment_which_does_without_it(shaped, tmp
     folder.mkdir()
     file, shape = folder / "x.toml", folder / "cube.shape"
     shape.write_text(LINES)
-    file.write_text(shaped.replace('plugin = "x"', 'plugin = "x"\nshape = "cube.shape"'))
+    file.write_text(shaped.replace('plugin = "cube"', 'plugin = "cube"\nshape = "cube.shape"'))
     monkeypatch.chdir(tmp_path)
     experiment = load_experiment(str(file))  # relative to the file
     monkeypatch.chdir(folder)
@@ -92,7 +59,7 @@ def test_a_run_does_not_name_files(shaped, tmp_path, monkeypatch):
     (tmp_path / "cube.shape").write_text(LINES)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(GaitsimError, match="no file is read here"):
-        parse_experiment(shaped.replace('"x"', '"x"\nshape = "cube.shape"'), "a checkpoint")
+        parse_experiment(shaped.replace('"cube"', '"cube"\nshape = "cube.shape"'), "a checkpoint")
 
 
 def test_the_words_of_a_validator_have_the_key_of_their_option(problem, shaped):
@@ -113,7 +80,7 @@ def test_the_words_of_a_validator_have_the_key_of_their_option(problem, shaped):
 
 def test_changes_show_long_texts_by_their_beginning_and_tell_them_apart(shaped):
     one, two = (
-        read_outline(shaped.replace('"x"', f"\"x\"\nshape = '''{text}'''"), "x.toml")
+        read_outline(shaped.replace('"cube"', f"\"cube\"\nshape = '''{text}'''"), "x.toml")
         for text in (LINES, LINES.replace("side", "Side"))
     )
     (change,) = changes(one, two)

@@ -12,7 +12,7 @@ from typing import Any
 from gaitsim import registry, toml
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.experiment.loading import read_file
-from gaitsim.registry import EXPERIMENTS, KINDS, STUDIES, Entry
+from gaitsim.registry import EXPERIMENTS, FILES, KINDS, STUDIES, Entry
 from gaitsim.registry.entry_points import normalized
 from gaitsim.testing.report import Finding, error
 
@@ -80,7 +80,7 @@ def _of_folder(folder: Path, metadata: Path) -> Chosen:
         for group, names in _table(project, "entry-points", file).items()
         if group.startswith(_GROUP)
     }
-    strange = sorted({*points} - {*CHECKED, STUDIES})
+    strange = sorted({*points} - {*CHECKED, STUDIES, FILES})
     if strange or not any(points.values()):
         raise GaitsimError(
             f"unknown kind of plugin {', '.join(strange)}"

@@ -29,8 +29,8 @@ async def ask_save(screen: GaitScreen, name: str, toml: str) -> bool:
 
 
 async def ask_load(screen: GaitScreen) -> str | None:
-    """Ask for an experiment file; return its path as `gaitsim run` takes it, or None."""
-    ask = Ask("Begin with the file", "./", about="An experiment's TOML file.")
+    """Ask for the file of an experiment or a robot; return its path, or None."""
+    ask = Ask("Begin with the file", "./", about="An experiment's TOML file, or a robot's.")
     answer = await screen.app.push_screen_wait(ask)
     if answer is None:
         return None
