@@ -24,6 +24,7 @@ def walked(world: World, commands: Floats) -> Motion:
     qpos, qvel = record.qpos, record.qvel
     torso = qpos[..., :3] - np.array([*world.start[1:3], 0.0])
     stance = record.load[..., 2] > 0
+    stall = np.where(np.isfinite(world.stall_torque), world.stall_torque, 0.0)
     return Motion(
         FRAME_RATE,
         {
@@ -31,7 +32,7 @@ def walked(world: World, commands: Floats) -> Motion:
             "joint_positions": qpos[..., world.qpos],
             "joint_velocities": qvel[..., world.dof],
             "torque": record.torque,
-            "stall_torque": np.tile(_stall_torque(world), (len(commands), 1)),
+            "stall_torque": np.tile(stall, (len(commands), 1)),
             "torso": torso,
             "torso_velocity": qvel[..., :3],
             "orientation": orientation(qpos[..., 3:7]),
@@ -48,20 +49,6 @@ def walked(world: World, commands: Floats) -> Motion:
         },
         failures=record.failures,
     )
-
-
-def _stall_torque(world: World) -> Floats:
-    """Largest torque of the servo of each leg joint, (joints,) N m; 0 where it is unknown."""
-    model = world.model
-    limits = [
-        np.where(limited, np.abs(span).max(axis=1), np.inf)
-        for limited, span in (
-            (model.jnt_actfrclimited, model.jnt_actfrcrange),
-            (model.actuator_forcelimited, model.actuator_forcerange),
-        )
-    ]
-    least = np.minimum(limits[0][model.dof_jntid[world.dof]], limits[1][world.ctrl])
-    return np.where(np.isfinite(least), least, 0.0)
 
 
 def _weight(world: World) -> float:

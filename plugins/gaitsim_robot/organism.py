@@ -23,6 +23,7 @@ from gaitsim.contracts import (
 from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
 from gaitsim_robot.anatomy import Anatomy, find_anatomy
 from gaitsim_robot.encodings import commands, groups
+from gaitsim_robot.measures import measures
 from gaitsim_robot.servos import ServoName, joint_servos
 from gaitsim_robot.world import FRAME_RATE, World, build
 
@@ -194,12 +195,8 @@ class Robot(Organism):
         return walked(self.world, angles)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Distance and how long it lasted."""
-        forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
-        return {
-            "forward": Measure(forward, "m", "displacement of the trunk"),
-            "lasted": Measure(motion["lasted"], "s", "before the fall, or the whole rollout"),
-        }
+        """Displacement, speed, duration, effort, slip, stance and posture."""
+        return measures(motion)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """The legs from joint to joint."""

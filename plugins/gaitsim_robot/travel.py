@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitsim.contracts import Array, Fitness, Motion, option
 from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.sums import mean, ratio, rms, total
 
 
 class Travel(Fitness):
@@ -91,13 +92,13 @@ class Travel(Fitness):
         yaw = motion["orientation"][..., 2]
         prices = {
             "speed": self.speed_weight * np.maximum(distance - goal, 0.0),
-            "drift": self.drift_weight * _mean(np.abs(aside)),
-            "turn": self.turn_weight * length * _rms(yaw - yaw[:, :1]),
+            "drift": self.drift_weight * mean(np.abs(aside)),
+            "turn": self.turn_weight * length * rms(yaw - yaw[:, :1]),
             "fall": self.fall_weight * length * _fallen(motion["lasted"], seconds),
-            "energy": self.energy_weight * _ratio(motion["energy"][:, -1], motion["weight"]),
+            "energy": self.energy_weight * ratio(motion["energy"][:, -1], motion["weight"]),
             "torque": self.torque_weight * length * self._overload(motion),
             "roughness": self.rough_weight * length * self._roughness(motion),
-            "slip": self.slip_weight * _sum(motion["slip"]),
+            "slip": self.slip_weight * total(motion["slip"]),
         }
         return {
             "forward": np.minimum(distance, goal),
@@ -122,8 +123,8 @@ class Travel(Fitness):
     def _overload(self, motion: Motion) -> Floats:
         """Root mean square over frames and joints of torque beyond the share, in stall torques."""
         stall = motion["stall_torque"][:, None]
-        beyond = _ratio(motion["torque"], np.broadcast_to(stall, motion["torque"].shape))
-        return _rms(np.maximum(beyond - self.torque_share, 0.0))
+        beyond = ratio(motion["torque"], np.broadcast_to(stall, motion["torque"].shape))
+        return rms(np.maximum(beyond - self.torque_share, 0.0))
 
     def _roughness(self, motion: Motion) -> Floats:
         """Root mean square of the joints' motion above `rough_frequency`, rad.
@@ -136,7 +137,7 @@ class Travel(Fitness):
 
         angles = motion["joint_positions"]
         sections = butter(4, self.rough_frequency, "highpass", fs=motion.frame_rate, output="sos")
-        return _rms(sosfilt(sections, angles - angles[:, :1], axis=1))
+        return rms(sosfilt(sections, angles - angles[:, :1], axis=1))
 
 
 def _fallen(lasted: Array, seconds: float) -> Floats:
@@ -145,27 +146,3 @@ def _fallen(lasted: Array, seconds: float) -> Floats:
     # A motion whose end was cut off ends before its fall.
     fallen: Floats = np.where(share < 1.0, 1.0 - share / 2, 0.0)
     return fallen
-
-
-def _ratio(part: Array, whole: Array) -> Floats:
-    """Part over whole; 0 where there is no whole."""
-    ratio: Floats = np.divide(part, whole, out=np.zeros(part.shape), where=whole > 0)
-    return ratio
-
-
-def _sum(values: Array) -> Floats:
-    """Sum over all axes but the population, in an order that the population does not change.
-
-    NumPy adds each row of a contiguous array alone.
-    """
-    rows = np.ascontiguousarray(values, np.float64).reshape(len(values), -1)
-    total: Floats = np.add.reduce(rows, axis=1)
-    return total
-
-
-def _mean(values: Array) -> Floats:
-    return _sum(values) / math.prod(values.shape[1:])
-
-
-def _rms(values: Array) -> Floats:
-    return np.sqrt(_mean(np.square(values)))

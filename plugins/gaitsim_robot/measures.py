@@ -1,0 +1,72 @@
+"""Measures of how a robot walked, for people."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from gaitsim.contracts import Array, Measure, Motion
+from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.sums import ratio, total
+
+
+def measures(motion: Motion) -> Mapping[str, Measure]:
+    """Return displacement, speed, duration, effort, slip, stance and posture.
+
+    Means over time end with the fall.
+    """
+    moved = motion["torso"][:, -1] - motion["torso"][:, 0]
+    displacement = np.hypot(moved[:, 0], moved[:, 1])
+    steps = np.diff(motion["torso"][..., :2], axis=1)
+    path = total(np.hypot(steps[..., 0], steps[..., 1]))
+    lasted, energy = motion["lasted"], motion["energy"][:, -1]
+    upright = np.arange(motion["height"].shape[1]) <= np.round(lasted * motion.frame_rate)[:, None]
+    roll, pitch, yaw = np.moveaxis(motion["orientation"], -1, 0)
+    tilt = np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0))
+    torque = motion["torque"].max(axis=1)
+    return {
+        "forward": Measure(moved[:, 0], "m", "displacement of the trunk along x"),
+        "lateral": Measure(moved[:, 1], "m", "displacement of the trunk to the left"),
+        "body lengths": Measure(
+            displacement / motion["length"],
+            "",
+            f"displacement in trunks of {float(motion['length'][0]):.3g} m",
+        ),
+        "speed": Measure(
+            ratio(displacement, lasted), "m/s", "displacement over the time before the fall"
+        ),
+        "lasted": Measure(lasted, "s", "before the fall, or the whole rollout"),
+        "cost of transport": Measure(
+            ratio(energy, motion["weight"] * displacement, math.inf),
+            "",
+            "work over weight times displacement",
+        ),
+        "mean power": Measure(ratio(energy, lasted), "W", "work of the servos over time"),
+        "peak torque": Measure(
+            ratio(torque, motion["stall_torque"]).max(axis=1),
+            "",
+            "of the stall torque, highest mean of a frame; 0 where it is unknown",
+        ),
+        "slip ratio": Measure(
+            ratio(total(motion["slip"]), path, math.inf),
+            "",
+            "slide of the stance feet over path",
+        ),
+        "stance share": Measure(
+            _mean(motion["stance"].mean(axis=2), upright), "", "of the time, mean of the feet"
+        ),
+        "torso height": Measure(
+            _mean(motion["height"], upright), "m", "of the trunk's origin above the ground, mean"
+        ),
+        "tilt": Measure(
+            np.degrees(np.where(upright, tilt, 0.0).max(axis=1)),
+            "°",
+            "largest angle of the trunk from upright",
+        ),
+        "yaw": Measure(np.degrees(yaw[:, -1] - yaw[:, 0]), "°", "turn to the left at the end"),
+    }
+
+
+def _mean(values: Array, chosen: Array) -> Floats:
+    """Mean over the chosen frames of each individual, (population, frames) -> (population,)."""
+    return total(np.where(chosen, values, 0.0)) / total(chosen)
