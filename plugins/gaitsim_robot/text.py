@@ -13,3 +13,196 @@ champion contain their robot.
 - At most one keyframe, `stand`.
 - No ground, actuators, sensors, includes or names of files.
 """
+
+from collections.abc import Mapping
+from functools import lru_cache
+from hashlib import sha256
+from typing import Any
+from xml.etree.ElementTree import Element
+
+from gaitsim_robot.child import in_child
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.markup import parse
+
+LARGEST = 2**20  # characters
+BODIES = 500
+VERTICES = 64  # of a mesh
+WHERE = "the robot's text"
+
+# Kinds of values: a name, one of several words, or so many numbers (at least, at most).
+_NAME = "name"
+_Kind = str | tuple[int, int] | frozenset[str]
+
+
+def _count(least: int, most: int | None = None) -> tuple[int, int]:
+    return least, least if most is None else most
+
+
+_SWITCH = frozenset({"true", "false"})
+_PLACE: dict[str, _Kind] = {"name": _NAME, "pos": _count(3), "quat": _count(4)}
+_ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
+    ("mujoco",): {"model": _NAME},
+    ("mujoco", "compiler"): {"angle": frozenset({"radian"}), "autolimits": frozenset({"true"})},
+    ("mujoco", "asset"): {},
+    ("mujoco", "asset", "mesh"): {"name": _NAME, "vertex": _count(12, 3 * VERTICES)},
+    ("mujoco", "worldbody"): {},
+    ("mujoco", "contact"): {},
+    ("mujoco", "contact", "exclude"): {"name": _NAME, "body1": _NAME, "body2": _NAME},
+    ("mujoco", "equality"): {},
+    ("mujoco", "equality", "joint"): {
+        "name": _NAME, "joint1": _NAME, "joint2": _NAME, "polycoef": _count(5),
+    },
+    ("mujoco", "equality", "connect"): {"name": _NAME, "site1": _NAME, "site2": _NAME},
+    ("mujoco", "equality", "weld"): {"name": _NAME, "site1": _NAME, "site2": _NAME},
+    ("mujoco", "keyframe"): {},
+    ("mujoco", "keyframe", "key"): {"name": frozenset({"stand"}), "qpos": _count(8, 2000)},
+    ("body",): _PLACE,
+    ("body", "freejoint"): {"name": _NAME},
+    ("body", "inertial"): {
+        "pos": _count(3), "quat": _count(4), "mass": _count(1), "diaginertia": _count(3),
+        "fullinertia": _count(6),
+    },
+    ("body", "joint"): {
+        "name": _NAME, "type": frozenset({"hinge"}), "pos": _count(3), "axis": _count(3),
+        "range": _count(2), "actuatorfrcrange": _count(2), "user": _count(1),
+        "damping": _count(1), "armature": _count(1), "frictionloss": _count(1),
+        "stiffness": _count(1), "ref": _count(1), "springref": _count(1),
+    },
+    ("body", "geom"): _PLACE | {
+        "type": frozenset({"box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"}),
+        "size": _count(1, 3), "fromto": _count(6), "mesh": _NAME, "contype": _count(1),
+        "conaffinity": _count(1), "condim": _count(1), "friction": _count(1, 3),
+    },
+    ("body", "site"): _PLACE,
+}  # fmt: skip
+
+
+def check_text(text: str) -> None:
+    """Check that a text is a robot's text and nothing more, before MuJoCo reads it.
+
+    Raises:
+        RobotError: it has another element, attribute or value than the robot's text may have.
+    """
+    if len(text) > LARGEST:
+        raise RobotError(
+            f"the robot's text is too long: {len(text):,} characters",
+            where=WHERE,
+            allowed=f"{LARGEST:,} characters",
+        )
+    root = parse(text.encode(errors="replace"), WHERE)
+    bodies = _check(root)
+    trunks = root.findall("worldbody/body")
+    if len(trunks) != 1 or len(bodies) > BODIES:
+        raise _wrong(
+            f"the robot's text has {len(trunks)} trunks and {len(bodies)} bodies",
+            f"one trunk, with at most {BODIES} bodies",
+        )
+    for body in bodies:
+        _check_body(body, body is trunks[0])
+    if len(root.findall("keyframe/key")) > 1:
+        raise _wrong("the robot's text has several keyframes", "one keyframe, 'stand'")
+
+
+def _check(root: Element) -> list[Element]:
+    """Check elements and attributes; return the bodies."""
+    bodies: list[Element] = []
+    waiting: list[tuple[Element, tuple[str, ...]]] = [(root, (root.tag,))]
+    while waiting:
+        element, path = waiting.pop()
+        kinds = _ELEMENTS.get(path)
+        if kinds is None:
+            raise _wrong(f"the robot's text may not contain {' / '.join(path)[:100]!r}")
+        if element.tag == "body":
+            bodies.append(element)
+        for key, value in element.attrib.items():
+            if key not in kinds or not _valid(value, kinds[key]):
+                raise _wrong(
+                    f"invalid attribute {key[:40]}={value[:60]!r} of {element.tag!r}",
+                    ", ".join(kinds),
+                )
+        for child in element:
+            inner = ("body",) if child.tag == "body" and path[-1] in _HOLDERS else (child.tag,)
+            waiting.append((child, inner if inner == ("body",) else (*path, *inner)))
+    return bodies
+
+
+_HOLDERS = ("worldbody", "body")
+
+
+def _valid(value: str, kind: _Kind) -> bool:
+    if isinstance(kind, frozenset):
+        return value in kind
+    if isinstance(kind, str):
+        return 0 < len(value) <= 120 and value.isprintable()
+    words = value.split()
+    try:
+        return kind[0] <= len(words) <= kind[1] and all(abs(float(one)) <= 1e6 for one in words)
+    except ValueError:
+        return False
+
+
+def _check_body(body: Element, trunk: bool) -> None:
+    name = body.get("name", "")
+    inertial, joints = body.findall("inertial"), body.findall("joint")
+    if not name or len(inertial) != 1 or float(inertial[0].get("mass", "0")) <= 0:
+        raise _wrong(f"body {name!r} has no name or no mass", "a name and one <inertial>")
+    if len(body.findall("freejoint")) != trunk or bool(joints) == trunk:
+        raise _wrong(
+            f"body {name!r} has the wrong joints",
+            "a free joint of the trunk, and hinges of all other bodies",
+        )
+    for joint in joints:
+        if not joint.get("name") or "range" not in joint.attrib:
+            raise _wrong(f"a joint of body {name!r} has no name or no range")
+    for mesh in body.findall("geom"):
+        if (mesh.get("type") == "mesh") != ("mesh" in mesh.attrib):
+            raise _wrong(f"a geom of body {name!r} has the wrong mesh")
+
+
+def _wrong(what: str, allowed: str = "") -> RobotError:
+    return RobotError(
+        what,
+        where=WHERE,
+        allowed=allowed,
+        remedy="import the robot's file again: set organism.model to its path",
+    )
+
+
+_trusted: set[bytes] = set()
+
+
+def trust(text: str) -> None:
+    """Note that a text compiled in a child process of this one."""
+    _trusted.add(sha256(text.encode()).digest())
+
+
+@lru_cache(maxsize=8)
+def compiled(text: str) -> Any:
+    """Return the compiled model (`mujoco.MjModel`) of a robot's text, the robot alone.
+
+    A text that was not imported by this process is compiled in a child process first.
+
+    Raises:
+        RobotError: it is not a robot's text, or MuJoCo cannot compile it.
+    """
+    check_text(text)
+    if sha256(text.encode()).digest() not in _trusted:
+        in_child("gaitsim_robot.text:compile_text", {"text": text}, where=WHERE)
+        trust(text)
+    import mujoco
+
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def compile_text(text: str) -> dict[str, Any]:
+    """Compile a robot's text, checked before, and return its number of joints.
+
+    Raises:
+        RobotError: MuJoCo cannot compile it.
+    """
+    import mujoco
+
+    try:
+        return {"joints": int(mujoco.MjModel.from_xml_string(text).njnt)}
+    except ValueError as error:
+        raise _wrong(f"MuJoCo cannot compile it: {' '.join(str(error).split())[:300]}") from None

@@ -1,0 +1,126 @@
+"""Work on files of others in a child process with limits on time and memory.
+
+MuJoCo's compiler is C++ that reads data of strangers: what crashes, hangs or fills the memory in a
+child process is one message here.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any, BinaryIO
+
+from gaitsim.errors import GaitsimError
+from gaitsim_robot.errors import RobotError
+
+SECONDS = 120
+MEMORY = 4 * 2**30  # bytes of addresses; NumPy, SciPy and MuJoCo reserve about 1 GiB
+
+# `-I` keeps the current folder off the path; the parent's own path follows on stdin.
+_START = """\
+import json, sys
+request = json.loads(sys.stdin.buffer.readline())
+sys.path[:] = request["path"]
+from gaitsim_robot.child import serve
+serve(request)
+"""
+
+
+def in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str, Any]:
+    """Return what a function returns when it is called in a child process.
+
+    Args:
+        task: `module:function`; it takes the argument and returns a dictionary.
+        argument: a JSON object.
+        where: the file or text, for messages.
+
+    Raises:
+        RobotError: the function raised a GaitsimError, crashed, timed out or ran out of memory.
+    """
+    request = {"path": sys.path, "task": task, "argument": dict(argument)}
+    # One thread: its limits count the address space of every thread's stack and arena.
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    with tempfile.TemporaryDirectory() as folder:  # MuJoCo writes its log into the current folder
+        try:
+            done = subprocess.run(
+                [sys.executable, "-I", "-c", _START],
+                input=json.dumps(request).encode() + b"\n",
+                capture_output=True,
+                cwd=folder,
+                env=environment,
+                timeout=SECONDS,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise _failed(f"took more than {SECONDS} s", where) from None
+    try:
+        answer = json.loads(done.stdout)
+    except ValueError:
+        reason = f"crashed MuJoCo's reader (status {done.returncode})"
+        raise _failed(reason, where) from None
+    if "error" in answer:
+        raise RobotError(**answer["error"])
+    if "bug" in answer:
+        raise RuntimeError(answer["bug"])
+    result: dict[str, Any] = answer["result"]
+    return result
+
+
+def serve(request: Mapping[str, Any]) -> None:
+    """Answer one request; runs in the child."""
+    output = _output()
+    _limit()
+    output.write(json.dumps(_answer(request)).encode())
+    output.flush()
+    os._exit(0)  # a damaged heap may crash the interpreter's shutdown
+
+
+def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
+    module, _, name = request["task"].partition(":")
+    try:
+        function: Callable[..., dict[str, Any]] = getattr(import_module(module), name)
+        return {"result": function(**request["argument"])}
+    except GaitsimError as error:
+        return {"error": error.to_dict()}
+    except MemoryError:
+        return {"error": _failed("needs too much memory", "").to_dict()}
+    except Exception:
+        import traceback
+
+        return {"bug": traceback.format_exc()}
+
+
+def _output() -> BinaryIO:
+    """Return the answer's stream, and send whatever libraries print to nowhere."""
+    answer = os.fdopen(os.dup(1), "wb")
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    return answer
+
+
+def _limit() -> None:
+    try:
+        import resource
+    except ImportError:  # Windows: the parent's time limit alone
+        return
+    for kind, value in (
+        (resource.RLIMIT_AS, MEMORY),
+        (resource.RLIMIT_CPU, SECONDS),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        try:
+            resource.setrlimit(kind, (value, value))
+        except (ValueError, OSError):  # a lower limit holds already, or the system has none
+            continue
+
+
+def _failed(reason: str, where: str) -> RobotError:
+    return RobotError(
+        f"the robot cannot be imported: reading it {reason}",
+        where=where,
+        remedy="simplify its meshes, or check the file with another program",
+    )

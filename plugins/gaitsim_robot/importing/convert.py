@@ -1,0 +1,45 @@
+"""Convert a robot's file into the robot's text; runs in a child process."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing.files import Files, read
+from gaitsim_robot.importing.joints import repair_joints
+from gaitsim_robot.importing.mjcf import read_mjcf
+from gaitsim_robot.importing.solids import repair_masses, repair_shapes
+from gaitsim_robot.importing.urdf import read_urdf
+from gaitsim_robot.importing.writing import write
+from gaitsim_robot.markup import parse
+from gaitsim_robot.text import check_text, compile_text
+
+
+def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
+    """Return the name, text and repairs of the robot in a file.
+
+    Raises:
+        RobotError: it cannot be read, or is not a robot.
+    """
+    file = Path(path)
+    document = parse(read(file), path)
+    files = Files(file.resolve(), [Path(root) for root in roots])
+    if document.tag == "robot":
+        robot = read_urdf(document, files, path)
+    elif document.tag == "mujoco":
+        robot = read_mjcf(document, files, path)
+    else:
+        raise RobotError(
+            f"not a robot: the document is a <{document.tag[:40]}>",
+            where=path,
+            allowed="URDF (<robot>) or MJCF (<mujoco>)",
+            remedy="convert an SDF or USD file to one of these",
+        )
+    robot.name = robot.name or file.stem
+    repair_joints(robot)
+    repair_shapes(robot)
+    repair_masses(robot)
+    text = write(robot)
+    check_text(text)
+    compile_text(text)
+    return {"name": robot.name, "text": text, "repairs": robot.repairs}

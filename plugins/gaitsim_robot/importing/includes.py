@@ -1,0 +1,128 @@
+"""Make an MJCF document independent of files: inline includes, load meshes, drop the rest."""
+
+from collections.abc import Callable
+from pathlib import PurePosixPath
+from xml.etree.ElementTree import Element
+
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing.files import MODEL_BYTES, Files
+from gaitsim_robot.importing.tree import listed
+from gaitsim_robot.markup import ELEMENTS, parse
+
+# Elements without a part in a robot's mechanics, or that would need files or plugins.
+_DROPPED = {
+    "texture": "", "skin": "", "sensor": "", "visual": "", "size": "", "statistic": "",
+    "layer": "", "custom": "", "hfield": "height fields", "extension": "plugins",
+    "plugin": "plugins", "flex": "soft bodies", "flexcomp": "soft bodies",
+    "deformable": "soft bodies", "composite": "composites",
+}  # fmt: skip
+
+
+def inline_includes(root: Element, files: Files, where: str) -> None:
+    """Replace every <include> by the content of its file.
+
+    Raises:
+        RobotError: a file is missing, outside of the allowed folders, or included twice.
+    """
+    seen: set[str] = set()
+    count = 0
+    waiting = [root]
+    while waiting:
+        parent = waiting.pop()
+        inlined: list[Element] = []
+        for child in parent:
+            if child.tag != "include":
+                inlined.append(child)
+                continue
+            name = child.get("file", "")
+            path = files.find(name)
+            if path is None or str(path) in seen:
+                problem = "is missing" if path is None else "is included twice"
+                raise RobotError(
+                    f"the included file {name!r} {problem}",
+                    where=where,
+                    allowed="a path relative to the robot's file",
+                )
+            seen.add(str(path))
+            part = parse(files.read(path, MODEL_BYTES), str(path))
+            count += sum(1 for _ in part.iter())
+            if count > ELEMENTS:
+                raise RobotError("the included files are too long", where=where)
+            # An included file may include others: its elements are looked at again.
+            inlined += part
+        if any(child.tag == "include" for child in parent):
+            parent[:] = inlined
+            waiting.append(parent)
+        else:
+            waiting += inlined
+
+
+def take_files(root: Element, files: Files, where: str, repairs: list[str]) -> dict[str, bytes]:
+    """Load the meshes, drop what needs other files, and return the files by new names.
+
+    Afterwards the only names of files in the document are those returned.
+
+    Raises:
+        RobotError: a mesh lies outside of the allowed folders, or the document attaches another.
+    """
+    _drop(root, where, repairs)
+    strip, folder = _compiler(root)
+    loaded: dict[str, bytes] = {}
+    missing: dict[str, str] = {}
+    for mesh in root.iter("mesh"):
+        name = mesh.get("file")
+        if name is None:
+            continue
+        short = PurePosixPath(name.replace("\\", "/")).name
+        path = files.find(short if strip else name, (folder, ""))
+        mesh.set("name", mesh.get("name") or short.rpartition(".")[0] or short)
+        if path is None:
+            missing[mesh.get("name", "")] = short
+            continue
+        key = f"{len(loaded)}{path.suffix.lower()}"
+        loaded[key] = files.read(path)
+        mesh.set("file", key)
+        mesh.attrib.pop("content_type", None)
+    if missing:
+        repairs.append(f"meshes not found: {listed(list(missing.values()))}")
+        _remove(root, lambda element: element.tag == "mesh" and element.get("name") in missing)
+        _remove(root, lambda element: element.get("mesh") in missing)
+    for element in root.iter():
+        if any("file" in key for key in element.attrib) and element.get("file") not in loaded:
+            raise RobotError(f"<{element.tag}> names a file", where=where, allowed="meshes only")
+    return loaded
+
+
+def _compiler(root: Element) -> tuple[bool, str]:
+    """Return whether paths are stripped, and the folder of meshes; forget both."""
+    strip, folder = False, ""
+    for compiler in root.iter("compiler"):
+        strip = compiler.attrib.pop("strippath", "false") == "true" or strip
+        meshes = compiler.attrib.pop("meshdir", None)
+        assets = compiler.attrib.pop("assetdir", None)
+        compiler.attrib.pop("texturedir", None)
+        folder = meshes or assets or folder
+    return strip, folder
+
+
+def _drop(root: Element, where: str, repairs: list[str]) -> None:
+    for element in root.iter():
+        if (element.tag == "model" and element.get("file")) or element.tag == "attach":
+            raise RobotError(
+                "the robot is attached from another model, which gaitsim does not read",
+                where=where,
+                remedy="save the compiled model by MuJoCo (`mj_saveLastXML`) and use that",
+            )
+        if element.tag == "material":
+            element.attrib.pop("texture", None)
+    lost = {text for element in root.iter() if (text := _DROPPED.get(element.tag))}
+    _remove(root, lambda element: element.tag in _DROPPED)
+    _remove(root, lambda one: one.tag == "geom" and (one.get("type") in ("hfield", "sdf")))
+    repairs += [f"{noun} are dropped" for noun in sorted(lost)]
+
+
+def _remove(root: Element, unwanted: Callable[[Element], bool]) -> None:
+    for parent in list(root.iter()):
+        kept = [child for child in parent if not unwanted(child)]
+        if len(kept) < len(parent):
+            parent[:] = kept

@@ -1,0 +1,150 @@
+"""Make a robot that MuJoCo can simulate: on a free trunk, with hinges, masses and limits."""
+
+import math
+
+import numpy as np
+
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing.tree import Body, Floats, Robot, listed
+
+ASSUMED = math.pi / 2  # rad, of a joint without limits
+TURN = 2 * math.pi  # rad; a wider range on one side is that of a joint that turns freely
+
+
+def repair_joints(robot: Robot) -> None:
+    """Give the trunk a free joint, fix what is not a hinge, fuse fixed bodies, and limit hinges.
+
+    Bodies keep their place at the initial pose, which is that of all joints at zero.
+
+    Raises:
+        RobotError: the robot has no hinge.
+    """
+    root = robot.root
+    kinds = {joint.kind for joint in root.joints}
+    if root.joints and kinds != {"free"}:
+        names = listed([joint.name for joint in root.joints])
+        robot.repairs.append(f"joints between the world and the robot, now free: {names}")
+    root.joints = []
+    fixed = [joint.name for joint in robot.joints if joint.kind != "hinge"]
+    if fixed:
+        robot.repairs.append(f"joints fixed, because they are not hinges: {listed(fixed)}")
+    for body in root.walk():
+        body.joints = [joint for joint in body.joints if joint.kind == "hinge"]
+    _fuse(robot)
+    _merge_massless(robot)
+    if not robot.joints:
+        raise RobotError(
+            "the robot has no joint that turns",
+            where=robot.name,
+            allowed="at least one revolute or hinge joint",
+        )
+    _limit(robot)
+    _couple(robot)
+
+
+def _fuse(robot: Robot) -> None:
+    """Fuse bodies without joints into their parents."""
+    for body in reversed(list(robot.root.walk())):
+        kept: list[Body] = []
+        for child in body.children:
+            if child.joints:
+                kept.append(child)
+                continue
+            for grandchild in child.children:
+                grandchild.place = child.place @ grandchild.place
+            kept += child.children
+            if not (body.mass or body.shapes) and child.mass:  # such as `world` or `base_footprint`
+                _rename(robot, body.name, child.name)
+                body.name = child.name
+            else:
+                _rename(robot, child.name, body.name)
+            _add(body, child)
+        body.children = kept
+
+
+def _rename(robot: Robot, old: str, new: str) -> None:
+    pairs = [tuple(new if name == old else name for name in pair) for pair in robot.excludes]
+    robot.excludes = [(first, second) for first, second in pairs if first != second]
+
+
+def _add(body: Body, part: Body) -> None:
+    """Add the mass, shapes and sites of a part, which is fixed to the body."""
+    inner = part.place
+    for shape in part.shapes:
+        shape.place = inner @ shape.place
+    body.shapes += part.shapes
+    body.lost |= part.lost
+    body.sites |= {name: inner @ place for name, place in part.sites.items()}
+    centre = inner.point(part.centre)
+    inertia = inner.rotation @ part.inertia @ inner.rotation.T
+    mass = body.mass + part.mass
+    if mass > 0:
+        mean = (body.mass * body.centre + part.mass * centre) / mass
+        body.inertia = (
+            body.inertia
+            + _moved(body.mass, body.centre - mean)
+            + inertia
+            + _moved(part.mass, centre - mean)
+        )
+        body.mass, body.centre = mass, mean
+
+
+def _moved(mass: float, offset: Floats) -> Floats:
+    """Return the inertia of a mass at an offset (Steiner's theorem), (3, 3)."""
+    return mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+
+
+def _merge_massless(robot: Robot) -> None:
+    """Join a body without mass or shape and its only child into one body with both joints.
+
+    Universal joints are often written so. At the initial pose, and so always, the motion is equal.
+    """
+    for body in robot.root.walk():
+        while (
+            body is not robot.root
+            and not (body.mass or body.shapes or body.sites)
+            and len(body.children) == 1
+        ):
+            child = body.children[0]
+            back = child.place.inverse()
+            for joint in body.joints:
+                joint.position = back.point(joint.position)
+                joint.axis = back.rotation @ joint.axis
+            body.place = body.place @ child.place
+            _rename(robot, body.name, child.name)
+            body.name, body.joints = child.name, body.joints + child.joints
+            body.mass, body.centre, body.inertia = child.mass, child.centre, child.inertia
+            body.shapes, body.sites, body.children = child.shapes, child.sites, child.children
+
+
+def _limit(robot: Robot) -> None:
+    endless: list[str] = []
+    missing: list[str] = []
+    for joint in robot.joints:
+        if joint.range is None:
+            missing.append(joint.name)
+            joint.range = (joint.reference - ASSUMED, joint.reference + ASSUMED)
+        elif not all(abs(limit) <= TURN for limit in joint.range):
+            endless.append(joint.name)
+            low, high = joint.range
+            joint.range = (
+                low if abs(low) <= TURN else joint.reference - math.pi,
+                high if abs(high) <= TURN else joint.reference + math.pi,
+            )
+    if missing:
+        robot.repairs.append(f"joints without limits, ±90° assumed: {listed(missing)}")
+    if endless:
+        robot.repairs.append(f"joints that turn endlessly, limited to ±180°: {listed(endless)}")
+
+
+def _couple(robot: Robot) -> None:
+    """Keep the couplings whose joints are there."""
+    joints = {joint.name for joint in robot.joints}
+    wanted = len(robot.couplings)
+    robot.couplings = [
+        one
+        for one in robot.couplings
+        if {one.follower, one.leader} <= joints and one.follower != one.leader
+    ]
+    if lost := wanted - len(robot.couplings):
+        robot.repairs.append(f"couplings to joints that are fixed or missing are dropped: {lost}")

@@ -1,0 +1,201 @@
+"""Vertices of meshes, and their convex hulls with few vertices."""
+
+import re
+from collections.abc import Callable, Iterator
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing.tree import Floats, Place
+from gaitsim_robot.markup import parse
+
+VERTICES = 32  # of a hull
+FLAT = 0.02  # thickness as a share of the length below which a hull is a box
+CLOSE = 0.01  # how far, as a share of its length, a hull may stay inside the mesh
+
+_STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+class MeshError(ValueError):
+    """A mesh cannot be decoded; the text says why."""
+
+
+def decode(data: bytes, suffix: str) -> Floats:
+    """Return the vertices of a mesh file, (n, 3), in the file's frame and in metres.
+
+    Raises:
+        MeshError: it is of another format, or damaged.
+    """
+    reader = _READERS.get(suffix.lower())
+    if reader is None:
+        raise MeshError(f"{suffix or 'a file without suffix'} is none of {', '.join(_READERS)}")
+    try:
+        vertices = reader(data)
+    except (ValueError, KeyError, IndexError, RobotError) as error:
+        raise MeshError(str(getattr(error, "what", error))) from None
+    vertices = vertices[np.isfinite(vertices).all(1)]
+    if len(vertices) < 4:
+        raise MeshError("it has fewer than four vertices")
+    return vertices
+
+
+def _stl(data: bytes) -> Floats:
+    count = int.from_bytes(data[80:84], "little") if len(data) >= 84 else 0
+    if len(data) >= 84 + 50 * count and count:
+        triangles = np.frombuffer(data, _STL, count, 84)
+        return triangles["corners"].reshape(-1, 3).astype(np.float64)
+    found = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
+    return np.array(found, "S32").astype(np.float64).reshape(-1, 3)
+
+
+def _obj(data: bytes) -> Floats:
+    found = re.findall(rb"^v[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", data, re.MULTILINE)
+    return np.array(found, "S32").astype(np.float64).reshape(-1, 3)
+
+
+def _dae(data: bytes) -> Floats:
+    """Read the positions of COLLADA's visual scene (specification 1.4.1), in metres.
+
+    As in ROS, the up axis is not applied: links of a URDF are z up, whatever the file says.
+    """
+    root = _without_namespaces(parse(data, "the mesh"))
+    unit = root.find("asset/unit")
+    metre = float(unit.get("meter", "1")) if unit is not None else 1.0
+    points = {
+        geometry.get("id", ""): np.vstack(list(_positions(geometry)) or [np.zeros((0, 3))])
+        for geometry in root.iterfind("library_geometries/geometry")
+    }
+    nodes = {
+        node.get("id", ""): node
+        for library in ("library_visual_scenes", "library_nodes")
+        for node in root.iterfind(f"{library}//node")
+    }
+    placed: list[Floats] = []
+    waiting = [(node, np.eye(4)) for node in root.iterfind("library_visual_scenes/*/node")]
+    while waiting:
+        node, outer = waiting.pop()
+        matrix = outer @ _matrix(node)
+        placed += [
+            points[name] @ matrix[:3, :3].T + matrix[:3, 3]
+            for name in _targets(node, "instance_geometry")
+            if name in points
+        ]
+        waiting += [(child, matrix) for child in node.iterfind("node")]
+        waiting += [
+            (nodes[name], matrix) for name in _targets(node, "instance_node") if name in nodes
+        ]
+        if len(placed) + len(waiting) > 10_000:  # nodes that refer to one another
+            raise MeshError("it has too many nodes")
+    return np.vstack(placed or list(points.values()) or [np.zeros((0, 3))]) * metre
+
+
+def _without_namespaces(root: Element) -> Element:
+    for element in root.iter():
+        element.tag = element.tag.rpartition(":")[2]
+    return root
+
+
+def _targets(node: Element, tag: str) -> list[str]:
+    return [one.get("url", "").lstrip("#") for one in node.iterfind(tag)]
+
+
+def _positions(geometry: Element) -> Iterator[Floats]:
+    named = {
+        one.get("source", "").lstrip("#")
+        for one in geometry.iterfind("mesh/vertices/input")
+        if one.get("semantic") == "POSITION"
+    }
+    for source in geometry.iterfind("mesh/source"):
+        if source.get("id") in named:
+            yield np.array(source.findtext("float_array", "").split(), float).reshape(-1, 3)
+
+
+def _matrix(node: Element) -> Floats:
+    matrix = np.eye(4)
+    for step in node:
+        if step.tag not in ("matrix", "translate", "rotate", "scale"):
+            continue
+        values = np.array((step.text or "").split(), float)
+        part = np.eye(4)
+        if step.tag == "matrix":
+            part = values.reshape(4, 4)
+        elif step.tag == "translate":
+            part[:3, 3] = values
+        elif step.tag == "scale":
+            part[:3, :3] = np.diag(values)
+        else:
+            part[:3, :3] = turn(values[:3], np.radians(values[3]))
+        matrix = matrix @ part
+    return matrix
+
+
+_READERS: dict[str, Callable[[bytes], Floats]] = {".stl": _stl, ".obj": _obj, ".dae": _dae}
+
+
+def turn(axis: Floats, angle: float) -> Floats:
+    """Return the matrix of a rotation about an axis, (3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    length = float(np.linalg.norm(axis))
+    return Rotation.from_rotvec(axis / length * angle).as_matrix() if length else np.eye(3)
+
+
+def hull(points: Floats) -> Floats | None:
+    """Return at most VERTICES points whose convex hull nearly is that of all points.
+
+    The hull grows from four corners by the point that lies farthest outside of it, until none lies
+    farther than a hundredth of the length (Quickhull's order: Barber, Dobkin and Huhdanpaa 1996).
+
+    Returns:
+        (n, 3); None when the points are flat.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    points = np.unique(np.round(points, 9), axis=0)
+    if len(points) < 4:
+        return None
+    centred = points - points.mean(0)
+    axes = np.linalg.svd(centred.T @ centred)[0]
+    extent = np.ptp(centred @ axes, axis=0)
+    if extent.min() <= FLAT * extent.max():
+        return None
+    try:
+        corners = points[ConvexHull(points).vertices]
+        chosen = _simplex(corners)
+        grown = ConvexHull(corners[chosen], incremental=True)
+        while len(chosen) < VERTICES:
+            outside = (corners @ grown.equations[:, :3].T + grown.equations[:, 3]).max(1)
+            farthest = int(outside.argmax())
+            if outside[farthest] <= CLOSE * extent.max():
+                break
+            chosen.append(farthest)
+            grown.add_points(corners[farthest : farthest + 1])
+        found = corners[chosen]
+        return found[ConvexHull(found).vertices]
+    except QhullError:
+        return None
+
+
+def _simplex(points: Floats) -> list[int]:
+    """Return the indices of four points that span a large volume."""
+    first = int(np.linalg.norm(points - points.mean(0), axis=1).argmax())
+    second = int(np.linalg.norm(points - points[first], axis=1).argmax())
+    along = points[second] - points[first]
+    third = int(np.linalg.norm(np.cross(points - points[first], along), axis=1).argmax())
+    normal = np.cross(along, points[third] - points[first])
+    fourth = int(np.abs((points - points[first]) @ normal).argmax())
+    return [first, second, third, fourth]
+
+
+def box(points: Floats, thinnest: float) -> tuple[Place, Floats]:
+    """Return the place and the half lengths of the box around points, along their axes."""
+    middle = points.mean(0)
+    axes = np.linalg.svd((points - middle).T @ (points - middle))[0]
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    along = (points - middle) @ axes
+    low, high = along.min(0), along.max(0)
+    return (
+        Place(middle + axes @ ((low + high) / 2), axes),
+        np.maximum((high - low) / 2, thinnest),
+    )

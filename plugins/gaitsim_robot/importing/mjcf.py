@@ -1,0 +1,266 @@
+"""Read an MJCF document into a tree of bodies, by MuJoCo's own parser and compiler."""
+
+from typing import Any
+from xml.etree.ElementTree import Element, tostring
+
+import numpy as np
+
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing.files import Files
+from gaitsim_robot.importing.includes import inline_includes, take_files
+from gaitsim_robot.importing.tree import (
+    Body,
+    Closure,
+    Coupling,
+    Floats,
+    Joint,
+    Place,
+    Robot,
+    Shape,
+    listed,
+)
+
+_TINY = 1e-9  # kg and kg·m², so that MuJoCo compiles massless bodies, which repairs see as such
+_JOINTS = ("free", "ball", "slide", "hinge")  # the order of mjtJoint
+_GEOMS = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
+_SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+_STANDING = ("stand", "home")
+
+
+def read_mjcf(root: Element, files: Files, where: str) -> Robot:
+    """Return the robot of an MJCF document: the tree of bodies with the most joints.
+
+    Raises:
+        RobotError: MuJoCo cannot compile it, or it has no bodies.
+    """
+    repairs: list[str] = []
+    inline_includes(root, files, where)
+    assets = take_files(root, files, where, repairs)
+    model = _compiled(tostring(root, "unicode"), assets, where)
+    return _Reader(model, where, repairs).robot()
+
+
+def _compiled(text: str, assets: dict[str, bytes], where: str) -> Any:
+    import mujoco
+
+    try:
+        spec = mujoco.MjSpec.from_string(text, assets=assets)
+        spec.compiler.balanceinertia = True
+        try:
+            return spec.compile()
+        except ValueError as error:
+            if "mass" not in str(error):
+                raise
+            spec.compiler.boundmass = spec.compiler.boundinertia = _TINY
+            return spec.compile()
+    except ValueError as error:
+        raise RobotError(
+            f"MuJoCo cannot compile the model: {' '.join(str(error).split())[:300]}", where=where
+        ) from None
+
+
+class _Reader:
+    def __init__(self, model: Any, where: str, repairs: list[str]) -> None:
+        self._model = model
+        self._where = where
+        self._repairs = repairs
+        self._bodies: dict[int, Body] = {}
+        self._torques = _torques(model)
+
+    def robot(self) -> Robot:
+        model = self._model
+        if model.nbody < 2:
+            raise RobotError("the model has no bodies", where=self._where)
+        joints = np.bincount(model.body_rootid, model.body_jntnum, model.nbody)
+        joints[0] = -1
+        root = int(joints.argmax())
+        inside = [body for body in range(1, model.nbody) if model.body_rootid[body] == root]
+        for body in inside:
+            self._bodies[body] = self._body(body)
+            if body != root:
+                self._bodies[int(model.body_parentid[body])].children.append(self._bodies[body])
+        others = [self._name("BODY", one) for one in set(model.body_rootid) - {0, root}]
+        if others:
+            self._repairs.append(f"bodies beside the robot are dropped: {listed(others)}")
+        name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
+        robot = Robot(name, self._bodies[root], repairs=self._repairs)
+        self._equalities(robot)
+        self._excludes(robot)
+        robot.stand = self._stand(root, inside)
+        if model.ntendon:
+            self._repairs.append(f"{model.ntendon} tendons are dropped")
+        return robot
+
+    def _name(self, kind: str, index: int) -> str:
+        import mujoco
+
+        name = mujoco.mj_id2name(self._model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), index)
+        return name or f"{kind.lower()} {index}"
+
+    def _body(self, index: int) -> Body:
+        model = self._model
+        turned = matrix(model.body_iquat[index])
+        mass = float(model.body_mass[index])
+        body = Body(
+            self._name("BODY", index),
+            Place(model.body_pos[index].copy(), matrix(model.body_quat[index])),
+            0.0 if mass <= 1.001 * _TINY else mass,
+            model.body_ipos[index].copy(),
+            turned @ np.diag(model.body_inertia[index]) @ turned.T,
+        )
+        first = model.body_jntadr[index]
+        for joint in range(first, first + model.body_jntnum[index]):
+            body.joints.append(self._joint(joint))
+        first = model.body_geomadr[index]
+        for geom in range(first, first + model.body_geomnum[index]):
+            if (kind := _GEOMS.get(int(model.geom_type[geom]))) is not None:
+                body.shapes.append(self._shape(geom, kind))
+        return body
+
+    def _shape(self, geom: int, kind: str) -> Shape:
+        model = self._model
+        place = Place(model.geom_pos[geom].copy(), matrix(model.geom_quat[geom]))
+        contype, conaffinity = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
+        vertices = None
+        if kind == "mesh":
+            mesh = model.geom_dataid[geom]
+            start = model.mesh_vertadr[mesh]
+            vertices = model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)
+        return Shape(
+            kind,
+            place,
+            model.geom_size[geom][: _SIZES.get(kind, 0)].copy(),
+            vertices,
+            bool(contype or conaffinity),
+            contype,
+            conaffinity,
+        )
+
+    def _joint(self, index: int) -> Joint:
+        model = self._model
+        dof, angle = model.jnt_dofadr[index], model.jnt_qposadr[index]
+        limits = tuple(map(float, model.jnt_range[index])) if model.jnt_limited[index] else None
+        torque = self._torques.get(index, 0.0)
+        if model.jnt_actfrclimited[index]:
+            own = float(np.abs(model.jnt_actfrcrange[index]).max())
+            torque = min(torque, own) if torque else own
+        return Joint(
+            self._name("JOINT", index),
+            _JOINTS[model.jnt_type[index]],
+            model.jnt_axis[index].copy(),
+            model.jnt_pos[index].copy(),
+            None if limits is None else (limits[0], limits[1]),
+            torque,
+            0.0,
+            float(model.dof_damping[dof]),
+            float(model.dof_armature[dof]),
+            float(model.dof_frictionloss[dof]),
+            float(model.jnt_stiffness[index]),
+            float(model.qpos0[angle]),
+            float(model.qpos_spring[angle]),
+        )
+
+    def _equalities(self, robot: Robot) -> None:
+        import mujoco
+
+        model = self._model
+        kinds = mujoco.mjtEq
+        lost: set[str] = set()
+        for index in range(model.neq):
+            kind = int(model.eq_type[index])
+            first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+            data = model.eq_data[index]
+            if kind == kinds.mjEQ_JOINT and second >= 0:
+                names = (self._name("JOINT", first), self._name("JOINT", second))
+                # MuJoCo's polynomial is of angles from the initial ones.
+                robot.couplings.append(Coupling(*names, tuple(map(float, data[:5]))))
+            elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD) and self._close(
+                robot, index, kind == kinds.mjEQ_WELD
+            ):
+                continue
+            else:
+                lost.add(str(kinds(kind).name).removeprefix("mjEQ_").lower())
+        if lost:
+            self._repairs.append(f"equality constraints are dropped: {', '.join(sorted(lost))}")
+
+    def _close(self, robot: Robot, index: int, weld: bool) -> bool:
+        import mujoco
+
+        model = self._model
+        ids = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+        data = model.eq_data[index]
+        if model.eq_objtype[index] == mujoco.mjtObj.mjOBJ_SITE:
+            bodies = [int(model.site_bodyid[one]) for one in ids]
+            places = [
+                Place(model.site_pos[one].copy(), matrix(model.site_quat[one])) for one in ids
+            ]
+        else:
+            bodies = list(ids)
+            places = [Place(data[:3].copy()), Place(data[3:6].copy())]
+            if weld:
+                places = [Place(data[3:6].copy(), matrix(data[6:10])), Place(data[:3].copy())]
+        if not all(body in self._bodies for body in bodies):
+            return False
+        names = f"closure {index} a", f"closure {index} b"
+        for name, body, place in zip(names, bodies, places, strict=True):
+            self._bodies[body].sites[name] = place
+        robot.closures.append(Closure("weld" if weld else "connect", *names))
+        return True
+
+    def _excludes(self, robot: Robot) -> None:
+        for signature in self._model.exclude_signature:
+            pair = int(signature) >> 16, int(signature) & 0xFFFF
+            if all(body in self._bodies for body in pair):
+                first, second = (self._bodies[body].name for body in pair)
+                robot.excludes.append((first, second))
+
+    def _stand(self, root: int, inside: list[int]) -> tuple[Place, dict[str, float]] | None:
+        """Return the pose of the keyframe that is named after standing."""
+        import mujoco
+
+        model = self._model
+        names = [self._name("KEY", key).lower() for key in range(model.nkey)]
+        found = [key for word in _STANDING for key, name in enumerate(names) if word in name]
+        if not found:
+            return None
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, found[0])
+        mujoco.mj_kinematics(model, data)
+        angles = {
+            self._name("JOINT", joint): float(data.qpos[model.jnt_qposadr[joint]])
+            for joint in range(model.njnt)
+            if model.jnt_bodyid[joint] in inside and _JOINTS[model.jnt_type[joint]] == "hinge"
+        }
+        return Place(data.xpos[root].copy(), data.xmat[root].reshape(3, 3).copy()), angles
+
+
+def _torques(model: Any) -> dict[int, float]:
+    """Return the largest torque that the actuators of each joint exert, N·m."""
+    import mujoco
+
+    found: dict[int, float] = {}
+    for actuator in range(model.nu):
+        if model.actuator_trntype[actuator] != mujoco.mjtTrn.mjTRN_JOINT:
+            continue
+        gear = abs(float(model.actuator_gear[actuator, 0]))
+        force = 0.0
+        if model.actuator_forcelimited[actuator]:
+            force = float(np.abs(model.actuator_forcerange[actuator]).max())
+        elif (
+            model.actuator_ctrllimited[actuator]
+            and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED
+            and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE
+        ):
+            command = float(np.abs(model.actuator_ctrlrange[actuator]).max())
+            force = command * abs(float(model.actuator_gainprm[actuator, 0]))
+        joint = int(model.actuator_trnid[actuator, 0])
+        found[joint] = max(found.get(joint, 0.0), force * gear)
+    return found
+
+
+def matrix(quaternion: Floats) -> Floats:
+    """Return the rotation of a quaternion (w, x, y, z), (3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    rotation: Floats = Rotation.from_quat(np.roll(quaternion, -1)).as_matrix()
+    return rotation

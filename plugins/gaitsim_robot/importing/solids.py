@@ -1,0 +1,242 @@
+"""Give every body what MuJoCo needs: few convex shapes, a mass and a possible inertia."""
+
+import math
+
+import numpy as np
+
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing.meshes import box, hull
+from gaitsim_robot.importing.tree import Body, Floats, Place, Robot, Shape, listed
+
+DENSITY = 1000.0  # kg/m³, of a robot whose file has no masses
+SHARE = 0.005  # of the whole mass that all bodies without mass get together
+SLIM = 0.1  # radius of a capsule along a link, as a share of its length
+_BITS = 2**16 - 1  # of contacts
+WIDE, NARROW = 3.0, 0.01  # radius of gyration as a share of a body's size
+
+
+def repair_shapes(robot: Robot) -> None:
+    """Turn meshes into hulls, and shape the bodies that have no shape that collides.
+
+    The trunk, the ends of limbs and bodies whose meshes are missing collide by what is seen of
+    them, or by a capsule; elsewhere files leave collisions out on purpose, and these shapes are for
+    pictures alone.
+    """
+    bodies = list(robot.root.walk())
+    nothing = not any(body.colliding for body in bodies)
+    visible: list[str] = []
+    capsules: list[str] = []
+    flat: list[str] = []
+    length = _length(robot)
+    for body in bodies:
+        if body.colliding:
+            body.shapes = body.colliding
+        else:
+            solid = nothing or body is robot.root or not body.children or body.lost
+            if body.shapes:
+                visible += [body.name] * solid
+            elif (capsule := _capsule(body, length)) is not None:
+                body.shapes = [capsule]
+                capsules.append(body.name)
+            for shape in body.shapes:
+                shape.collides = solid
+                shape.contype = shape.conaffinity = int(solid)
+        body.shapes = [_simple(shape, body.name, flat) for shape in body.shapes]
+    _reserve_ground(robot)
+    for names, what in (
+        (visible, "visible geometry collides, as there is no other"),
+        (capsules, "without geometry, a capsule assumed"),
+        (flat, "flat meshes are replaced by boxes"),
+    ):
+        if names:
+            robot.repairs.append(f"{what}: {listed(names)}")
+
+
+def _reserve_ground(robot: Robot) -> None:
+    """Let all that collides touch the ground (bit 1), and one another as in the file."""
+    shapes = [shape for body in robot.root.walk() for shape in body.colliding]
+    if all((shape.contype, shape.conaffinity) == (1, 1) for shape in shapes):
+        return
+    for shape in shapes:
+        shape.contype = 1 | (shape.contype << 1) & _BITS
+        shape.conaffinity = (shape.conaffinity << 1) & _BITS
+
+
+def _simple(shape: Shape, name: str, flat: list[str]) -> Shape:
+    """Return a shape whose mesh has few vertices, or the box of a flat mesh."""
+    if shape.vertices is None:
+        return shape
+    vertices = hull(shape.vertices)
+    if vertices is not None:
+        shape.vertices = shape.place.point(vertices)
+        shape.place = Place()
+        return shape
+    flat.append(name)
+    thinnest = 0.005 * float(np.ptp(shape.vertices, axis=0).max()) or 1e-3
+    place, size = box(shape.vertices, thinnest)
+    bits = shape.collides, shape.contype, shape.conaffinity
+    return Shape("box", shape.place @ place, size, None, *bits)
+
+
+def _length(robot: Robot) -> float:
+    """Return the size of the robot: how far its bodies' origins and shapes spread, m."""
+    points: list[Floats] = []
+
+    def visit(body: Body, outer: Place) -> None:
+        place = outer @ body.place
+        points.append(place.position)
+        points.extend(place.point(shape.place.position) for shape in body.shapes)
+        points.append(place.point(body.centre))
+        for child in body.children:
+            visit(child, place)
+
+    visit(robot.root, Place())
+    return float(np.ptp(np.array(points), axis=0).max()) or 0.1
+
+
+def _capsule(body: Body, length: float) -> Shape | None:
+    """Return a capsule from a body's origin to its child, or through its centre of mass."""
+    ends = [child.place.position for child in body.children] or [2 * body.centre]
+    end = max(ends, key=lambda one: float(np.linalg.norm(one)))
+    far = float(np.linalg.norm(end))
+    if far < 1e-3 * length:
+        return Shape("sphere", Place(), np.array([0.02 * length])) if not body.children else None
+    radius = SLIM * far
+    along = end / far
+    other = np.eye(3)[int(np.abs(along).argmin())]
+    side = np.cross(other, along)
+    side /= np.linalg.norm(side)
+    turned = np.column_stack([side, np.cross(along, side), along])
+    return Shape("capsule", Place(end / 2, turned), np.array([radius, far / 2]))
+
+
+def repair_masses(robot: Robot) -> None:
+    """Give every body a mass and an inertia that a solid can have.
+
+    Raises:
+        RobotError: the robot has neither masses nor geometry.
+    """
+    bodies = list(robot.root.walk())
+    total = sum(body.mass for body in bodies)
+    if total <= 0:
+        for body in bodies:
+            volume, body.centre = _volume(body)
+            body.mass = DENSITY * volume
+            body.inertia = np.zeros((3, 3))
+        total = sum(body.mass for body in bodies)
+        if total <= 0:
+            raise RobotError(
+                "the robot has no mass: every link has mass zero and no geometry",
+                where=robot.name,
+                remedy="write the masses of the links into the file",
+            )
+        robot.repairs.append(
+            f"no masses: {total:.3g} kg from the geometry at {DENSITY:.0f} kg/m³ assumed"
+        )
+    light = [body for body in bodies if body.mass <= 0]
+    for body in light:
+        body.mass = min(0.001, SHARE / len(light)) * total
+        _, body.centre = _volume(body)
+        body.inertia = np.zeros((3, 3))
+    if light:
+        robot.repairs.append(
+            f"bodies without mass, {light[0].mass:.2g} kg each assumed: "
+            f"{listed([body.name for body in light])}"
+        )
+    length = _length(robot)
+    changed: list[str] = []
+    balanced: list[str] = []
+    for body in bodies:
+        size = _size(body) or 0.1 * length
+        if not _plausible(body, size):
+            body.inertia = _even(body, size)
+            if body not in light:
+                changed.append(body.name)
+        values, axes = np.linalg.eigh(body.inertia)
+        if values[0] + values[1] < values[2] * (1 - 1e-6):
+            balanced.append(body.name)
+            values[:] = values.mean()
+        # The text is rounded: an inertia on the brink would be over it.
+        values[:2] += max(0.0, (1.001 * values[2] - values[0] - values[1]) / 2)
+        body.inertia = axes @ np.diag(values) @ axes.T
+    if changed:
+        robot.repairs.append(f"inertias replaced by those of even solids: {listed(changed)}")
+    if balanced:
+        robot.repairs.append(f"impossible inertias replaced by their mean: {listed(balanced)}")
+
+
+def _plausible(body: Body, size: float) -> bool:
+    values = np.linalg.eigvalsh(body.inertia)
+    if values[0] <= 0:
+        return False
+    radius = math.sqrt(float(values[2]) / body.mass)
+    return NARROW * size <= radius <= WIDE * size
+
+
+def _even(body: Body, size: float) -> Floats:
+    """Return the inertia of an even box around the body's shapes, or of a sphere of its size."""
+    points = [_corners(shape) for shape in body.shapes]
+    if not points:
+        return body.mass * 0.4 * (size / 2) ** 2 * np.eye(3)
+    spread = np.maximum(np.ptp(np.vstack(points), axis=0), 0.05 * size)
+    squares = spread**2
+    return np.diag(body.mass / 12 * (squares.sum() - squares))
+
+
+def _size(body: Body) -> float:
+    points = [_corners(shape) for shape in body.shapes]
+    points += [child.place.position[None] for child in body.children]
+    if not points:
+        return 0.0
+    points.append(body.centre[None])
+    return float(np.linalg.norm(np.ptp(np.vstack(points), axis=0)))
+
+
+def _corners(shape: Shape) -> Floats:
+    """Return points that bound a shape, in its body, (n, 3)."""
+    if shape.vertices is not None:
+        return shape.place.point(shape.vertices)
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    return shape.place.point(signs * _half(shape))
+
+
+def _half(shape: Shape) -> Floats:
+    """Return the half lengths of the box around a shape, along the shape's axes, (3,)."""
+    size = shape.size
+    match shape.kind:
+        case "sphere":
+            return np.full(3, size[0])
+        case "cylinder":
+            return np.array([size[0], size[0], size[1]])
+        case "capsule":
+            return np.array([size[0], size[0], size[0] + size[1]])
+    return size
+
+
+def _volume(body: Body) -> tuple[float, Floats]:
+    """Return the volume of a body's shapes, m³, and its centre, (3,) m."""
+    from scipy.spatial import ConvexHull
+
+    total, moment = 0.0, np.zeros(3)
+    for shape in body.shapes:
+        centre = shape.place.position
+        if shape.vertices is not None:
+            volume = float(ConvexHull(shape.vertices).volume)
+            centre = shape.place.point(shape.vertices.mean(0))
+        else:
+            volume = _solid_volume(shape)
+        total += volume
+        moment = moment + volume * centre
+    return total, moment / total if total else np.zeros(3)
+
+
+def _solid_volume(shape: Shape) -> float:
+    size = shape.size
+    match shape.kind:
+        case "box":
+            return float(8 * size.prod())
+        case "ellipsoid":
+            return float(4 / 3 * math.pi * size.prod())
+    ball = 4 / 3 * math.pi * size[0] ** 3
+    rod = 2 * math.pi * size[0] ** 2 * size[1] if len(size) > 1 else 0.0
+    return float({"sphere": ball, "cylinder": rod}.get(shape.kind, ball + rod))

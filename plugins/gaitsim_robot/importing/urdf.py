@@ -1,0 +1,283 @@
+"""Read a URDF (http://wiki.ros.org/urdf/XML) into a tree of bodies."""
+
+from pathlib import PurePosixPath
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing.files import Files
+from gaitsim_robot.importing.meshes import MeshError, decode
+from gaitsim_robot.importing.tree import (
+    Body,
+    Coupling,
+    Floats,
+    Joint,
+    Place,
+    Robot,
+    Shape,
+    listed,
+)
+from gaitsim_robot.markup import number, numbers
+
+# URDF's kinds of joints, and whether they turn about an axis.
+_HINGES = ("revolute", "continuous")
+_KINDS = (*_HINGES, "prismatic", "fixed", "floating", "planar")
+
+
+def read_urdf(root: Element, files: Files, where: str) -> Robot:
+    """Return the robot of a URDF document.
+
+    Raises:
+        RobotError: it is not a tree of links, or has invalid values.
+    """
+    reader = _Reader(root, files, where)
+    return reader.robot()
+
+
+class _Reader:
+    def __init__(self, root: Element, files: Files, where: str) -> None:
+        self._root = root
+        self._files = files
+        self._where = where
+        self._repairs: list[str] = []
+        self._missing: dict[str, str] = {}  # file -> reason
+        self._decoded: dict[str, Floats | None] = {}
+        compiler = root.find("mujoco/compiler")
+        meshes = "" if compiler is None else compiler.get("meshdir", "")
+        self._folders = ("", meshes) if meshes else ("",)
+
+    def robot(self) -> Robot:
+        links = {self._name(link): link for link in self._root.iterfind("link")}
+        if not links:
+            raise RobotError("the URDF has no links", where=self._where)
+        bodies = {name: self._body(name, link) for name, link in links.items()}
+        parents: dict[str, str] = {}
+        couplings: list[Coupling] = []
+        for element in self._root.iterfind("joint"):
+            self._attach(element, bodies, parents, couplings)
+        root = self._topmost(bodies, parents)
+        robot = Robot(self._root.get("name", ""), root, couplings, repairs=self._repairs)
+        if self._missing:
+            reasons = {f"{name} ({reason})" for name, reason in self._missing.items()}
+            robot.repairs.append(f"meshes not used: {', '.join(sorted(reasons))}")
+        return robot
+
+    def _topmost(self, bodies: dict[str, Body], parents: dict[str, str]) -> Body:
+        tops = [bodies[name] for name in bodies if name not in parents]
+        if not tops:
+            raise RobotError("the links of the URDF form a loop", where=self._where)
+        root = max(tops, key=lambda top: sum(1 for _ in top.walk()))
+        if others := [top.name for top in tops if top is not root]:
+            self._repairs.append(f"links not joined to the robot are dropped: {listed(others)}")
+        return self._afloat(root)
+
+    def _afloat(self, root: Body) -> Body:
+        """Return the robot of a world in which it floats, or the root itself."""
+        for body in list(root.walk()):
+            if not any(joint.kind == "free" for joint in body.joints):
+                continue
+            joint = body.joints[0].name
+            if _hinges(body) == _hinges(root):
+                rest = {one.name for one in root.walk()} - {one.name for one in body.walk()}
+                self._repairs.append(f"links beside the floating robot are dropped: {listed(rest)}")
+                body.joints, body.place = [], Place()
+                return body
+            self._repairs.append(f"joint {joint!r} is fixed: floating within the robot")
+            body.joints = []
+        return root
+
+    def _name(self, element: Element) -> str:
+        name = element.get("name")
+        if not name:
+            raise RobotError(f"a <{element.tag}> has no name", where=self._where)
+        return name
+
+    def _place(self, element: Element | None, where: str) -> Place:
+        if element is None:
+            return Place()
+        roll, pitch, yaw = numbers(element.get("rpy"), 3, "0 0 0", where)
+        return Place(numbers(element.get("xyz"), 3, "0 0 0", where), rotation(roll, pitch, yaw))
+
+    def _body(self, name: str, link: Element) -> Body:
+        where = f"{self._where}, link {name!r}"
+        body = Body(name)
+        inertial = link.find("inertial")
+        if inertial is not None:
+            place = self._place(inertial.find("origin"), where)
+            mass = inertial.find("mass")
+            body.mass = number(None if mass is None else mass.get("value"), 0.0, where)
+            if body.mass < 0:
+                raise RobotError(f"the mass is negative: {body.mass:g} kg", where=where)
+            body.centre = place.position
+            tensor = inertial.find("inertia")
+            if tensor is not None:
+                xx, xy, xz, yy, yz, zz = (
+                    number(tensor.get(key), 0.0, where)
+                    for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+                )
+                local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+                body.inertia = place.rotation @ local @ place.rotation.T
+        self._shapes(body, link, "collision", where)
+        if not body.shapes:
+            self._shapes(body, link, "visual", where)
+        return body
+
+    def _shapes(self, body: Body, link: Element, tag: str, where: str) -> None:
+        for element in link.iterfind(tag):
+            geometry = element.find("geometry")
+            if geometry is None or not len(geometry):
+                continue
+            place = self._place(element.find("origin"), where)
+            shape = self._shape(geometry[0], place, where)
+            if shape is not None:
+                shape.collides = tag == "collision"
+                body.shapes.append(shape)
+            elif tag == "collision":
+                body.lost = True
+
+    def _shape(self, solid: Element, place: Place, where: str) -> Shape | None:
+        def length(key: str) -> float:
+            value = number(solid.get(key), 0.0, where)
+            if value <= 0:
+                raise RobotError(f"{key} of a {solid.tag} must be positive", where=where)
+            return value
+
+        match solid.tag:
+            case "box":
+                size = numbers(solid.get("size"), 3, "", where)
+                if not (size > 0).all():
+                    self._repairs.append(f"a flat box is dropped: {where.rpartition(', ')[2]}")
+                    return None
+                return Shape("box", place, size / 2)
+            case "sphere":
+                return Shape("sphere", place, np.array([length("radius")]))
+            case "cylinder" | "capsule":
+                size = np.array([length("radius"), length("length") / 2])
+                return Shape(solid.tag, place, size)
+            case "mesh":
+                vertices = self._vertices(solid.get("filename", ""))
+                if vertices is None:
+                    return None
+                scale = numbers(solid.get("scale"), 3, "1 1 1", where)
+                return Shape("mesh", place, vertices=vertices * scale)
+        self._repairs.append(f"geometry <{solid.tag[:40]}> is unknown and dropped")
+        return None
+
+    def _vertices(self, name: str) -> Floats | None:
+        if name not in self._decoded:
+            self._decoded[name] = None
+            path = self._files.find(name, self._folders)
+            short = PurePosixPath(name).name[:60]
+            if path is None:
+                self._missing[short] = "not found"
+            else:
+                try:
+                    self._decoded[name] = decode(self._files.read(path), path.suffix)
+                except MeshError as error:
+                    self._missing[short] = str(error)
+        return self._decoded[name]
+
+    def _attach(
+        self,
+        element: Element,
+        bodies: dict[str, Body],
+        parents: dict[str, str],
+        couplings: list[Coupling],
+    ) -> None:
+        name = self._name(element)
+        where = f"{self._where}, joint {name!r}"
+
+        def link(tag: str) -> str:
+            end = element.find(tag)
+            found = "" if end is None else end.get("link", "")
+            if found not in bodies:
+                raise RobotError(
+                    f"the {tag} link {found!r} does not exist",
+                    where=where,
+                    allowed=listed(list(bodies), 20),
+                )
+            return found
+
+        parent, child = link("parent"), link("child")
+        if child in parents:
+            raise RobotError(
+                f"link {child!r} has two parents: a URDF cannot describe a closed linkage",
+                where=where,
+                remedy="remove one of the joints, or write the robot as MJCF with <connect>",
+            )
+        parents[child] = parent
+        body = bodies[child]
+        body.place = self._place(element.find("origin"), where)
+        bodies[parent].children.append(body)
+        kind = element.get("type", "")
+        if kind not in _KINDS:
+            raise RobotError(
+                f"unknown type of joint {kind!r}", where=where, allowed=", ".join(_KINDS)
+            )
+        if kind == "fixed":
+            return
+        joint = self._joint(element, name, kind, where)
+        if joint is not None:
+            body.joints.append(joint)
+            mimic = element.find("mimic")
+            if mimic is not None:
+                offset = number(mimic.get("offset"), 0.0, where)
+                factor = number(mimic.get("multiplier"), 1.0, where)
+                couplings.append(Coupling(name, mimic.get("joint", ""), (offset, factor)))
+
+    def _joint(self, element: Element, name: str, kind: str, where: str) -> Joint | None:
+        axis_element = element.find("axis")
+        axis = numbers(None if axis_element is None else axis_element.get("xyz"), 3, "1 0 0", where)
+        if not np.linalg.norm(axis) > 1e-6:
+            if kind in _HINGES:
+                raise RobotError("the axis is zero", where=where)
+            axis = np.array([1.0, 0.0, 0.0])
+        solid = {"floating": "free", "planar": "ball", "prismatic": "slide"}.get(kind, "hinge")
+        joint = Joint(name, solid, axis / np.linalg.norm(axis))
+        limit = element.find("limit")
+        if limit is not None:
+
+            def bound(key: str) -> float | None:
+                return _lenient(limit.get(key), where)
+
+            low, high = bound("lower"), bound("upper")
+            joint.torque = max(bound("effort") or 0.0, 0.0)
+            joint.speed = max(bound("velocity") or 0.0, 0.0)
+            if kind == "revolute" and low is not None and high is not None:
+                if low == high:
+                    self._repairs.append(f"joint {name!r} is fixed: its range is empty")
+                    return None
+                joint.range = (low, high) if low < high else None
+        if kind == "continuous":
+            joint.range = (-np.inf, np.inf)
+        dynamics = element.find("dynamics")
+        if dynamics is not None:
+            joint.damping = max(number(dynamics.get("damping"), 0.0, where), 0.0)
+            joint.friction = max(number(dynamics.get("friction"), 0.0, where), 0.0)
+        return joint
+
+
+def _hinges(body: Body) -> int:
+    return sum(joint.kind == "hinge" for part in body.walk() for joint in part.joints)
+
+
+def _lenient(text: str | None, where: str) -> float | None:
+    """Return a limit, for which files write 1e16 and infinity, too; None without one."""
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.nan
+    if np.isnan(value):
+        raise RobotError(f"invalid value {text[:80]!r}", where=where, allowed="a number")
+    return value
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Floats:
+    """Return the matrix of URDF's angles: about the fixed axes x, y, then z."""
+    from scipy.spatial.transform import Rotation
+
+    matrix: Floats = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix()
+    return matrix

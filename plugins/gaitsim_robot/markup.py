@@ -1,0 +1,101 @@
+"""Read XML of strangers: no entities, bounded depth and number of elements."""
+
+from typing import Any
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim_robot.errors import RobotError
+
+Floats = NDArray[np.float64]
+
+DEPTH = 256  # nested elements
+ELEMENTS = 300_000
+LARGEST = 1e6  # of a number
+
+
+def parse(data: bytes, where: str) -> Element:
+    """Return the root element of an XML document.
+
+    Raises:
+        RobotError: it is not XML, or declares entities, or is too deep or too long.
+    """
+    builder = TreeBuilder()
+    depth = count = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth, count
+        depth += 1
+        count += 1
+        if depth > DEPTH or count > ELEMENTS:
+            raise RobotError(
+                "the XML has too many elements",
+                where=where,
+                allowed=f"{ELEMENTS:,} elements, nested {DEPTH} deep",
+            )
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def doctype(*_: Any) -> None:
+        raise RobotError(
+            "the XML declares a document type or entities, which gaitsim does not read",
+            where=where,
+            remedy="remove the <!DOCTYPE …> declaration",
+        )
+
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = builder.data
+    parser.StartDoctypeDeclHandler = doctype
+    parser.EntityDeclHandler = doctype
+    try:
+        parser.Parse(_without_lead(data), True)
+        return builder.close()
+    except (expat.ExpatError, LookupError, ValueError) as error:
+        raise RobotError(
+            f"not XML: {error}",
+            where=where,
+            allowed="a robot as URDF (<robot>) or MJCF (<mujoco>)",
+            remedy="convert a xacro file by `xacro robot.xacro > robot.urdf`"
+            if b"xacro" in data[:2000]
+            else "",
+        ) from None
+
+
+def _without_lead(data: bytes) -> bytes:
+    """Drop what some files have before their XML declaration, where only it may stand."""
+    at = data.find(b"<?xml", 0, 4096)
+    return data[at:] if at > 0 and b"<" not in data[:at].replace(b"<!--", b"") else data
+
+
+def numbers(text: str | None, count: int, default: str, where: str) -> Floats:
+    """Return the numbers of an attribute, (count,).
+
+    Raises:
+        RobotError: they are not so many finite numbers.
+    """
+    words = (default if text is None or not text.strip() else text).replace(",", " ").split()
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError:
+        values = np.full(1, np.nan)
+    if len(values) != count or not (np.abs(values) <= LARGEST).all():
+        raise RobotError(
+            f"invalid value {(text or '')[:80]!r}",
+            where=where,
+            allowed=f"{count} number{'s' if count > 1 else ''} of at most {LARGEST:,.0f}",
+        )
+    return values
+
+
+def number(text: str | None, default: float, where: str) -> float:
+    """Return the number of an attribute."""
+    return float(numbers(text, 1, str(default), where)[0])
