@@ -24,6 +24,7 @@ from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
 from gaitsim_robot.anatomy import Anatomy, find_anatomy
 from gaitsim_robot.encodings import commands, groups
 from gaitsim_robot.measures import measures
+from gaitsim_robot.quiet import silence
 from gaitsim_robot.servos import ServoName, joint_servos
 from gaitsim_robot.world import FRAME_RATE, World, build
 
@@ -213,6 +214,7 @@ def _bundled(name: str) -> str:
 def _spec(text: str) -> Any:
     import mujoco
 
+    silence()
     return mujoco.MjSpec.from_string(text)
 
 

@@ -13,6 +13,7 @@ SEGMENT = 50
 
 TIPPED = 0.5  # cosine of the trunk's tilt beyond which it has fallen: 60°
 LOW = 0.4  # share of the standing height below which it has fallen
+FASTEST = 100.0  # m/s, of the trunk; faster than this, the simulation is unstable
 
 
 @dataclass(eq=False)
@@ -136,16 +137,17 @@ def _record(
     low = at_frames[..., 3] < LOW * world.start[3]
     belly = sensors[:, ::steps, world.belly] > 0
     expected = before[:, :1] + np.arange(count + 1) * steps * step
-    diverged = ~(np.abs(at_frames[..., 0] - expected) < step / 2)
+    speed = np.linalg.norm(at_frames[..., 1 + nq : 4 + nq], axis=-1)
+    # MuJoCo starts a robot anew, time included, whose state is not finite.
+    diverged = ~((np.abs(at_frames[..., 0] - expected) < step / 2) & (speed < FASTEST))
     down = (upward < TIPPED) | low | belly | diverged
     fallen = down.any(axis=1)
     for row in np.flatnonzero(fallen):
         individual, frame = active[row], first + int(np.argmax(down[row]))
-        if diverged[row].any():
-            seconds = first / FRAME_RATE
+        if diverged[row, frame - first]:
             record.failures[int(individual)] = (
-                f"the simulation became unstable after {seconds:g} s; "
-                "a shorter organism.dt may help"
+                f"the simulation became unstable after {frame / FRAME_RATE:g} s; a shorter "
+                "organism.dt or a lower organism.stiffness may help"
             )
         record.lasted[individual] = frame
         _freeze(record, individual, frame)

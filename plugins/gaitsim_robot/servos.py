@@ -229,8 +229,8 @@ def _of_file(
     speed = model.jnt_user[index, 0] if model.nuser_jnt else 0.0
     return _unknown(
         "model",
-        torque_limit or min(torque or SHARE * weight, LIFT * weight),
-        speed_limit or min(speed or SPEED, FASTEST),
+        min(torque_limit or torque or SHARE * weight, LIFT * weight),
+        min(speed_limit or speed or SPEED, FASTEST),
         "the robot's text",
     )
 

@@ -6,7 +6,7 @@ from importlib.resources import files
 import mujoco
 import numpy as np
 
-from gaitsim_robot.anatomy import Anatomy, Leg
+from gaitsim_robot.anatomy import find_anatomy
 from gaitsim_robot.servos import add_servos, joint_servos
 from gaitsim_robot.world import build
 
@@ -54,27 +54,23 @@ def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None):
     return spec
 
 
-def quadruped_anatomy(spec):
-    """Its anatomy, by the names of its joints."""
-    model = spec.copy().compile()
-    legs = tuple(
-        Leg(
-            name,
-            "left" if name[0] == "L" else "right",
-            tuple(f"{name} {part}" for part in ("hip roll", "hip pitch", "knee")),
-            f"{name} shank",
-            tuple(model.geom(f"{name} foot").pos - [0, 0, model.geom(f"{name} foot").size[0]]),
-        )
-        for name in ("L1", "R1", "L2", "R2")
-    )
-    return Anatomy(legs, (), model.key("stand").qpos.copy(), float(model.body_subtreemass[1]), 0.28)
-
-
 def standing_quadruped(
     servo, *, size=1.0, limits=True, torque=None, speed=None, dt=0.004, friction=0.8, **options
 ):
     """The quadruped in its world, and its servos."""
     spec = quadruped_spec(size, limits=limits, torque=torque, speed=speed)
-    anatomy = quadruped_anatomy(spec)
+    anatomy = find_anatomy(spec.copy().compile())
     servos = joint_servos(spec, anatomy, servo, **options)
     return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=9.81), servos
+
+
+def trot(world, frames):
+    """Commands of a trot of the quadruped, 1.5 strides a second, (1, frames, joints) rad."""
+    commands = np.repeat(world.rest[world.ctrl][None, None], frames, axis=1)
+    time = np.arange(frames) / 50
+    begun = np.minimum(time / 0.5, 1.0)
+    for leg, offset in enumerate((0.0, np.pi, np.pi, 0.0)):
+        phase = 3 * np.pi * time + offset
+        commands[0, :, 3 * leg + 1] += 0.3 * begun * np.cos(phase)
+        commands[0, :, 3 * leg + 2] -= 0.3 * begun * np.maximum(0, np.sin(phase))
+    return commands

@@ -1,0 +1,163 @@
+"""The physics of robots against closed forms."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import mujoco
+import numpy as np
+import pytest
+from stick import standing_quadruped, trot
+
+from gaitsim_robot.motion import walked
+from gaitsim_robot.organism import Robot
+
+FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
+GRAVITY = 9.81
+
+
+def started(world):
+    data = mujoco.MjData(world.model)
+    mujoco.mj_setState(world.model, data, world.start, FULL)
+    data.ctrl[:] = world.rest
+    mujoco.mj_forward(world.model, data)
+    return data
+
+
+def energies(model, data):
+    mujoco.mj_energyPos(model, data)
+    mujoco.mj_energyVel(model, data)
+    return data.energy.sum()
+
+
+def servo_work(model, data, steps):
+    """Signed work of all servos over steps, by the trapezoid of speeds before and after."""
+    work = 0.0
+    for _ in range(steps):
+        before = data.actuator_velocity.copy()
+        mujoco.mj_step(model, data)
+        after = data.qvel[6:]
+        work += (data.actuator_force * (before + after)).sum() / 2 * model.opt.timestep
+    mujoco.mj_forward(model, data)
+    return work
+
+
+def test_a_robot_that_rests_bears_its_weight_on_its_feet():
+    world, _ = standing_quadruped("sts3215")
+    rest = np.repeat(world.rest[world.ctrl][None, None], 251, axis=1)
+    motion = walked(world, rest)
+    load = motion["load"][0, -1, :, 2].sum()
+    assert load == pytest.approx(world.anatomy.mass * GRAVITY, rel=0.01)
+    assert np.abs(motion["foot_positions"][0, :, :, 2]).max() < 1e-3
+    assert np.linalg.norm(motion["torso"][0, -1] - motion["torso"][0, 0]) < 5e-4
+
+
+def test_in_the_air_the_work_of_the_servos_is_the_gain_in_energy():
+    world, _ = standing_quadruped("sts3215", dt=5e-4)
+    data = started(world)
+    data.qpos[2] += 10.0
+    mujoco.mj_forward(world.model, data)
+    before = energies(world.model, data)
+    data.ctrl[:] = np.linspace(-0.5, 0.9, len(data.ctrl))
+    work = servo_work(world.model, data, 200)
+    gain = energies(world.model, data) - before
+    assert data.ncon == 0
+    assert gain == pytest.approx(work, rel=0.02)
+    assert gain > 0.1
+
+
+def test_a_robot_that_rises_gains_what_its_servos_give_less_what_contacts_take():
+    world, _ = standing_quadruped("sts3215", dt=0.001)
+    data = started(world)
+    data.ctrl[:] = world.rest
+    before, height = energies(world.model, data), data.subtree_com[1, 2]
+    lower, _ = world.model.actuator_ctrlrange.T
+    knees = np.array([name.endswith("knee") for name in world.anatomy.joints])
+    data.ctrl[world.ctrl[knees]] += 0.5
+    data.ctrl[world.ctrl[np.roll(knees, -1)]] -= 0.25
+    assert (data.ctrl > lower).all()
+    work = servo_work(world.model, data, 2000)
+    mujoco.mj_comPos(world.model, data)
+    rise = world.anatomy.mass * GRAVITY * (data.subtree_com[1, 2] - height)
+    gain = energies(world.model, data) - before
+    assert gain == pytest.approx(rise, rel=0.01)
+    assert rise > 0.2
+    assert 0 < work - gain < 0.3 * work
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.3])
+def test_feet_that_slide_decelerate_a_robot_by_coulomb_friction(friction):
+    world, _ = standing_quadruped("ideal", friction=friction)
+    data = started(world)
+    data.qvel[0] = 3.0
+    mujoco.mj_step(world.model, data)
+    start, speed = data.time, com_speed(world.model, data)
+    mujoco.mj_step(world.model, data, 100)
+    lost = speed - com_speed(world.model, data)
+    assert lost == pytest.approx(friction * GRAVITY * (data.time - start), rel=0.02)
+
+
+def com_speed(model, data):
+    mujoco.mj_subtreeVel(model, data)
+    return data.subtree_linvel[1, 0]
+
+
+def test_halving_the_time_step_changes_how_far_a_trot_goes_by_less_than_a_tenth():
+    far = []
+    for dt in (0.004, 0.002):
+        world, _ = standing_quadruped("sts3215", dt=dt)
+        motion = walked(world, trot(world, 251))
+        assert motion["lasted"] == 5.0
+        far.append(motion["torso"][0, -1, 0])
+    assert far[0] > 0.8
+    assert far[1] == pytest.approx(far[0], rel=0.1)
+
+
+def test_work_is_torque_times_speed():
+    world, _ = standing_quadruped("sts3215", dt=0.002)
+    commands = trot(world, 101)
+    motion = walked(world, commands)
+    data, work = started(world), 0.0
+    for frame in commands[0, :-1]:
+        data.ctrl[world.ctrl] = frame
+        for _ in range(world.steps):
+            mujoco.mj_forward(world.model, data)
+            work += np.abs(data.actuator_force * data.actuator_velocity).sum() * 0.002
+            mujoco.mj_step(world.model, data)
+    assert motion["energy"][0, -1] == pytest.approx(work, rel=1e-3)
+
+
+def test_an_individual_has_the_same_bits_among_others_alone_and_in_another_thread():
+    world, servos = standing_quadruped("ax-12a")
+    stall = servos[world.anatomy.joints[0]].stall_torque
+    random = np.random.default_rng(0)
+    steady = trot(world, 151)
+    commands = steady + random.uniform(0, [[[0.1]], [[2.0]]] * 4, (8, *steady.shape[1:]))
+    together = walked(world, commands)
+    assert (together["lasted"] == 3.0).any()
+    assert (together["lasted"] < 3.0).any()
+    assert together["torque"].max() <= stall
+    with ThreadPoolExecutor(2) as threads:
+        alone = list(threads.map(lambda one: walked(world, commands[[one]]), range(8)))
+    for name, values in ((name, together[name]) for name in together):
+        np.testing.assert_array_equal(np.concatenate([one[name] for one in alone]), values)
+
+
+def test_a_robot_that_becomes_unstable_is_a_failure_that_leaves_others_and_the_folder_as_they_are(
+    tmp_path, monkeypatch, capfd
+):
+    monkeypatch.chdir(tmp_path)
+    robot = Robot(
+        servo="sts3215", dt=0.01, stiffness=1e6, torque_limit=1e5, speed_limit=100, latency=0
+    )
+    world = robot.world
+    rest = np.repeat(world.rest[world.ctrl][None, None], 101, axis=1)
+    wild = rest.copy()
+    wild[0, 60::2] += 0.5
+    motion = robot.play(np.concatenate([rest, wild, rest]))
+    assert list(motion.failures) == [1]
+    assert "unstable after 1." in motion.failures[1]
+    alone = robot.play(rest)
+    for name in motion:
+        assert np.isfinite(motion[name]).all()
+        np.testing.assert_array_equal(motion[name][[0, 2]], np.repeat(alone[name], 2, axis=0))
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())
