@@ -195,7 +195,7 @@ def working() -> str:
 
 SHAPED = """
 from pydantic import field_validator
-from gaitsim.contracts import folder_of
+from gaitsim.contracts import BodyFile, folder_of
 from gaitsim.errors import GaitsimError
 
 class X(Body):
@@ -218,6 +218,20 @@ class X(Body):
                 "the shape cannot be read", where=str(folder / shape), allowed="a shape",
                 remedy="another file", key="shape",
             ) from None
+
+    def describe(self):
+        if self.shape == "flat":
+            raise GaitsimError("a flat shape cannot roll", remedy="a round one")
+        return {"Body": {"size": f"{self.size} m", "shape": self.shape[:9]}}
+
+    @classmethod
+    def library(cls):
+        return {"Shapes": {"ball": "round"}}
+
+    @classmethod
+    def read_file(cls, path, roots=()):
+        found = next((p for p in (path, *(root / "flat" for root in roots)) if p.exists()), path)
+        return BodyFile("cube", found.read_text(), ("its corners are round",))
 """
 
 

@@ -3,7 +3,7 @@
 from gaitsim.contracts.fitness import Fitness
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.operators import Crossover, Mutation, Selection
-from gaitsim.contracts.organism import Organism
+from gaitsim.contracts.organism import BodyFile, Facts, Organism
 from gaitsim.contracts.plugin import Plugin, folder_of, option
 from gaitsim.contracts.search import Context, Members, Operators, Results, Search, State
 from gaitsim.contracts.solid import Solid
@@ -12,9 +12,11 @@ from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 __all__ = [
     "Array",
     "BitSpace",
+    "BodyFile",
     "Channel",
     "Context",
     "Crossover",
+    "Facts",
     "Fitness",
     "GenomeSpace",
     "Genomes",

@@ -1,13 +1,33 @@
 """The contract of a body."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.space import Genomes, GenomeSpace
 from gaitsim.errors import GaitsimError
+
+Facts = Mapping[str, Mapping[str, str]]
+"""What people may want to know: lines of name and value below headings. A value may be ''."""
+
+
+@dataclass(frozen=True)
+class BodyFile:
+    """A body that was read from a file.
+
+    Attributes:
+        name: of the body.
+        text: what the option that takes the file's path keeps in place of it.
+        repairs: what was dropped, replaced, added or assumed in reading, a line each.
+    """
+
+    name: str
+    text: str
+    repairs: tuple[str, ...] = ()
 
 
 class Organism(Plugin):
@@ -73,6 +93,30 @@ class Organism(Plugin):
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return quantities that describe each motion to people; none by default."""
         return {}
+
+    def describe(self) -> Facts:
+        """Return what the body with its options is made of, such as mass and legs, for people."""
+        return {}
+
+    @classmethod
+    def library(cls) -> Facts:
+        """Return what the package brings for the body's options, such as robots by name."""
+        return {}
+
+    @classmethod
+    def read_file(cls, path: Path, roots: Sequence[Path] = ()) -> BodyFile:
+        """Read a file that describes such a body, for people who check it.
+
+        Optional, for bodies that register a format in the entry points `gaitsim.files`.
+
+        Args:
+            path: the file.
+            roots: further folders whose files it may use.
+
+        Raises:
+            GaitsimError: it cannot be used, or this body reads no files.
+        """
+        raise GaitsimError(f"the body {cls.__name__} reads no files", where=str(path))
 
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the joints of the channel `joint_angles`; empty without it."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment.reader import LONGEST_NAME, NOT_IN_NAMES
-from gaitsim.registry import FILES, contract_error, entries, find
+from gaitsim.registry import FILES, Entry, contract_error, entries, find
 
 
 def is_body_file(reference: str) -> bool:
@@ -29,10 +29,8 @@ def reader_of(path: Path) -> tuple[str, str]:
     # os.path, unlike pathlib, answers for names that no file can have, too.
     if not os.path.isfile(path):  # noqa: PTH113
         raise GaitsimError(f"file not found: {path}", remedy="check the path")
-    target, _, option = entry.target.rpartition(".")
-    for name, claims in entries("organism").items():
-        if any((one.target, one.package) == (target, entry.package) for one in claims):
-            return name, option
+    if body := _body_of(entry):
+        return body, entry.target.rpartition(".")[2]
     raise contract_error(
         entry,
         "names no body of this package",
@@ -40,8 +38,29 @@ def reader_of(path: Path) -> tuple[str, str]:
     )
 
 
+def _body_of(entry: Entry) -> str:
+    """Return the name of the body whose option an entry names; '' where there is none."""
+    of = entry.target.rpartition(".")[0], entry.package
+    named = (
+        name
+        for name, claims in entries("organism").items()
+        if any((one.target, one.package) == of for one in claims)
+    )
+    return next(named, "")
+
+
 def experiment_name(path: Path) -> str:
     """Return the name of a file's experiment: the file's, with '-' for what names cannot have."""
     stem = "".join(c if c.isprintable() and c not in NOT_IN_NAMES else "-" for c in path.stem)
     short = stem.encode()[: LONGEST_NAME // 2].decode(errors="ignore")
     return short.strip(" .-") or "experiment"
+
+
+def readers() -> dict[str, list[str]]:
+    """Return the suffixes that each body reads, by its name; without formats that no body reads."""
+    found: dict[str, list[str]] = {}
+    for suffix, claims in entries(FILES).items():
+        for entry in claims:
+            if body := _body_of(entry):
+                found.setdefault(body, []).append(suffix)
+    return found

@@ -1,10 +1,11 @@
 """Experiments from presets, files and texts."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from gaitsim import registry
-from gaitsim.contracts import GenomeSpace
+from gaitsim.contracts import BodyFile, GenomeSpace, Organism
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment.body_files import experiment_name, is_body_file, reader_of
 from gaitsim.experiment.model import Experiment, space_of
@@ -58,6 +59,25 @@ def load_experiment(
             error.remedy = f"{error.remedy} or, {hint}" if error.remedy else hint
         raise
     return parse_experiment(text, f"preset {reference}", overrides, place)
+
+
+def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experiment]:
+    """Return the body in a file, such as a robot's, and the experiment that `gaitsim run` takes.
+
+    Args:
+        path: the file.
+        roots: further folders whose files it may use.
+
+    Raises:
+        GaitsimError: there is no such file, or it cannot be used.
+    """
+    body, option = reader_of(path)
+    entry, model = registry.find("organism", body), registry.load_class("organism", body)
+    assert issubclass(model, Organism)
+    with registry.plugin_errors(entry, "reading a file"):
+        found = model.read_file(path, roots)
+    given = {"name": experiment_name(path), f"organism.{option}": found.text}
+    return found, parse_experiment(read_preset(body), f"preset {body}", given, str(path))
 
 
 def read_file(path: Path, noun: str, preset: str, remedy: str) -> str:

@@ -1,6 +1,7 @@
 """Whether genomes that were evolved for one body are genomes of another."""
 
 import hashlib
+import sys
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
@@ -15,6 +16,8 @@ from gaitsim.registry import KINDS, entries, plugin_errors
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 
+_PHYSICS = ("mujoco", "pymunk")  # engines of which another version computes another motion
+LIBRARIES = ("numpy", *_PHYSICS)
 _installed = cache(version)  # reading it takes a millisecond
 
 
@@ -120,8 +123,12 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
 
 
 def versions(experiment: Experiment) -> dict[str, str]:
-    """Return what a run depends on: gaitsim, NumPy, and the package of each plugin."""
+    """Return what a run depends on: gaitsim, the libraries in use, each plugin's package."""
     found = {"gaitsim": _installed("gaitsim"), "numpy": np.__version__}
+    for name in _PHYSICS:
+        if name in sys.modules:
+            own = getattr(sys.modules[name], "__version__", None)  # its package has another name
+            found[name] = str(own or _installed(name))
     for kind, entry in experiment.entries.items():
         found[f"{kind} {entry.name}"] = f"{entry.package} {entry.version}"
     return found

@@ -15,7 +15,13 @@ from gaitsim.evolution import Generation, Progress, stop_reason
 from gaitsim.evolution.searching import state_mismatch
 from gaitsim.experiment import Evolution, Experiment, Overrides, Typed, read_outline
 from gaitsim.registry import options
-from gaitsim.runs.compatibility import check_population, expected_genomes, genome_mismatch, versions
+from gaitsim.runs.compatibility import (
+    LIBRARIES,
+    check_population,
+    expected_genomes,
+    genome_mismatch,
+    versions,
+)
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, check_size, command
 from gaitsim.runs.snapshot import RunSnapshot
@@ -82,7 +88,7 @@ def plan_resume(
     _check_state(run, experiment, checkpoint)
     _ = run.history, run.islands  # raises where they are damaged
     warnings = [run.warning] if run.warning else []
-    numpy_changed = _compare_versions(run, experiment, checkpoint, any_version=any_version)
+    other_library = _compare_versions(run, experiment, checkpoint, any_version=any_version)
     found = pending(checkpoint, experiment)
     progress = next_progress(checkpoint, experiment.evolution, found)
     last = replace(restored(checkpoint), progress=progress)
@@ -102,7 +108,7 @@ def plan_resume(
                 f"{EXPERIMENT} was changed after generation {checkpoint.generation} "
                 f"({', '.join(map(str, found))}): the run continues under the new options"
             )
-    warnings += [numpy_changed] if numpy_changed else []
+    warnings += [other_library] if other_library else []
     return ResumePlan(experiment, last, None, stages, found, "; ".join(warnings))
 
 
@@ -197,14 +203,16 @@ def _compare_versions(
         for name, then in checkpoint.versions.items()
         if name in now and now[name] != then
     }
-    numpy = changed.pop("numpy", None)
+    libraries = [changed.pop(name) for name in LIBRARIES if name in changed]
     if changed and not any_version:
         raise RunError(
             f"the run {run.path} was made with other versions: " + "; ".join(changed.values()),
             remedy="install those versions, or resume with these by --any-version: "
             "the rest may then not be what it would have been",
         )
-    return f"another version of {numpy}: the last bits may differ" if numpy else ""
+    return (
+        f"another version of {', of '.join(libraries)}: the results may differ" if libraries else ""
+    )
 
 
 def restored(checkpoint: Checkpoint) -> Generation:

@@ -1,5 +1,8 @@
 """A robot's file in place of an experiment."""
 
+import json
+from hashlib import sha256
+
 import pytest
 
 import gaitsim as gs
@@ -41,6 +44,8 @@ def test_a_file_runs_and_is_not_needed_again(shaped, tmp_path, gaitsim):
     (tmp_path / "a.shape").unlink()
     gaitsim("resume", "a", "--generations", 3, "--workers", 1)
     gaitsim("verify", "a")
+    origin = json.loads((tmp_path / "runs/a/provenance.json").read_text())[0]["parts"]
+    assert origin["organism.shape " + sha256(b"<a/>\n<b/>\n").hexdigest()] == "SHA-256"
     gaitsim("fork", "a", "--generations", 9)
     assert "shape = '''\n<a/>\n<b/>\n'''" in (tmp_path / "runs/a-2/experiment.toml").read_text()
     shown = gaitsim("experiments", "show", "runs/a-2/experiment.toml").stdout

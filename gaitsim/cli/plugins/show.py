@@ -7,6 +7,7 @@ import typer
 from rich.text import Text
 
 from gaitsim.cli.console import output, print_table
+from gaitsim.cli.facts import print_facts
 from gaitsim.contracts import Organism
 from gaitsim.errors import PluginError, nearest
 from gaitsim.registry import KINDS, entries, find, load_class, options
@@ -50,3 +51,6 @@ def _show(kind: str, name: str) -> None:
         rows = [(name, one.shape, one.units, one.help) for name, one in plugin.channels.items()]
         console.print()
         print_table(["channel", "axes", "unit", "meaning"], rows)
+        if facts := plugin.library():
+            console.print()
+            print_facts(facts)

@@ -18,10 +18,12 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from gaitsim.errors import RunError
 from gaitsim.experiment import Experiment
 from gaitsim.opening import read_regular
+from gaitsim.registry import options
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import PROVENANCE
 from gaitsim.runs.files.schema import EXACT_KEYS
+from gaitsim.toml import checksum, is_long
 
 # Settings of Numba that decide which machine code runs; interpreted kernels round differently.
 _SETTINGS = ("DISABLE_JIT", "CPU_NAME", "CPU_FEATURES")
@@ -35,7 +37,8 @@ class Provenance:
     Attributes:
         first: the first of these generations.
         parts: names and versions: of gaitsim, its plugins' packages, Python, the numerical
-            libraries that were used, their settings, and the processor.
+            libraries that were used, their settings, and the processor; the checksums of long
+            texts among the options, such as a robot.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -66,8 +69,10 @@ def current_versions(experiment: Experiment) -> dict[str, str]:
         found["numba"] = version("numba")
         # What compiled code is made for.
         found["processor"] = f"{get_host_cpu_name()}, {found['processor']}"
-    if "pymunk" in sys.modules:
-        found["pymunk"] = version("pymunk")
+    for kind in experiment.kinds:
+        for name, value in options.values(experiment.plugin(kind)).items():
+            if is_long(value):  # in the key: another text is another stage, not another version
+                found[f"{kind}.{name} {checksum(value)}"] = "SHA-256"
     return found
 
 

@@ -1,0 +1,30 @@
+"""`gaitsim robots list`."""
+
+from gaitsim.cli.console import output, print_json
+from gaitsim.cli.facts import print_facts
+from gaitsim.cli.options import Json
+from gaitsim.contracts import Organism
+from gaitsim.experiment.body_files import readers
+from gaitsim.registry import find, load_class, plugin_errors
+
+
+def list_(json: Json = False) -> None:
+    """List the robots and servos that come with the installed packages.
+
+    [bold]Examples[/bold]
+
+    gaitsim robots list
+
+    gaitsim run robot --set organism.model=hexapod
+    """
+    for body, formats in readers().items():
+        model, entry = load_class("organism", body), find("organism", body)
+        assert issubclass(model, Organism)
+        with plugin_errors(entry, "listing what comes with it"):
+            facts = model.library()
+        if json:
+            print_json({"body": body, "formats": formats, **facts})
+            continue
+        print_facts(facts)
+        listed = ", ".join(f".{suffix}" for suffix in formats)
+        output().print(f"\nFiles that the body {body} reads: {listed}", style="dim")

@@ -1,0 +1,51 @@
+"""`gaitsim robots`: the files of bodies that read files."""
+
+import json
+
+import pytest
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "a.shape"
+    path.write_text("<a/>\n<b/>\n")
+    return path
+
+
+def test_a_file_that_can_be_used_is_described(shaped, gaitsim, tmp_path, file):
+    said = gaitsim("robots", "check", "a.shape", "--model-out", "whole.shape").stdout
+    for part in ("a.shape: cube", "1.0 m", "its corners are round", "gaitsim run whole.shape"):
+        assert part in said
+    assert (tmp_path / "whole.shape").read_text() == file.read_text()
+    found = json.loads(gaitsim("robots", "check", file, "--json").stdout)
+    assert found["usable"]
+    assert found["facts"]["Body"]["size"] == "1.0 m"
+    assert found["repairs"] == ["its corners are round"]
+
+
+def test_one_that_cannot_be_used_ends_with_1_and_the_reason(shaped, gaitsim, file):
+    file.write_text("flat")
+    done = gaitsim("robots", "check", "a.shape", code=1)
+    assert "a.shape cannot be used: a flat shape cannot roll" in done.stderr
+    assert "a round one" in done.stderr
+    found = json.loads(gaitsim("robots", "check", "a.shape", "--json", code=1).stdout)
+    assert (found["usable"], found["problem"]["what"]) == (False, "a flat shape cannot roll")
+    file.write_text("-" * 1_100_000)
+    assert "too long" in gaitsim("robots", "check", "a.shape", code=1).stderr
+
+
+def test_misuse_ends_with_2(shaped, gaitsim, file):
+    assert "file not found" in gaitsim("robots", "check", "none.shape", code=2).stderr
+    assert "shape" in gaitsim("robots", "check", "a.sdf", code=2).stderr
+    done = gaitsim("robots", "check", "a.shape", "--root", "nowhere", code=2)
+    assert "folder not found: nowhere" in done.stderr
+
+
+def test_what_comes_with_the_packages_is_listed(shaped, gaitsim):
+    said = gaitsim("robots", "list").stdout
+    assert "ball" in said
+    assert ".shape" in said
+    lines = map(json.loads, gaitsim("robots", "list", "--json").stdout.splitlines())
+    (found,) = (one for one in lines if one["body"] == "cube")
+    assert (found["formats"], found["Shapes"]) == (["shape"], {"ball": "round"})
+    assert "ball" in gaitsim("plugins", "show", "cube").stdout
