@@ -57,7 +57,7 @@ def parse(data: bytes, where: str) -> Element:
     parser.StartDoctypeDeclHandler = doctype
     parser.EntityDeclHandler = doctype
     try:
-        parser.Parse(_without_lead(data), True)
+        parser.Parse(_trimmed(data), True)
         return builder.close()
     except (expat.ExpatError, LookupError, ValueError) as error:
         raise RobotError(
@@ -70,8 +70,9 @@ def parse(data: bytes, where: str) -> Element:
         ) from None
 
 
-def _without_lead(data: bytes) -> bytes:
-    """Drop what some files have before their XML declaration, where only it may stand."""
+def _trimmed(data: bytes) -> bytes:
+    """Drop what some files have before their XML declaration, and zeros after the end."""
+    data = data.rstrip(b"\0")
     at = data.find(b"<?xml", 0, 4096)
     return data[at:] if at > 0 and b"<" not in data[:at].replace(b"<!--", b"") else data
 

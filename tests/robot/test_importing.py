@@ -1,11 +1,17 @@
 """URDF and MJCF files of our own become the robot's text; hostile ones one message."""
 
-from pathlib import Path
+import struct
+from pathlib import Path, os
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
+from gaitsim_robot import child
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing import import_robot
 from gaitsim_robot.importing.convert import convert
 
 FIXTURES = Path(__file__).parents[1] / "fixtures" / "robots"
@@ -53,3 +59,252 @@ def test_meshes_become_hulls_of_few_vertices():
     vertices = model.mesh_vert[: model.mesh_vertnum[0]]
     assert np.sort(np.ptp(vertices, axis=0)) == pytest.approx([0.02, 0.02, 0.2], abs=1e-5)
     assert model.mesh_vertnum.max() <= 64
+
+
+def test_dynamics_are_those_of_mujocos_own_urdf_reader(tmp_path):
+    """Mass matrix and gravity of the legs, against MuJoCo's reader, whose trunk is fixed."""
+    document = ElementTree.parse(DOG).getroot()
+    for link in document.iter("link"):
+        for seen in [*link.findall("visual"), *link.findall("collision")]:
+            link.remove(seen)
+    for joint in document.iter("joint"):  # MuJoCo's reader knows no floating joint with a range
+        joint.set("type", joint.get("type").replace("floating", "fixed"))
+    theirs = mujoco.MjModel.from_xml_string(ElementTree.tostring(document, "unicode"))
+    ours, _, _ = read(DOG)
+    angles = np.random.default_rng(5).uniform(-1, 1, 8)
+    found = []
+    for model, first in ((theirs, 0), (ours, 6)):
+        data = mujoco.MjData(model)
+        data.qpos[-8:] = angles
+        mujoco.mj_forward(model, data)
+        mass = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        found.append((mass[first:, first:], data.qfrc_bias[first:]))
+    assert found[1][0] == pytest.approx(found[0][0], rel=1e-5, abs=1e-9)
+    assert found[1][1] == pytest.approx(found[0][1], rel=1e-5, abs=1e-9)
+
+
+CRAB = """<mujoco model="crab">
+  <compiler meshdir="meshes" angle="degree"/>
+  <default><default class="leg"><joint axis="0 1 0" damping="0.3"/></default></default>
+  <asset><mesh file="shell.stl"/><mesh name="eye" file="eye.obj"/></asset>
+  <include file="parts/floor.xml"/>
+  <worldbody>
+    <body name="ball" pos="3 0 1"><freejoint/><geom size="0.1"/></body>
+    <body name="crab" pos="0 0 0.4">
+      <joint name="x" type="slide" axis="1 0 0"/><joint name="pitch" axis="0 1 0"/>
+      <geom type="mesh" mesh="shell" mass="1"/>
+      <geom type="mesh" mesh="eye" contype="0" conaffinity="0" mass="0.01"/>
+      <body name="leg" pos="0.1 0 0" childclass="leg">
+        <joint name="hip" type="hinge" range="-60 60"/><joint name="knob" type="slide"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02" mass="0.2" contype="2"/>
+        <site name="tip" pos="0 0 -0.3"/><site name="top"/>
+        <body pos="0 0 -0.3"><joint name="ankle" type="ball"/><geom size="0.03" mass="0.1"/></body>
+      </body>
+    </body>
+  </worldbody>
+  <contact><exclude body1="crab" body2="leg"/></contact>
+  <tendon><spatial><site site="tip"/><site site="top"/></spatial></tendon>
+  <actuator><motor joint="hip" gear="20" ctrlrange="-0.5 0.5"/></actuator>
+  <sensor><jointpos joint="hip"/></sensor>
+  <keyframe><key name="home" qpos="3 0 1 1 0 0 0  0 0 0.5 0 1 0 0 0"/></keyframe>
+</mujoco>"""
+FLOOR = '<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/></worldbody></mujoco>'
+
+
+@pytest.fixture
+def crab(tmp_path):
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "floor.xml").write_text(FLOOR)
+    corners = [(x, y, z) for x in (-0.2, 0.2) for y in (-0.1, 0.1) for z in (0, 0.05)]
+    faces = ConvexHull(np.array(corners)).simplices
+    triangles = b"".join(
+        struct.pack("<12fH", 0, 0, 0, *(v for corner in face for v in corners[corner]), 0)
+        for face in faces
+    )
+    stl = bytes(80) + struct.pack("<I", len(faces)) + triangles
+    (tmp_path / "meshes" / "shell.stl").write_bytes(stl)
+    path = tmp_path / "crab.xml"
+    path.write_text(CRAB)
+    return path
+
+
+def test_an_mjcf_keeps_its_robot_alone(crab):
+    model, repairs, text = read(crab)
+    names = [model.joint(index).name for index in range(model.njnt)]
+    assert names == ["crab", "hip"]
+    assert model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE
+    # The ball joint is fixed, so its body belongs to the leg. The eye's mesh is missing.
+    assert model.body_mass[1:] == pytest.approx([1.0, 0.3], rel=1e-5)
+    hip = model.joint("hip")
+    assert hip.range == pytest.approx(np.radians([-60, 60]), rel=1e-5)
+    assert model.jnt_actfrcrange[hip.id] == pytest.approx([-10, 10])
+    assert model.dof_damping[-1] == pytest.approx(0.3)
+    assert model.key("stand").qpos[-1] == pytest.approx(0.5)
+    assert model.nexclude == 1
+    assert "floor" not in text
+    for lost in ("eye.obj", "'ball'", "tendons", "'knob', 'ankle'", "now free: 'x', 'pitch'"):
+        assert lost in repairs
+    # Contact bits: all touch the ground (bit 1); among one another as in the file.
+    ground, bits = 1, list(zip(model.geom_contype, model.geom_conaffinity, strict=True))
+    assert all(contype & ground for contype, _ in bits)
+    assert all(not conaffinity & ground for _, conaffinity in bits)
+
+
+def test_a_closed_linkage_is_kept(tmp_path):
+    path = tmp_path / "loop.xml"
+    path.write_text("""<mujoco><worldbody><body name="a"><freejoint/><geom size="0.1"/>
+      <body name="b" pos="1 0 0"><joint axis="0 1 0"/><geom size="0.1" pos="0 0 -1"/></body>
+      <body name="c"><joint axis="0 1 0"/><geom size="0.1" pos="0 0 -1"/></body>
+      </body></worldbody>
+      <equality><connect body1="b" body2="c" anchor="0 0 -1"/></equality></mujoco>""")
+    model, _, _ = read(path)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    first, second = (data.site_xpos[model.eq_obj1id[0]], data.site_xpos[model.eq_obj2id[0]])
+    assert first == pytest.approx([1, 0, -1])
+    assert second == pytest.approx(first)
+
+
+LINKS = """<link name="a">{a}</link><link name="b">{b}</link>
+<joint name="j" type="{kind}"><parent link="a"/><child link="b"/><origin xyz="0 0 -0.2"/>
+<axis xyz="0 1 0"/></joint>"""
+BOX = '<collision><geometry><box size="0.1 0.1 0.2"/></geometry></collision>'
+
+
+def links(a=BOX, b=BOX, kind="continuous", extra=""):
+    return f'<robot name="arm">{LINKS.format(a=a, b=b, kind=kind)}{extra}</robot>'
+
+
+def arm(tmp_path, *parts, **more):
+    path = tmp_path / "arm.urdf"
+    path.write_text(links(*parts, **more))
+    return path
+
+
+def inertial(mass, *diagonal):
+    parts = " ".join(f'i{k}="{v}"' for k, v in zip(("xx", "yy", "zz"), diagonal, strict=False))
+    return f'<inertial><mass value="{mass}"/><inertia {parts} ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+def test_without_masses_the_geometry_has_the_density_of_water(tmp_path):
+    model, repairs, _ = read(arm(tmp_path))
+    assert model.body_mass[1:] == pytest.approx([2.0, 2.0], rel=1e-5)  # 0.002 m³ each
+    assert model.body_inertia[1] == pytest.approx([1 / 120, 1 / 120, 1 / 300], rel=1e-3)
+    assert "1000 kg/m³" in repairs
+    assert "limited to ±180°: 'j'" in repairs
+
+
+def test_impossible_inertias_and_missing_masses_are_repaired_and_reported(tmp_path):
+    a = inertial(3, 0.01, 0.01, 0.9) + BOX
+    model, repairs, _ = read(arm(tmp_path, a=a, b=""))
+    assert model.body_mass.sum() == pytest.approx(3, rel=0.01)
+    assert "replaced by their mean: 'a'" in repairs
+    assert "bodies without mass, 0.003 kg each assumed: 'b'" in repairs
+    assert "a capsule assumed: 'b'" in repairs
+
+
+def test_a_massless_link_between_two_joints_becomes_a_universal_joint(tmp_path):
+    more = '<link name="c">{}</link><joint name="k" type="continuous"><parent link="b"/>'
+    more += '<child link="c"/><origin xyz="0 0 0" rpy="0 0 1"/><axis xyz="1 0 0"/></joint>'
+    path = arm(
+        tmp_path,
+        inertial(1, 0.01, 0.01, 0.01) + BOX,
+        "",
+        extra=more.format(inertial(1, 0.01, 0.01, 0.01) + BOX),
+    )
+    model, _, _ = read(path)
+    assert model.body_jntnum.tolist() == [0, 1, 2]
+    assert model.jnt_axis[1] == pytest.approx([np.sin(1), np.cos(1), 0], abs=1e-6)
+
+
+BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("", "not XML"),
+        ("\x7fELF\0\0", "not XML"),
+        ("<robot><link name='a'>", "not XML"),
+        ("<robot xmlns:xacro='x'><xacro:leg/></robot>", "no links"),
+        (BILLION, "document type"),
+        ("<a>" * 400 + "</a>" * 400, "too many elements"),
+        ("<sdf version='1.6'/>", "not a robot"),
+        ("<robot/>", "no links"),
+        (links(kind="fixed"), "no joint"),
+        (links("", ""), "no mass"),
+        (links(inertial(-1)), "negative"),
+        (links(inertial("1e400")), "invalid"),
+        (links(inertial("nan")), "invalid"),
+        (links().replace("0 1 0", "0 0 0"), "axis"),
+        (links(kind="magic"), "unknown type"),
+        (links().replace('parent link="a', 'parent link="b'), "loop"),
+        (links().replace('child link="b', 'child link="z'), "does not exist"),
+        ("<mujoco/>", "no bodies"),
+        ("<mujoco><worldbody><body><geom/></body></worldbody></mujoco>", "cannot compile"),
+        ("<mujoco><worldbody><body><nonsense/></body></worldbody></mujoco>", "cannot compile"),
+        ("<mujoco><include file='../secret.xml'/></mujoco>", "outside its folder"),
+        ("<mujoco><include file='gone.xml'/></mujoco>", "missing"),
+        ("<mujoco><include file='robot.xml'/></mujoco>", "included twice"),
+        ("<mujoco><asset><mesh file='/etc/passwd'/></asset></mujoco>", "outside its folder"),
+        ("<mujoco><asset><model file='other.xml'/></asset></mujoco>", "attached"),
+    ],
+)  # fmt: skip
+def test_what_is_not_a_robot_is_one_message(tmp_path, text, what):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    (tmp_path / "secret.xml").write_text(FLOOR)
+    path = folder / "robot.xml"
+    path.write_text(text)
+    with pytest.raises(RobotError, match=what):
+        read(path)
+
+
+def test_files_outside_the_folder_are_refused_unless_allowed(tmp_path):
+    folder, other = tmp_path / "mine", tmp_path / "other"
+    folder.mkdir()
+    other.mkdir()
+    (other / "floor.xml").write_text(FLOOR)
+    (folder / "link.xml").symlink_to(other / "floor.xml")
+    path = folder / "robot.xml"
+    for name in ("../other/floor.xml", "link.xml", str(other / "floor.xml")):
+        path.write_text(CRAB.replace("parts/floor.xml", name))
+        with pytest.raises(RobotError, match="outside its folder"):
+            read(path)
+        assert "missing" not in read(path, [other])[1]
+
+
+def test_odd_and_huge_files_are_refused(tmp_path):
+    huge = tmp_path / "huge.urdf"
+    with huge.open("wb") as file:
+        file.truncate(100 * 2**20)
+    pipe = tmp_path / "pipe.urdf"
+    os.mkfifo(pipe)
+    for path in (huge, pipe, tmp_path, tmp_path / "missing.urdf"):
+        with pytest.raises(RobotError, match="cannot be read"):
+            read(path)
+
+
+def test_the_child_brings_back_the_robot_and_its_errors(crab, tmp_path):
+    imported = import_robot(crab)
+    assert imported.name == "crab"
+    assert imported.text == read(crab)[2]
+    with pytest.raises(RobotError, match="cannot be read") as caught:
+        import_robot(tmp_path / "missing.urdf")
+    assert "missing.urdf" in caught.value.where
+
+
+@pytest.mark.parametrize(
+    ("task", "argument", "what"),
+    [
+        ("os:abort", {}, "crashed"),
+        ("builtins:bytearray", {"source": 2**45}, "too much memory"),
+        ("signal:pause", {}, "took more than"),
+    ],
+)
+def test_crashes_hangs_and_memory_bombs_are_one_message(monkeypatch, task, argument, what):
+    monkeypatch.setattr(child, "SECONDS", 2 if what.startswith("took") else 60)
+    with pytest.raises(RobotError, match=what):
+        child.in_child(task, argument, where="a file")

@@ -42,4 +42,4 @@ def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
     text = write(robot)
     check_text(text)
     compile_text(text)
-    return {"name": robot.name, "text": text, "repairs": robot.repairs}
+    return {"name": robot.name, "text": text, "repairs": list(dict.fromkeys(robot.repairs))}

@@ -12,7 +12,7 @@ MESH_BYTES = 64 * 2**20
 ALL_BYTES = 512 * 2**20
 
 # Folders of a package that hold its robots: the meshes lie beside them.
-_INNER = frozenset({"urdf", "urdfs", "robots", "robot", "mjcf", "xml", "xmls", "model", "models"})
+_INNER = frozenset({"urdf", "robots", "mjcf", "xml"})
 
 
 class Files:

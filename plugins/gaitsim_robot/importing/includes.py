@@ -11,8 +11,8 @@ from gaitsim_robot.markup import ELEMENTS, parse
 
 # Elements without a part in a robot's mechanics, or that would need files or plugins.
 _DROPPED = {
-    "texture": "", "skin": "", "sensor": "", "visual": "", "size": "", "statistic": "",
-    "layer": "", "custom": "", "hfield": "height fields", "extension": "plugins",
+    "texture": "", "material": "", "layer": "", "skin": "", "sensor": "", "visual": "",
+    "size": "", "statistic": "", "custom": "", "hfield": "height fields", "extension": "plugins",
     "plugin": "plugins", "flex": "soft bodies", "flexcomp": "soft bodies",
     "deformable": "soft bodies", "composite": "composites",
 }  # fmt: skip
@@ -113,8 +113,7 @@ def _drop(root: Element, where: str, repairs: list[str]) -> None:
                 where=where,
                 remedy="save the compiled model by MuJoCo (`mj_saveLastXML`) and use that",
             )
-        if element.tag == "material":
-            element.attrib.pop("texture", None)
+        element.attrib.pop("material", None)
     lost = {text for element in root.iter() if (text := _DROPPED.get(element.tag))}
     _remove(root, lambda element: element.tag in _DROPPED)
     _remove(root, lambda one: one.tag == "geom" and (one.get("type") in ("hfield", "sdf")))

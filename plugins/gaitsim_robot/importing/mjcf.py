@@ -6,6 +6,7 @@ from xml.etree.ElementTree import Element, tostring
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing.dialects import modernise
 from gaitsim_robot.importing.files import Files
 from gaitsim_robot.importing.includes import inline_includes, take_files
 from gaitsim_robot.importing.tree import (
@@ -35,6 +36,7 @@ def read_mjcf(root: Element, files: Files, where: str) -> Robot:
     """
     repairs: list[str] = []
     inline_includes(root, files, where)
+    modernise(root, where, repairs)
     assets = take_files(root, files, where, repairs)
     model = _compiled(tostring(root, "unicode"), assets, where)
     return _Reader(model, where, repairs).robot()

@@ -21,8 +21,17 @@ def repair_shapes(robot: Robot) -> None:
     The trunk, the ends of limbs and bodies whose meshes are missing collide by what is seen of
     them, or by a capsule; elsewhere files leave collisions out on purpose, and these shapes are for
     pictures alone.
+
+    Raises:
+        RobotError: the robot has neither masses nor geometry.
     """
     bodies = list(robot.root.walk())
+    if not any(body.mass or body.shapes for body in bodies):
+        raise RobotError(
+            "the robot has no mass: its links have neither mass nor geometry",
+            where=robot.name,
+            remedy="write the masses of the links into the file",
+        )
     nothing = not any(body.colliding for body in bodies)
     visible: list[str] = []
     capsules: list[str] = []
@@ -111,11 +120,7 @@ def _capsule(body: Body, length: float) -> Shape | None:
 
 
 def repair_masses(robot: Robot) -> None:
-    """Give every body a mass and an inertia that a solid can have.
-
-    Raises:
-        RobotError: the robot has neither masses nor geometry.
-    """
+    """Give every body a mass and an inertia that a solid can have."""
     bodies = list(robot.root.walk())
     total = sum(body.mass for body in bodies)
     if total <= 0:
@@ -124,12 +129,6 @@ def repair_masses(robot: Robot) -> None:
             body.mass = DENSITY * volume
             body.inertia = np.zeros((3, 3))
         total = sum(body.mass for body in bodies)
-        if total <= 0:
-            raise RobotError(
-                "the robot has no mass: every link has mass zero and no geometry",
-                where=robot.name,
-                remedy="write the masses of the links into the file",
-            )
         robot.repairs.append(
             f"no masses: {total:.3g} kg from the geometry at {DENSITY:.0f} kg/m³ assumed"
         )

@@ -22,7 +22,9 @@ from gaitsim_robot.markup import number, numbers
 
 # URDF's kinds of joints, and whether they turn about an axis.
 _HINGES = ("revolute", "continuous")
-_KINDS = (*_HINGES, "prismatic", "fixed", "floating", "planar")
+_KINDS = (*_HINGES, "prismatic", "fixed", "floating", "planar", "spherical")
+
+_SOLID = {"floating": "free", "planar": "ball", "spherical": "ball", "prismatic": "slide"}
 
 
 def read_urdf(root: Element, files: Files, where: str) -> Robot:
@@ -65,7 +67,7 @@ class _Reader:
 
     def _topmost(self, bodies: dict[str, Body], parents: dict[str, str]) -> Body:
         tops = [bodies[name] for name in bodies if name not in parents]
-        if not tops:
+        if sum(1 for top in tops for _ in top.walk()) < len(bodies):
             raise RobotError("the links of the URDF form a loop", where=self._where)
         root = max(tops, key=lambda top: sum(1 for _ in top.walk()))
         if others := [top.name for top in tops if top is not root]:
@@ -96,8 +98,14 @@ class _Reader:
     def _place(self, element: Element | None, where: str) -> Place:
         if element is None:
             return Place()
-        roll, pitch, yaw = numbers(element.get("rpy"), 3, "0 0 0", where)
-        return Place(numbers(element.get("xyz"), 3, "0 0 0", where), rotation(roll, pitch, yaw))
+        roll, pitch, yaw = self._three(element, "rpy", where)
+        return Place(self._three(element, "xyz", where), rotation(roll, pitch, yaw))
+
+    def _three(self, element: Element, key: str, where: str) -> Floats:
+        words = element.get(key, "").split()
+        if len(words) > 3:
+            self._repairs.append(f"numbers after the third are ignored: {key}={' '.join(words)!r}")
+        return numbers(" ".join(words[:3]), 3, "0 0 0", where)
 
     def _body(self, name: str, link: Element) -> Body:
         where = f"{self._where}, link {name!r}"
@@ -233,7 +241,7 @@ class _Reader:
             if kind in _HINGES:
                 raise RobotError("the axis is zero", where=where)
             axis = np.array([1.0, 0.0, 0.0])
-        solid = {"floating": "free", "planar": "ball", "prismatic": "slide"}.get(kind, "hinge")
+        solid = _SOLID.get(kind, "hinge")
         joint = Joint(name, solid, axis / np.linalg.norm(axis))
         limit = element.find("limit")
         if limit is not None:

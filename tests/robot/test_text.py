@@ -1,0 +1,64 @@
+"""The robot's text is a strict whitelist, whoever wrote it."""
+
+from importlib.resources import files
+
+import pytest
+
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.text import check_text, compiled
+
+TEXT = """<mujoco model="one">
+ <compiler angle="radian"/>
+ <worldbody>
+  <body name="trunk"><freejoint name="trunk"/>
+   <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><geom type="sphere" size="0.1"/>
+   <body name="leg">
+    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+    <joint name="hip" axis="0 1 0" range="-1 1"/>
+   </body>
+  </body>
+ </worldbody>
+</mujoco>
+"""
+
+
+def test_robots_texts_pass_and_compile():
+    assert compiled(TEXT).nq == 8
+    assert compiled(TEXT) is compiled(TEXT)
+    for name in ("quadruped", "hexapod", "spider-physics"):
+        check_text((files("gaitsim_robot") / "models" / f"{name}.xml").read_text("utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("</worldbody>", "</worldbody><include file='/etc/passwd'/>"),
+        ("</worldbody>", "</worldbody><asset><mesh name='m' file='/etc/passwd'/></asset>"),
+        ("</worldbody>", "</worldbody><asset><texture name='t' file='x.png'/></asset>"),
+        ("</worldbody>", "</worldbody><extension><plugin plugin='mujoco.pid'/></extension>"),
+        ("</worldbody>", "</worldbody><option timestep='1'/>"),
+        ("</worldbody>", "</worldbody><actuator><motor joint='hip'/></actuator>"),
+        ("</worldbody>", "</worldbody><size memory='1T'/>"),
+        ("<mujoco model", "<!DOCTYPE r [<!ENTITY a 'x'>]><mujoco model"),
+        ('angle="radian"', 'angle="radian" meshdir="/etc"'),
+        ('range="-1 1"', 'range="-1 nan"'),
+        ('range="-1 1"', 'range="-1 1e9"'),
+        ('range="-1 1"', 'range="-1"'),
+        ('range="-1 1"', ""),
+        ('axis="0 1 0"', 'type="slide" axis="0 1 0"'),
+        ('type="sphere"', 'type="plane"'),
+        ('type="sphere"', 'type="mesh"'),
+        ('mass="1"', 'mass="0"'),
+        ('<freejoint name="trunk"/>', ""),
+        ('<body name="leg">', '<body name="leg" mocap="true">'),
+        ('<body name="leg">', '<body name="leg"><frame/>'),
+        ('name="leg"', 'name="trunk"'),  # MuJoCo refuses this one
+        ('diaginertia="1 1 1"', 'diaginertia="1 1 9"'),  # and this one
+        (TEXT, ""),
+        (TEXT, "<robot/>"),
+        (TEXT, TEXT + " " * 2**21),
+    ],
+)
+def test_anything_else_is_refused(old, new):
+    with pytest.raises(RobotError):
+        compiled(TEXT.replace(old, new, 1))
