@@ -4,10 +4,11 @@ import math
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
-from typing import Any, ClassVar, Self
+from pathlib import Path
+from typing import ClassVar, Self
 
 import numpy as np
-from pydantic import field_validator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from gaitsim.contracts import (
     Array,
@@ -18,14 +19,19 @@ from gaitsim.contracts import (
     Organism,
     RealSpace,
     Skeleton,
+    folder_of,
     option,
 )
 from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
+from gaitsim.errors import GaitsimError
 from gaitsim_robot.anatomy import Anatomy, find_anatomy
 from gaitsim_robot.encodings import commands, groups
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing import import_robot
 from gaitsim_robot.measures import measures
 from gaitsim_robot.quiet import silence
 from gaitsim_robot.servos import ServoName, joint_servos
+from gaitsim_robot.text import compiled
 from gaitsim_robot.world import FRAME_RATE, World, build
 
 XYZ = ("x", "y", "z")
@@ -41,6 +47,15 @@ class Robot(Organism):
         "or the robot itself as text, into which a file is turned",
     )
     duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
+    feet: tuple[str, ...] = option(
+        (), "names of the bodies at the ends of the legs; none finds the legs"
+    )
+    stance: dict[str, float] = option(
+        {},
+        "angles of joints in the standing pose, by name; others are as in the file's keyframe, or "
+        "zero; none finds the pose",
+        unit="°",
+    )
     dt: float = option(
         0.004,
         "time step of the physics, a whole number of which make 1/50 s",
@@ -121,8 +136,12 @@ class Robot(Organism):
 
     @field_validator("model")
     @classmethod
-    def _imported(cls, model: str) -> str:
-        return model
+    def _imported(cls, model: str, info: ValidationInfo) -> str:
+        try:
+            return _robot_text(model, folder_of(info))
+        except GaitsimError as error:
+            error.key = "model"
+            raise
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -149,13 +168,13 @@ class Robot(Organism):
     @property
     def anatomy(self) -> Anatomy:
         """Legs, feet and the standing pose."""
-        return _anatomy(self.text)
+        return _anatomy(self.text, self.feet, tuple(self.stance.items()))
 
     @property
     def world(self) -> World:
         """The robot on its ground, compiled once."""
         servo = (self.servo, self.torque_limit, self.speed_limit, self.latency, self.stiffness)
-        return _world(self.text, servo, self.dt, self.friction, self.gravity)
+        return _world(self.text, self.anatomy, servo, self.dt, self.friction, self.gravity)
 
     def genome_space(self) -> RealSpace:
         """Genes of the encoding."""
@@ -206,33 +225,46 @@ class Robot(Organism):
         return skeleton(self.world, motion, individual)
 
 
+def _robot_text(model: str, folder: Path | None) -> str:
+    """Return the option `model` as an experiment keeps it: a bundled robot's name, or a text."""
+    if model in BUNDLED:
+        return model
+    if model.lstrip().startswith("<"):
+        compiled(model)
+        return model
+    if folder is None or not model:
+        raise RobotError(
+            f"there is no bundled robot {model!r}",
+            allowed=f"{', '.join(BUNDLED)}, or a robot's text",
+        )
+    return import_robot(folder / model).text
+
+
 @lru_cache(maxsize=16)
 def _bundled(name: str) -> str:
     return (files("gaitsim_robot") / "models" / f"{name}.xml").read_text(encoding="utf-8")
 
 
-def _spec(text: str) -> Any:
-    import mujoco
-
-    silence()
-    return mujoco.MjSpec.from_string(text)
-
-
 @lru_cache(maxsize=16)
-def _anatomy(text: str) -> Anatomy:
-    return find_anatomy(_spec(text).compile())
+def _anatomy(text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...]) -> Anatomy:
+    pose = {joint: math.radians(angle) for joint, angle in stance}
+    return find_anatomy(compiled(text), feet, pose or None)
 
 
 @lru_cache(maxsize=16)
 def _world(
     text: str,
+    anatomy: Anatomy,
     servo: tuple[ServoName, float | None, float | None, float | None, float | None],
     dt: float,
     friction: float,
     gravity: float,
 ) -> World:
     name, torque_limit, speed_limit, latency, stiffness = servo
-    spec, anatomy = _spec(text), _anatomy(text)
+    import mujoco
+
+    silence()
+    spec = mujoco.MjSpec.from_string(text)
     servos = joint_servos(
         spec,
         anatomy,
