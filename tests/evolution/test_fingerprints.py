@@ -21,7 +21,9 @@ def evolves_to(fingerprint, preset, folder, **options):
 
 
 def test_every_preset_has_a_recorded_fingerprint():
-    assert WHOLE.keys() == set(entries(EXPERIMENTS))
+    # The results of robots hold within one version of MuJoCo, which installs newest.
+    presets = entries(EXPERIMENTS).items()
+    assert WHOLE.keys() == {name for name, [preset] in presets if "robot" not in preset.target}
 
 
 @pytest.mark.parametrize(
