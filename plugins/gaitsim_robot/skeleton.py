@@ -8,6 +8,7 @@ from gaitsim.contracts import Motion, Skeleton, Solid
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.world import World
 
+TRUNK = 1  # number of its body
 NEAR = 0.01  # lengths of the body: joints nearer to each other are one point
 
 
@@ -63,7 +64,7 @@ def drawn(
         contacts=places[:, feet] + _rotated(turns[:, feet], soles),
         touching=touching,
         contact_names=tuple(leg.name for leg in anatomy.legs),
-        centre=places[:, 1],
+        centre=places[:, TRUNK],
         solids=solids,
         poses=poses if solids else None,
     )
@@ -144,53 +145,49 @@ def _segments(model: Any, anatomy: Anatomy) -> tuple[tuple[str, ...], list[int],
     corner = [np.array([x, y, z]) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     edges = [(i, j) for i in range(8) for j in range(i) if (corner[i] != corner[j]).sum() == 1]
     box = [low + one * (high - low) for one in corner]
-    found = [("trunk", 1, box[i], box[j]) for i, j in edges]
+    found = [("trunk", TRUNK, box[i], box[j]) for i, j in edges]
     legs = _legs(model, anatomy)
-    # The body that moves by a joint, for each body: itself or a parent it is fixed to.
-    hinged = list(range(model.nbody))
-    for body in range(2, model.nbody):
+    home, turn = (of[0] for of in _bodies(model, model.qpos0[None]))
+    # The body that a body does not move against: itself, if it has a joint.
+    rigid = list(range(model.nbody))
+    for body in range(TRUNK + 1, model.nbody):
         if not model.body_jntnum[body]:
-            hinged[body] = hinged[model.body_parentid[body]]
-    home, turn = _bodies(model, model.qpos0[None])
-    anchors = {
-        body: model.jnt_pos[model.body_jntadr[body]]
-        for body in range(2, model.nbody)
-        if model.body_jntnum[body]
-    }
+            rigid[body] = rigid[model.body_parentid[body]]
 
     def seen(point: Floats, body: int, frame: int) -> Floats:
         """Return a point of a body in the frame of another one, to which it does not move."""
-        away = home[0, body] + _rotated(turn[0, body], point) - home[0, frame]
-        return _rotated(turn[0, frame] * (1, -1, -1, -1), away)
+        away = home[body] + _rotated(turn[body], point) - home[frame]
+        return _rotated(turn[frame] * (1, -1, -1, -1), away)
 
-    ends: list[tuple[int, Floats]] = [
-        (hinged[body], seen(anchor, body, hinged[model.body_parentid[body]]))
-        for body, anchor in anchors.items()
+    hinged = [body for body in range(TRUNK + 1, model.nbody) if model.body_jntnum[body]]
+    anchors = {body: model.jnt_pos[model.body_jntadr[body]] for body in hinged}
+    # The body of each segment, the body that gives its name its leg, and its far end.
+    ends = []
+    for body, anchor in anchors.items():
+        parent = rigid[model.body_parentid[body]]
+        ends.append((parent, body, seen(anchor, body, parent)))
+    for leg in anatomy.legs:
+        foot = model.body(leg.foot).id
+        ends.append((rigid[foot], foot, seen(np.array(leg.point), foot, rigid[foot])))
+    inner = {body for body, _, _ in ends}
+    # The end of an arm or a head is about as far behind its middle as its joint is before.
+    ends += [
+        (body, body, 2 * model.body_ipos[body] - anchors[body])
+        for body in hinged
+        if body not in inner
     ]
-    parents = [hinged[model.body_parentid[body]] for body in anchors]
-    tips = [
-        (hinged[model.body(leg.foot).id], model.body(leg.foot).id, np.array(leg.point))
-        for leg in anatomy.legs
-    ]
-    pairs = [(parent, end) for parent, (_, end) in zip(parents, ends, strict=True)]
-    pairs += [(body, seen(point, foot, body)) for body, foot, point in tips]
-    pairs += [
-        (body, 2 * model.body_ipos[body] - anchors[body])
-        for body in anchors
-        if body not in {parent for parent, _ in pairs}
-    ]
-    for body, end in pairs:
-        begin = np.clip(end, low, high) if body == 1 else anchors[body]
+    for body, beyond, end in ends:
+        begin = np.clip(end, low, high) if body == TRUNK else anchors[body]
         if np.linalg.norm(end - begin) > NEAR * anatomy.length:
-            name = "hip" if body == 1 else model.body(body).name
-            found.append((_named(legs.get(body, ""), name), body, begin, end))
-    names, bodies, one, other = zip(*found, strict=True)
-    return names, list(bodies), np.stack([np.array(one), np.array(other)], axis=1)
+            name = "hip" if body == TRUNK else model.body(body).name
+            found.append((_named(legs.get(beyond, ""), name), body, begin, end))
+    names, bodies, begins, far = zip(*found, strict=True)
+    return names, list(bodies), np.stack([np.array(begins), np.array(far)], axis=1)
 
 
 def _trunk(model: Any) -> tuple[Floats, Floats]:
     """Return the corners of the box around the trunk's geoms, in its frame, (3,) m."""
-    own = np.flatnonzero(model.geom_bodyid == 1)
+    own = np.flatnonzero(model.geom_bodyid == TRUNK)
     if not len(own):
         return np.zeros(3), np.zeros(3)
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])

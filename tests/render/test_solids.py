@@ -88,6 +88,12 @@ def test_of_solids_that_cut_through_each_other_the_nearer_is_seen_everywhere():
     assert set(np.unique(together.paint // 64)) == {0, 1, 2}
 
 
+def test_of_many_solids_in_one_place_the_first_is_seen():
+    boxes = [Solid("", "box", (0.3, 0.3, 0.3))] * 50
+    drawn = seen([*boxes, Solid("", "cylinder", (0.2, 0.6))], [AT_ZERO] * 51)
+    assert set(np.unique(drawn.paint // 64)) == {0, 1, 51}
+
+
 def test_solids_behind_the_camera_or_outside_the_picture_are_not_drawn():
     ball = Solid("", "sphere", (0.5,))
     behind = -9.0 * axes(-58.0, 27.0)[2]

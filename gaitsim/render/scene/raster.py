@@ -219,7 +219,7 @@ def _round(
     place = np.stack([column, row, np.ones(len(row))], axis=1)
     b = place @ slopes
     nearness = (root - b) / c if c > 0 else np.full(len(b), np.inf)
-    end = np.zeros(len(b), dtype=np.int8)
+    end = np.zeros(len(b), dtype=np.int32)
     inside = nearness > 0
     if np.isfinite(quadric.half):
         back = -(b + root) / (c or 1e-12)
