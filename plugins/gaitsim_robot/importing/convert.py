@@ -40,6 +40,14 @@ def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
     repair_shapes(robot)
     repair_masses(robot)
     text = write(robot)
-    check_text(text)
-    compile_text(text)
+    try:
+        check_text(text)
+        compile_text(text)
+    except RobotError as error:
+        raise RobotError(
+            f"the robot cannot be simulated: {error.what}",
+            where=path,
+            allowed=error.allowed,
+            remedy="check the sizes, masses and names in the file",
+        ) from None
     return {"name": robot.name, "text": text, "repairs": list(dict.fromkeys(robot.repairs))}

@@ -63,7 +63,8 @@ class Files:
             f"the robot names a file outside its folder: {name!r}",
             where=str(outside),
             allowed=f"files within {', '.join(map(str, dict.fromkeys(self._allowed)))}",
-            remedy=f"copy the file there, or allow the folder {str(outside.parent)!r}",
+            remedy="copy the file there, or allow its folder and keep the robot in one file: "
+            f"gaitsim robots check FILE --root {outside.parent} --model-out robot.xml",
         )
 
     def read(self, path: Path, largest: int = MESH_BYTES) -> bytes:

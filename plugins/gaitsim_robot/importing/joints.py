@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.tree import Body, Floats, Robot, listed
+from gaitsim_robot.markup import LARGEST
 
 ASSUMED = math.pi / 2  # rad, of a joint without limits
 TURN = 2 * math.pi  # rad; a wider range on one side is that of a joint that turns freely
@@ -121,6 +122,10 @@ def _limit(robot: Robot) -> None:
     endless: list[str] = []
     missing: list[str] = []
     for joint in robot.joints:
+        if joint.torque > LARGEST:  # files write so that there is no limit
+            joint.torque = 0.0
+        if joint.speed > LARGEST:
+            joint.speed = 0.0
         if joint.range is None:
             missing.append(joint.name)
             joint.range = (joint.reference - ASSUMED, joint.reference + ASSUMED)

@@ -5,11 +5,12 @@ import math
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.meshes import box, hull
+from gaitsim_robot.importing.meshes import VERTICES, box, hull
 from gaitsim_robot.importing.tree import Body, Floats, Place, Robot, Shape, listed
 
 DENSITY = 1000.0  # kg/m³, of a robot whose file has no masses
 SHARE = 0.005  # of the whole mass that all bodies without mass get together
+NOTHING = 1e-9  # share of the whole mass that counts as none
 SLIM = 0.1  # radius of a capsule along a link, as a share of its length
 _BITS = 2**16 - 1  # of contacts
 WIDE, NARROW = 3.0, 0.01  # radius of gyration as a share of a body's size
@@ -50,7 +51,8 @@ def repair_shapes(robot: Robot) -> None:
             for shape in body.shapes:
                 shape.collides = solid
                 shape.contype = shape.conaffinity = int(solid)
-        body.shapes = [_simple(shape, body.name, flat) for shape in body.shapes]
+        vertices = VERTICES if body.children else 2 * VERTICES  # feet are at the ends
+        body.shapes = [_simple(shape, vertices, body.name, flat) for shape in body.shapes]
     _reserve_ground(robot)
     for names, what in (
         (visible, "visible geometry collides, as there is no other"),
@@ -71,11 +73,11 @@ def _reserve_ground(robot: Robot) -> None:
         shape.conaffinity = (shape.conaffinity << 1) & _BITS
 
 
-def _simple(shape: Shape, name: str, flat: list[str]) -> Shape:
+def _simple(shape: Shape, most: int, name: str, flat: list[str]) -> Shape:
     """Return a shape whose mesh has few vertices, or the box of a flat mesh."""
     if shape.vertices is None:
         return shape
-    vertices = hull(shape.vertices)
+    vertices = hull(shape.vertices, most)
     if vertices is not None:
         shape.vertices = shape.place.point(vertices)
         shape.place = Place()
@@ -132,7 +134,7 @@ def repair_masses(robot: Robot) -> None:
         robot.repairs.append(
             f"no masses: {total:.3g} kg from the geometry at {DENSITY:.0f} kg/m³ assumed"
         )
-    light = [body for body in bodies if body.mass <= 0]
+    light = [body for body in bodies if body.mass <= NOTHING * total]
     for body in light:
         body.mass = min(0.001, SHARE / len(light)) * total
         _, body.centre = _volume(body)

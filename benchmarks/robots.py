@@ -1,0 +1,116 @@
+"""Public robots as they are: which load, with the right mass, and what is repaired.
+
+    python benchmarks/robots.py [FOLDER]
+
+FOLDER keeps the downloaded packages; without it they go into a temporary one. Masses are checked
+against the sum over the links of a URDF, as its XML says, and against MuJoCo's own compiler for
+MJCF. `alone` is what MuJoCo makes of the file without gaitsim: the share of the mass that it keeps.
+"""
+
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+from public_robots import MJCF, URDF, fetch, robots
+
+from gaitsim.errors import GaitsimError
+from gaitsim_robot.importing import import_robot
+from gaitsim_robot.text import compiled
+
+RIGHT = 0.01  # share of the mass
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What came of a file: its robot's masses, kg, or why it was refused."""
+
+    mass: float = np.nan
+    expected: float | None = None
+    alone: float | None = None
+    joints: int = 0
+    size: int = 0
+    repairs: tuple[str, ...] = ()
+    refused: str = ""
+
+    @property
+    def right(self) -> bool:
+        """Whether it loads with the mass that is expected, where that is known."""
+        known = self.expected is None or abs(self.mass / self.expected - 1) <= RIGHT
+        return not self.refused and known
+
+
+def main() -> None:
+    """Print a table of each format, and how many load."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(sys.argv[1] if len(sys.argv) > 1 else temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        unpacked = fetch(folder)
+        for title, files in (("URDF", URDF), ("MJCF", MJCF)):
+            print(f"\n{title:52}{'kg':>9}{'expected':>9}{'alone':>7}{'joints':>7}{'kB':>5}")
+            found = []
+            for path, package in robots(unpacked, files):
+                found.append(load(path, package))
+                print_row(str(path.relative_to(package)), found[-1])
+            count = sum(one.right for one in found)
+            print(f"{count} of {len(found)} load, with the mass right to {RIGHT:.0%}")
+
+
+def load(path: Path, package: Path) -> Loaded:
+    """Import a file; its own package is a folder that it may use."""
+    try:
+        imported = import_robot(path, [package])
+        model = compiled(imported.text)
+    except GaitsimError as error:
+        return Loaded(refused=f"{error.what} ({error.where.rpartition('/')[2]})")
+    alone, largest = mujoco_alone(path)
+    expected = largest if path.suffix == ".xml" else link_masses(path)
+    return Loaded(
+        float(model.body_mass.sum()),
+        expected,
+        None if alone is None or not expected else alone / expected,
+        int(model.njnt) - 1,
+        len(imported.text) // 1000,
+        imported.repairs,
+    )
+
+
+def link_masses(path: Path) -> float:
+    """Return the sum of the masses in a URDF, kg."""
+    root = ElementTree.fromstring(path.read_bytes().strip(b"\0 \r\n"))
+    return sum(float(mass.get("value", "0")) for mass in root.iterfind("link/inertial/mass"))
+
+
+def mujoco_alone(path: Path) -> tuple[float | None, float | None]:
+    """Return the mass of all, and of the tree with the most joints, kg; None if it is refused."""
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError:
+        return None, None
+    joints = np.bincount(model.body_rootid, model.body_jntnum, model.nbody)
+    joints[0] = -1
+    trees = np.bincount(model.body_rootid, model.body_mass, model.nbody)
+    return float(model.body_mass.sum()), float(trees[joints.argmax()])
+
+
+def print_row(name: str, loaded: Loaded) -> None:
+    """Print a file's figures, and below them what was repaired."""
+    short = name if len(name) < 51 else f"…{name[-49:]}"
+    if loaded.refused:
+        print(f"{short:52}refused: {loaded.refused}")
+        return
+    expected = f"{loaded.expected:.4g}" if loaded.expected else "–"
+    alone = f"{loaded.alone:.0%}" if loaded.alone is not None else "no"
+    mark = "" if loaded.right else "  WRONG MASS"
+    print(
+        f"{short:52}{loaded.mass:9.4g}{expected:>9}{alone:>7}{loaded.joints:7}{loaded.size:5}{mark}"
+    )
+    for repair in loaded.repairs:
+        print(f"    {repair[:110]}")
+
+
+if __name__ == "__main__":
+    main()
