@@ -45,7 +45,8 @@ def plot(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Channel of the motion; a wrong name lists them. For --kind channel.",
+            help="Channel of the motion; a wrong name lists them. For --kind channel, and for "
+            "--kind joints one of joints, as torque.",
         ),
     ] = None,
     component: Annotated[
@@ -92,6 +93,8 @@ def plot(
     gaitsim plot spider --kind fitness --out fitness.pdf
 
     gaitsim plot spider --kind footfall --window 4:7
+
+    gaitsim plot walker --kind joints --channel torque
 
     gaitsim plot spider --kind runs --beside spider-2
 
@@ -168,11 +171,13 @@ def _plot_all(
             try:
                 if kind == "channel" and request.channel is None:
                     _check_channel(request)
-                figure = KINDS[kind].draw(request)
+                # Only one kind draws what --channel chooses.
+                asked = request if kind == "channel" else replace(request, channel=None)
+                figure = KINDS[kind].draw(asked)
             except NothingToPlotError as error:
                 notice(f"No plot of the kind {kind}: {error.what}")
             else:
-                path = folder / f"{file_stem(kind, request)}.{format}"
+                path = folder / f"{file_stem(kind, asked)}.{format}"
                 save(figure, path, request.theme)
                 wrote(path)
                 echo(path)

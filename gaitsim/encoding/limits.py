@@ -42,20 +42,22 @@ def check_joint_angles(joint_angles: NDArray[Any], joints: int) -> None:
         raise ValueError("joint_angles holds values that are not finite")
 
 
-def limit_steps(angles: NDArray[np.floating[Any]], step_limit: float) -> NDArray[np.floating[Any]]:
+def limit_steps(
+    angles: NDArray[np.floating[Any]], step_limit: ArrayLike
+) -> NDArray[np.floating[Any]]:
     """Return the angles of servos that follow `angles` but turn at most so far in a frame.
 
     Where the angles keep the limit, they are returned to the bit.
 
     Args:
         angles: (population, joints, frames) rad; not changed.
-        step_limit: largest change from frame to frame, rad.
+        step_limit: largest change from frame to frame, rad, for all joints or (joints,).
 
     Returns:
         (population, joints, frames) rad in the dtype of `angles`.
     """
     limited = angles.copy()
-    step = angles.dtype.type(step_limit)
+    step = np.asarray(step_limit, angles.dtype)
     for frame in range(1, angles.shape[2]):
         before = limited[:, :, frame - 1]
         limited[:, :, frame] = np.clip(angles[:, :, frame], before - step, before + step)

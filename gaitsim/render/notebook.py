@@ -88,7 +88,7 @@ class RunViews:
             kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'search', 'front',
                 'archive', 'path', 'channel', 'footfall', 'phase', 'joints', 'stability'.
             generations: whose best to draw, or members, as `gs.Member(3)`; () for the champion.
-            channel: of the motion, for the kind 'channel'.
+            channel: of the motion, for the kinds 'channel' and 'joints'.
             components: names of what to draw of the channel; () draws all.
             window: first and last second of the motion.
             beside: names or folders of other runs, for the kind 'runs'.

@@ -1,5 +1,6 @@
 """Legs, feet, sides and the standing pose of a robot."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
@@ -131,7 +132,7 @@ def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -
         lower, upper = model.jnt_range[joint.id]
         if model.jnt_limited[joint.id] and not lower <= angle <= upper:
             raise GaitsimError(
-                f"the angle {angle:g} rad of joint {name!r} is outside its limits",
+                f"the angle {math.degrees(angle):.4g}° of joint {name!r} is outside its limits",
                 where="option stance",
-                allowed=f"{lower:.4g} to {upper:.4g} rad",
+                allowed=f"{math.degrees(lower):.4g}° to {math.degrees(upper):.4g}°",
             )

@@ -6,6 +6,7 @@ Transactions on Robotics 27 (2011) 984-991, whose damping follows the error.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,12 @@ class Chain:
     zero: Floats
     lower: Floats
     upper: Floats
+
+    @property
+    def length(self) -> float:
+        """Length along the anchors to the tip, m."""
+        corners = np.vstack([self.anchors, self.tip])
+        return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()) or 1.0
 
     def place(self, angles: Floats) -> Floats:
         """Return the tips at these angles, (..., joints) rad -> (..., 3) m."""
@@ -80,7 +87,7 @@ class Chain:
         angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
         wanted = self._pose(hold - self.zero)[1]
         rows = np.flatnonzero(weights)
-        small = 1e-6 * _extent(self) ** 2
+        small = 1e-6 * self.length**2
         diagonal = np.eye(joints)
         for _ in range(iterations):
             tips, rotation, anchors, axes = self._pose(angles - self.zero)
@@ -118,10 +125,22 @@ class Chain:
         return _times(rotation, self.tip) + shift, rotation, anchors, axes
 
 
-def _extent(chain: Chain) -> float:
-    """Length of the chain along its anchors, m."""
-    corners = np.vstack([chain.anchors, chain.tip])
-    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()) or 1.0
+def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
+    """Return the chain of some joints, indices from the hip on, in the pose of `data`.
+
+    A joint without limits, or with wide ones, turns half a turn either way.
+    """
+    zero = data.qpos[model.jnt_qposadr[joints]].copy()
+    limited = model.jnt_limited[joints].astype(bool)
+    lower, upper = model.jnt_range[joints].T
+    return Chain(
+        data.xanchor[joints].copy(),
+        data.xaxis[joints].copy(),
+        tip,
+        zero,
+        np.maximum(np.where(limited, lower, -np.inf), zero - np.pi),
+        np.minimum(np.where(limited, upper, np.inf), zero + np.pi),
+    )
 
 
 def _times(matrices: Floats, vectors: Floats) -> Floats:

@@ -1,31 +1,218 @@
-"""How a genome becomes joint angles."""
+"""How a genome becomes commands to the servos: the steps, sine and cpg encodings."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
-from gaitsim.encoding import GeneGroup, Oscillators, split_genomes
+from gaitsim.encoding import GeneGroup, Oscillators, limit_steps, split_genomes
 from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.chain import Chain, leg_chain
+from gaitsim_robot.steps import SAMPLES, cycle, fastest_turn, interpolated, path
+from gaitsim_robot.symmetry import Symmetry, leaders, phases
 from gaitsim_robot.world import FRAME_RATE
 
+Kind = Literal["steps", "sine", "cpg"]
 
-def groups(anatomy: Anatomy) -> tuple[GeneGroup, ...]:
-    """Return the groups of genes: amplitude and phase a joint, and the frequency."""
-    joints = anatomy.joints
-    return (
-        GeneGroup("amplitude", joints, 0.0, 0.4),
-        GeneGroup("phase", joints, -math.pi, math.pi, periodic=True),
-        GeneGroup("frequency", ("",), 0.5, 2.5),
-    )
+SLOWEST = 0.3  # Hz, lower bound of the gene for the frequency
+SWING = 0.6  # rad, largest amplitude of a joint in the sine and cpg encodings
+OFFSET = 0.3  # rad, farthest middle of a joint from the standing pose there
+BEGINNING = 0.5  # s from the standing pose to the full gait
+COUPLING = 4.0  # 1/s, to the leading oscillator
 
 
-def commands(
-    anatomy: Anatomy, rest: Floats, genomes: Genomes, genes: tuple[GeneGroup, ...], frames: int
-) -> Floats:
-    """Return the commands to the servos, (population, frames, joints) rad."""
-    amplitude, phase, frequency = split_genomes(genomes, genes)
-    oscillators = Oscillators(np.arange(len(anatomy.joints)), frames, FRAME_RATE)
-    angles = oscillators.sine(amplitude, phase, np.zeros_like(phase), frequency[:, 0])
-    ramp = np.minimum(np.arange(frames) / FRAME_RATE, 1.0)
-    return rest + (angles * ramp).swapaxes(1, 2)
+@dataclass(frozen=True, eq=False)
+class Encoding:
+    """An encoding of the gaits of one robot.
+
+    Attributes:
+        model: `mujoco.MjModel` of the robot, with or without its world.
+        anatomy: of the robot.
+        top_speed: of each leg joint that the commands keep, (joints,) rad/s.
+        kind: `steps`: each foot follows a step cycle about its place in the standing pose, which
+            inverse kinematics turns into joint angles. `sine`: each joint follows a sine. `cpg`:
+            the sines of coupled oscillators.
+        symmetry: of the legs; see `symmetry.phases`.
+        fastest: upper bound of the gene for the frequency, Hz.
+    """
+
+    model: Any
+    anatomy: Anatomy
+    top_speed: Floats
+    kind: Kind = "steps"
+    symmetry: Symmetry = "none"
+    fastest: float = 2.5
+
+    @cached_property
+    def groups(self) -> tuple[GeneGroup, ...]:
+        """The groups of genes; lengths are in metres and follow from the size of the legs."""
+        legs = self.anatomy.legs
+        own = [leg.name for leg, at in zip(legs, self._leaders, strict=True) if leg is legs[at]]
+        turn = math.pi
+        frequency = GeneGroup("frequency", ("",), SLOWEST, self.fastest)
+        free = self.symmetry == "none"
+        timing = [GeneGroup("phase", tuple(own), -turn, turn, periodic=True)] if free else []
+        if self.symmetry == "wave":
+            timing = [GeneGroup("lag", ("",), 0.0, turn)]
+        if self.kind == "steps":
+            return (*self._of_steps(tuple(own) if free else ("",)), *timing, frequency)
+        joints = tuple(joint for leg in legs if leg.name in own for joint in leg.joints)
+        return (
+            GeneGroup("amplitude", joints, 0.0, SWING),
+            GeneGroup("offset", joints, -OFFSET, OFFSET),
+            GeneGroup("delay", joints, -turn, turn, periodic=True),
+            *timing,
+            frequency,
+        )
+
+    def commands(self, genomes: Genomes, frames: int) -> Floats:
+        """Return the commands to the servos, (population, frames, joints) rad.
+
+        They begin in the standing pose, and keep the limits of the joints and `top_speed`
+        whatever the genome. A step cycle too fast for the servos is played slower.
+        """
+        names = [group.name for group in self.groups]
+        values = dict(zip(names, split_genomes(genomes, self.groups), strict=True))
+        population = len(genomes)
+        lag = values["lag"][:, 0] if "lag" in values else np.zeros(population)
+        phase = values["phase"] if "phase" in values else phases(self.anatomy, self.symmetry, lag)
+        play = self._stepping if self.kind == "steps" else self._swinging
+        angles = play(values, phase, frames)
+        angles *= np.clip(np.arange(frames) / (BEGINNING * FRAME_RATE), 0, 1)[:, None]
+        angles += self._standing
+        np.clip(angles, *self._limits, out=angles)
+        limited = limit_steps(angles.swapaxes(1, 2), self.top_speed / FRAME_RATE)
+        return np.ascontiguousarray(limited.swapaxes(1, 2), np.float64)
+
+    @cached_property
+    def chains(self) -> tuple[Chain, ...]:
+        """The chains of the legs in the frame of the standing trunk, tips at the contacts."""
+        import mujoco
+
+        data = mujoco.MjData(self.model)
+        data.qpos[:] = self.anatomy.stance
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        chains = []
+        for leg in self.anatomy.legs:
+            foot = self.model.body(leg.foot).id
+            tip = data.xpos[foot] + data.xmat[foot].reshape(3, 3) @ leg.point
+            joints = np.array([self.model.joint(name).id for name in leg.joints])
+            chains.append(leg_chain(self.model, data, joints, tip))
+        return tuple(chains)
+
+    def _of_steps(self, own: tuple[str, ...]) -> tuple[GeneGroup, ...]:
+        size = float(np.mean([leg.length for leg in self.anatomy.legs]))
+        shared: tuple[GeneGroup, ...] = (
+            GeneGroup("duty", ("",), 0.35, 0.85),
+            GeneGroup("height", ("",), -0.2 * size, 0.1 * size),
+            GeneGroup("shift", ("",), -0.2 * size, 0.2 * size),
+            GeneGroup("spread", ("",), -0.15 * size, 0.2 * size),
+        )
+        if len(self.anatomy.legs) == 2:
+            shared += (
+                GeneGroup("sway", ("",), 0.0, 0.25 * size),
+                GeneGroup("sway lag", ("",), -math.pi / 2, math.pi / 2),
+            )
+        return (
+            GeneGroup("stride", own, 0.0, 0.8 * size),
+            GeneGroup("lift", own, 0.03 * size, 0.3 * size),
+            *shared,
+        )
+
+    def _stepping(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
+        """Angles from the standing pose, (population, frames, joints) rad, by step cycles."""
+        cycles = [self._cycle(values, phase, leg) for leg in range(len(self.chains))]
+        frequency = values["frequency"]
+        speed = [fastest_turn(angles) for angles in cycles]
+        allowed = self.top_speed / np.maximum(np.concatenate(speed, axis=1), 1e-9)
+        frequency = np.minimum(frequency, allowed.min(axis=1, keepdims=True))
+        course = frequency * (np.arange(frames) / FRAME_RATE)
+        played = [
+            interpolated(angles, course + phase[:, [leg]] / (2 * math.pi))
+            for leg, angles in enumerate(cycles)
+        ]
+        angles: Floats = np.concatenate(played, axis=2) - self._standing
+        return angles
+
+    def _cycle(self, values: dict[str, Floats], phase: Floats, leg: int) -> Floats:
+        """The joint angles of one leg over its cycle, (population, SAMPLES, its joints) rad."""
+        own = leg if values["stride"].shape[1] > 1 else 0
+        duty = values["duty"]
+        time = np.broadcast_to(np.arange(SAMPLES) / SAMPLES, (len(phase), SAMPLES))
+        ahead, high = path(time, duty)
+        side = {"left": 1.0, "right": -1.0, "middle": 0.0}[self.anatomy.legs[leg].side]
+        place = np.empty((*time.shape, 3))
+        place[..., 0] = values["shift"] + values["stride"][:, [own]] * ahead
+        place[..., 1] = side * values["spread"]
+        place[..., 2] = values["lift"][:, [own]] * high - values["height"]
+        if "sway" in values:
+            # The trunk is farthest to the left in the middle of the left foot's stance.
+            turn = 2 * math.pi * (time - duty / 2) - phase[:, [leg]] + phase[:, :1]
+            place[..., 1] -= values["sway"] * np.cos(turn + values["sway lag"])
+        chain = self.chains[leg]
+        return cycle(chain, chain.tip + place, any(self.anatomy.legs[leg].sole))
+
+    def _swinging(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
+        """Angles from the standing pose, (population, frames, joints) rad, by oscillators."""
+        of_joints = np.repeat(
+            np.arange(len(self.chains)), [len(chain.zero) for chain in self.chains]
+        )
+        source, sign = self._mirrors
+        frequency = values["frequency"][:, 0]
+        amplitude = values["amplitude"][:, source]
+        amplitude = np.minimum(amplitude, self.top_speed / (2 * math.pi * frequency[:, None]))
+        amplitude, offset = amplitude * sign, values["offset"][:, source] * sign
+        delay = values["delay"][:, source]
+        oscillators = Oscillators(of_joints, frames, FRAME_RATE)
+        if self.kind == "cpg":
+            alternating = phases(self.anatomy, "alternating", np.zeros(len(phase)))
+            start = alternating if self.symmetry == "none" else phase
+            angles = oscillators.cpg(
+                amplitude,
+                phase,
+                delay,
+                frequency,
+                start=start,
+                coupling="leader",
+                strength=COUPLING,
+            )
+        else:
+            angles = oscillators.sine(amplitude, phase, delay, frequency)
+        angles += offset[:, :, None]
+        return np.ascontiguousarray(angles.swapaxes(1, 2), np.float64)
+
+    @cached_property
+    def _leaders(self) -> NDArray[np.intp]:
+        return leaders(self.anatomy, self.symmetry)
+
+    @cached_property
+    def _mirrors(self) -> tuple[NDArray[np.intp], Floats]:
+        """The gene and the sign of each joint: mirrored ones turn the other way about x and z."""
+        first = dict.fromkeys(self._leaders.tolist(), 0)
+        count = 0
+        for leg in first:
+            first[leg], count = count, count + len(self.chains[leg].zero)
+        source, sign = [], []
+        for leg, leader in enumerate(self._leaders.tolist()):
+            for joint in range(len(self.chains[leg].zero)):
+                source.append(first[leader] + joint)
+                image = self.chains[leader].axes[joint] * [-1, 1, -1]
+                opposed = leader != leg and image @ self.chains[leg].axes[joint] < 0
+                sign.append(-1.0 if opposed else 1.0)
+        return np.array(source, np.intp), np.array(sign)
+
+    @cached_property
+    def _standing(self) -> Floats:
+        return np.concatenate([chain.zero for chain in self.chains])
+
+    @cached_property
+    def _limits(self) -> tuple[Floats, Floats]:
+        bounds: Sequence[tuple[Floats, Floats]] = [(one.lower, one.upper) for one in self.chains]
+        lower, upper = (np.concatenate(side) for side in zip(*bounds, strict=True))
+        return lower, upper

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim_robot.chain import Chain
+from gaitsim_robot.chain import Chain, leg_chain
 from gaitsim_robot.shapes import Surfaces, surfaces
 
 Floats = NDArray[np.float64]
@@ -173,17 +173,7 @@ class Tree:
         segments = np.linalg.norm(np.diff(np.vstack([anchors, tip]), axis=0), axis=1)
         before = np.concatenate([[0.0], np.cumsum(segments)[:-1]])
         hip = int(np.flatnonzero(before <= HIP * segments.sum())[-1])
-        limited = model.jnt_limited[joints].astype(bool)
-        zero = data.qpos[model.jnt_qposadr[joints]].copy()
-        lower, upper = model.jnt_range[joints].T
-        chain = Chain(
-            anchors.copy(),
-            data.xaxis[joints].copy(),
-            tip,
-            zero,
-            np.maximum(np.where(limited, lower, -np.inf), zero - np.pi),
-            np.minimum(np.where(limited, upper, np.inf), zero + np.pi),
-        )
+        chain = leg_chain(model, data, joints, tip)
         return Limb(
             np.array(joints, np.intp), foot, self._below(path[0]), chain, radius, body, sole,
             anchors[hip].copy(), hip + 1, _farthest(chain, hip),
@@ -213,7 +203,8 @@ class Tree:
         level = lows < lows.min() + 0.02 * length
         extent = np.ptp(points[level, :2], axis=0)
         drop = ankle[2] - lows.min()
-        if 0 < drop < ANKLE * length and extent[0] > 0.06 * length and extent[0] > drop:
+        hangs = anchors[0, 2] - lows.min() > 0.5 * length
+        if hangs and 0 < drop < ANKLE * length and extent[0] > max(drop, 0.06 * length):
             middle = (points[level].max(axis=0) + points[level].min(axis=0)) / 2
             middle[2] = lows.min()
             lowest = int(np.argmin(lows))

@@ -25,7 +25,7 @@ from gaitsim.contracts import (
 from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.anatomy import Anatomy, find_anatomy
-from gaitsim_robot.encodings import commands, groups
+from gaitsim_robot.encodings import Encoding
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.measures import measures
@@ -35,6 +35,7 @@ from gaitsim_robot.text import compiled
 from gaitsim_robot.world import FRAME_RATE, World, build
 
 XYZ = ("x", "y", "z")
+SPEED_SHARE = 0.8  # of the speed at which a servo has no torque left, for commands
 BUNDLED = ("quadruped", "hexapod", "spider-physics")
 
 
@@ -182,13 +183,11 @@ class Robot(Organism):
 
     @property
     def _gene_groups(self) -> tuple[GeneGroup, ...]:
-        return groups(self.anatomy)
+        return _encoding(self.world).groups
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk, each individual in a world of its own."""
-        world = self.world
-        rest = world.rest[world.ctrl]
-        return self._walked(commands(self.anatomy, rest, genomes, self._gene_groups, self.frames))
+        return self._walked(_encoding(self.world).commands(genomes, self.frames))
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk by commands to the servos, clipped to the limits of the joints.
@@ -275,3 +274,8 @@ def _world(
         stiffness=stiffness,
     )
     return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=gravity)
+
+
+@lru_cache(maxsize=16)
+def _encoding(world: World) -> Encoding:
+    return Encoding(world.model, world.anatomy, SPEED_SHARE * world.top_speed)

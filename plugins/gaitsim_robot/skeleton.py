@@ -1,43 +1,212 @@
-"""A robot to draw."""
+"""A robot to draw: its solids, and line segments from joint to joint."""
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Motion, Skeleton
+from gaitsim.contracts import Motion, Skeleton, Solid
+from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.world import World
+
+TRUNK = 1  # number of its body
+NEAR = 0.01  # lengths of the body: joints nearer to each other are one point
 
 
 def skeleton(world: World, motion: Motion, individual: int) -> Skeleton:
-    """Return the segments from joint to joint of each leg of one individual, over time."""
+    """Return the body of one individual over time."""
+    return drawn(
+        world.model,
+        world.anatomy,
+        motion["configuration"][individual],
+        motion["stance"][individual],
+        motion.frame_rate,
+        world.start[1:3],
+    )
+
+
+def drawn(
+    model: Any,
+    anatomy: Anatomy,
+    configuration: Floats,
+    touching: Any,
+    frame_rate: float,
+    start: Floats,
+) -> Skeleton:
+    """Return a robot's body over time.
+
+    Args:
+        model: MuJoCo's compiled model.
+        anatomy: of the robot.
+        configuration: of all joints, (frames, nq).
+        touching: which feet do, (frames, feet) bool.
+        frame_rate: Hz.
+        start: x and y of the point that becomes the origin, (2,) m.
+    """
+    places, turns = _bodies(model, configuration)
+    places[..., :2] -= start
+    names, bodies, points = _segments(model, anatomy)
+    segments = places[:, bodies, None] + _rotated(turns[:, bodies, None], points)
+    feet = [model.body(leg.foot).id for leg in anatomy.legs]
+    soles = np.array([leg.point for leg in anatomy.legs])
+    solids, geoms = _solids(model, anatomy)
+    of = model.geom_bodyid[geoms]
+    poses = np.concatenate(
+        [
+            places[:, of] + _rotated(turns[:, of], model.geom_pos[geoms]),
+            _product(turns[:, of], model.geom_quat[geoms]),
+        ],
+        axis=-1,
+    )
+    return Skeleton(
+        segments,
+        names,
+        frame_rate,
+        contacts=places[:, feet] + _rotated(turns[:, feet], soles),
+        touching=touching,
+        contact_names=tuple(leg.name for leg in anatomy.legs),
+        centre=places[:, TRUNK],
+        solids=solids,
+        poses=poses if solids else None,
+    )
+
+
+def _bodies(model: Any, configuration: Floats) -> tuple[Floats, Floats]:
+    """Return positions (frames, bodies, 3), m, and quaternions (frames, bodies, 4)."""
     import mujoco
 
-    model: Any = world.model
     data = mujoco.MjData(model)
-    configuration = motion["configuration"][individual]
-    chains = [[*(model.joint(name).bodyid[0] for name in leg.joints)] for leg in world.anatomy.legs]
-    feet = motion["foot_positions"][individual]
-    offset = np.array([*world.start[1:3], 0.0])
-    segments = []
+    places = np.empty((len(configuration), model.nbody, 3))
+    turns = np.empty((len(configuration), model.nbody, 4))
     for frame, positions in enumerate(configuration):
         data.qpos[:] = positions
         mujoco.mj_kinematics(model, data)
-        drawn: list[tuple[Any, Any]] = []
-        for leg, chain in enumerate(chains):
-            points = [data.xpos[1], *(data.xpos[body] for body in chain)]
-            points = [*(np.array(point) - offset for point in points), feet[frame, leg]]
-            drawn += pairwise(points)
-        segments.append(drawn)
-    names = tuple(
-        f"{leg.name} {part}" for leg in world.anatomy.legs for part in ("hip", *leg.joints)
-    )
-    return Skeleton(
-        np.array(segments),
-        names,
-        motion.frame_rate,
-        contacts=feet,
-        touching=motion["stance"][individual],
-        contact_names=tuple(leg.name for leg in world.anatomy.legs),
-        centre=motion["torso"][individual],
-    )
+        places[frame], turns[frame] = data.xpos, data.xquat
+    return places, turns
+
+
+def _solids(model: Any, anatomy: Anatomy) -> tuple[tuple[Solid, ...], list[int]]:
+    """Return the solids of all bodies and the numbers of their geoms."""
+    import mujoco
+
+    kinds = mujoco.mjtGeom
+    lengths = {
+        kinds.mjGEOM_BOX: ("box", 3),
+        kinds.mjGEOM_SPHERE: ("sphere", 1),
+        kinds.mjGEOM_CAPSULE: ("capsule", 2),
+        kinds.mjGEOM_CYLINDER: ("cylinder", 2),
+        kinds.mjGEOM_ELLIPSOID: ("ellipsoid", 3),
+        kinds.mjGEOM_MESH: ("mesh", 0),
+    }
+    legs = _legs(model, anatomy)
+    solids, geoms = [], []
+    for geom in range(model.ngeom):
+        body = int(model.geom_bodyid[geom])
+        shape, count = lengths.get(kinds(model.geom_type[geom]), ("", 0))
+        if not body or not shape:
+            continue
+        name = _named(legs.get(body, ""), model.body(body).name)
+        size = tuple(model.geom_size[geom, :count].tolist())
+        solids.append(Solid(name, shape, size, _vertices(model, geom) if not count else None))  # type: ignore[arg-type]
+        geoms.append(geom)
+    return tuple(solids), geoms
+
+
+def _vertices(model: Any, geom: int) -> Floats:
+    """Return the vertices of a geom's mesh, (vertices, 3) m."""
+    mesh = model.geom_dataid[geom]
+    first = model.mesh_vertadr[mesh]
+    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+    return np.asarray(vertices, dtype=np.float64)
+
+
+def _legs(model: Any, anatomy: Anatomy) -> dict[int, str]:
+    """Return the name of the leg of each body that belongs to one."""
+    found = {model.joint(name).bodyid[0]: leg.name for leg in anatomy.legs for name in leg.joints}
+    for body in range(1, model.nbody):  # parents before children
+        parent = int(model.body_parentid[body])
+        if body not in found and parent in found:
+            found[body] = found[parent]
+    return {int(body): name for body, name in found.items()}
+
+
+def _named(leg: str, name: str) -> str:
+    """Return a name that begins with its leg's."""
+    return name if not leg or name.startswith(f"{leg} ") else f"{leg} {name}"
+
+
+def _segments(model: Any, anatomy: Anatomy) -> tuple[tuple[str, ...], list[int], Floats]:
+    """Return the trunk's box, and the segments from joint to joint and to the feet.
+
+    Returns:
+        Their names, the bodies that they belong to, and their ends in the frames of those,
+        (segments, 2, 3) m.
+    """
+    low, high = _trunk(model)
+    corner = [np.array([x, y, z]) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    edges = [(i, j) for i in range(8) for j in range(i) if (corner[i] != corner[j]).sum() == 1]
+    box = [low + one * (high - low) for one in corner]
+    found = [("trunk", TRUNK, box[i], box[j]) for i, j in edges]
+    legs = _legs(model, anatomy)
+    home, turn = (of[0] for of in _bodies(model, model.qpos0[None]))
+    # The body that a body does not move against: itself, if it has a joint.
+    rigid = list(range(model.nbody))
+    for body in range(TRUNK + 1, model.nbody):
+        if not model.body_jntnum[body]:
+            rigid[body] = rigid[model.body_parentid[body]]
+
+    def seen(point: Floats, body: int, frame: int) -> Floats:
+        """Return a point of a body in the frame of another one, to which it does not move."""
+        away = home[body] + _rotated(turn[body], point) - home[frame]
+        return _rotated(turn[frame] * (1, -1, -1, -1), away)
+
+    hinged = [body for body in range(TRUNK + 1, model.nbody) if model.body_jntnum[body]]
+    anchors = {body: model.jnt_pos[model.body_jntadr[body]] for body in hinged}
+    # The body of each segment, the body that gives its name its leg, and its far end.
+    ends = []
+    for body, anchor in anchors.items():
+        parent = rigid[model.body_parentid[body]]
+        ends.append((parent, body, seen(anchor, body, parent)))
+    for leg in anatomy.legs:
+        foot = model.body(leg.foot).id
+        ends.append((rigid[foot], foot, seen(np.array(leg.point), foot, rigid[foot])))
+    inner = {body for body, _, _ in ends}
+    # The end of an arm or a head is about as far behind its middle as its joint is before.
+    ends += [
+        (body, body, 2 * model.body_ipos[body] - anchors[body])
+        for body in hinged
+        if body not in inner
+    ]
+    for body, beyond, end in ends:
+        begin = np.clip(end, low, high) if body == TRUNK else anchors[body]
+        if np.linalg.norm(end - begin) > NEAR * anatomy.length:
+            name = "hip" if body == TRUNK else model.body(body).name
+            found.append((_named(legs.get(beyond, ""), name), body, begin, end))
+    names, bodies, begins, far = zip(*found, strict=True)
+    return names, list(bodies), np.stack([np.array(begins), np.array(far)], axis=1)
+
+
+def _trunk(model: Any) -> tuple[Floats, Floats]:
+    """Return the corners of the box around the trunk's geoms, in its frame, (3,) m."""
+    own = np.flatnonzero(model.geom_bodyid == TRUNK)
+    if not len(own):
+        return np.zeros(3), np.zeros(3)
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    middle, half = model.geom_aabb[own, None, :3], model.geom_aabb[own, None, 3:]
+    corners = _rotated(model.geom_quat[own, None], middle + signs * half)
+    corners = (corners + model.geom_pos[own, None]).reshape(-1, 3)
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def _rotated(turns: Floats, points: Floats) -> Floats:
+    """Rotate points (…, 3) by quaternions (…, 4)."""
+    axis = turns[..., 1:]
+    twice = 2 * np.cross(axis, points)
+    return np.asarray(points + turns[..., :1] * twice + np.cross(axis, twice))
+
+
+def _product(one: Floats, other: Floats) -> Floats:
+    """Return the products of quaternions (…, 4): the turn `other`, then `one`."""
+    scalar, axis = one[..., :1], one[..., 1:]
+    second, along = other[..., :1], other[..., 1:]
+    real = scalar * second - (axis * along).sum(axis=-1, keepdims=True)
+    return np.concatenate([real, scalar * along + second * axis + np.cross(axis, along)], axis=-1)

@@ -388,6 +388,40 @@ def test_footfalls_are_where_the_feet_stand(spider_run):
     ]
 
 
+def with_channels(run, monkeypatch, **channels):
+    """A request for an individual whose motion has more channels, (declaration, values) each."""
+    shown = run.individual()
+    motion = shown.motion
+    more = {name: values[None] for name, (_, values) in channels.items()}
+    motion = Motion(motion.frame_rate, {**motion, **more})
+    monkeypatch.setattr(type(shown), "motion", property(lambda self: motion))
+    bodies = type(run.experiment.organism)
+    declared = {name: channel for name, (channel, _) in channels.items()}
+    monkeypatch.setattr(bodies, "channels", {**bodies.channels, **declared})
+    return asked(run, window=(1.0, 3.0))
+
+
+def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
+    load = np.zeros((300, 8, 3))
+    load[..., 2] = 0.6 + 0.3 * np.sin(np.arange(300) / 5)[:, None]
+    load[40, 2, 2] = 50.0  # an impact is cut off
+    request = with_channels(
+        spider_run,
+        monkeypatch,
+        load=(Channel(("frames", "feet", SPACE), "N", ""), load),
+        weight=(Channel((), "N", ""), np.array(7.2)),
+    )
+    figure = footfall_figure(request)
+    curves = figure.axes[0].collections[8:]
+    for foot, curve in enumerate(curves):
+        corners = curve.get_paths()[0].vertices
+        heights = (foot + 0.36 - corners[:, 1]) / 0.72
+        expected = load[30:91, foot, 2].clip(0, 1)
+        assert heights.max() == pytest.approx(expected.max())
+        assert {*heights.round(6)} >= {*expected.round(6)}
+    assert "vertical load, a full row is 1 N, the body weighs 7.2 N" in texts(figure)
+
+
 def test_duty_factors_are_those_of_the_analysis(spider_run):
     request = asked(spider_run, window=(1.0, 3.0))
     skeleton = request.individual.skeleton
@@ -414,6 +448,33 @@ def test_joints_are_in_degrees_a_panel_a_leg(spider_run):
     drawn = lines(panels["R1"])
     assert [line.get_label() for line in drawn] == ["coxa", "femur", "tibia"]
     assert np.allclose(np.stack([line.get_ydata() for line in drawn], axis=1), angles[:, 12:15])
+
+
+@pytest.mark.parametrize(("share", "limited"), [(0.3, False), (0.9, True)])
+def test_joints_show_torques_with_the_stall_torque_where_they_come_near_it(
+    spider_run, monkeypatch, share, limited
+):
+    torque = 2.0 * share * np.abs(np.sin(np.arange(300) / 5))[:, None].repeat(24, axis=1)
+    request = with_channels(
+        spider_run,
+        monkeypatch,
+        torque=(Channel(("frames", "joints"), "N m", ""), torque),
+        stall_torque=(Channel(("joints",), "N m", ""), np.full(24, 2.0)),
+    )
+    figure = joints_figure(replace(request, channel="torque"))
+    assert len(figure.axes) == 8
+    for axes in figure.axes:
+        assert np.allclose(lines(axes)[0].get_ydata(), torque[30:91, 0])
+        limits = [line for line in axes.lines if len(line.get_xdata()) == 2]
+        assert [line.get_ydata()[0] for line in limits] == [2.0] * limited
+    assert "torque (N m)" in texts(figure)
+    assert ("stall" in texts(figure)) == limited
+
+
+def test_joints_draw_channels_of_joints_alone(spider_run):
+    with pytest.raises(GaitsimError, match="'pose' is not one of joints") as error:
+        joints_figure(asked(spider_run, channel="pose"))
+    assert "joint_angles" in error.value.allowed
 
 
 def test_a_joint_that_another_covers_is_seen_beside_it(spider_run):
@@ -466,6 +527,32 @@ def test_titles_name_the_run_and_scores_have_units(bundled):
 )
 def test_joints_are_grouped_by_leg_where_names_say_so(names, legs):
     assert legs_of(names) == legs
+
+
+@pytest.mark.parametrize(
+    ("names", "joints"),
+    [
+        ("FL_hip_joint FL_calf_joint FR_hip_joint FR_calf_joint", ["hip joint", "calf joint"]),
+        ("LF_HAA LF_KFE RF_HAA RF_KFE", ["HAA", "KFE"]),
+        ("hip_joint_front_left knee_joint_front_left hip_joint_rear_right knee_joint_rear_right",
+         ["hip joint", "knee joint"]),
+        ("hip_1 ankle_1 hip_2 ankle_2", ["hip", "ankle"]),
+        # Not leg by leg, without a leg's name, or different on each side.
+        ("L_hip R_hip L_knee R_knee", None),
+        ("joint1 joint2 joint3 joint4", None),
+        ("L_hip L_knee R_hip R_ankle", None),
+    ],
+)  # fmt: skip
+def test_joints_of_other_names_are_grouped_by_the_feet(names, joints):
+    names = names.split()
+    found = legs_of(names, ("L1", "R1"))
+    if joints is None:
+        assert found == {"": {name: column for column, name in enumerate(names)}}
+    else:
+        assert found == {
+            "L1": dict(zip(joints, (0, 1), strict=True)),
+            "R1": dict(zip(joints, (2, 3), strict=True)),
+        }
 
 
 def test_the_margin_is_the_bodys_own_or_worked_out(spider_run, monkeypatch):

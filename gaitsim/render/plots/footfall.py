@@ -1,20 +1,24 @@
-"""Plot footfalls: which foot is on the ground when (Hildebrand 1965)."""
+"""Plot footfalls: which foot is on the ground when (Hildebrand 1965), and the load on it."""
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.gait.contact import feet_of
+from gaitsim.gait.intervals import Floats
 from gaitsim.individual import Individual
+from gaitsim.render.plots.channels import read_values
 from gaitsim.render.plots.labels import head, heading_of, shortened
-from gaitsim.render.plots.panels import bars
+from gaitsim.render.plots.panels import BAR, bars
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
 from gaitsim.render.plots.style import WIDTH, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_WHOLE = 0.98  # quantile of the loads that fit a row: impacts would dwarf the others
 USUAL = 3.0  # seconds, some strides of most bodies
 
 
@@ -22,13 +26,15 @@ def footfall_figure(request: Request) -> "Figure":
     """Plot a row for each foot, a bar while it is on the ground, and its duty factor.
 
     Shows the last seconds, after the gait has settled, or the whole motion where no foot
-    comes down twice in them.
+    comes down twice in them. Where the body has the channel `load`, a curve in each row is the
+    vertical force on the foot; the few greatest peaks may exceed the row and are cut off.
 
     Raises:
         NothingToPlotError: the body has no feet.
         GaitsimError: the window holds none of the motion.
     """
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
     individual, theme = request.individual, request.theme
     touching, names = contacts_of(individual)
@@ -43,7 +49,9 @@ def footfall_figure(request: Request) -> "Figure":
         figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
         axes = figure.subplots()
         rows = [(shortened(name, 12), shown[:, foot]) for foot, name in enumerate(names)]
-        bars(axes, rows, part.start / rate, rate, theme.foot_colours(names))
+        colours, load = theme.foot_colours(names), load_of(individual)
+        loads = load is not None and load[part].max(initial=0.0) > 0
+        bars(axes, rows, part.start / rate, rate, colours, alpha=0.35 if loads else 1.0)
         axes.set_xlabel("time (s)")
         axes.set_ylabel("foot")
         duty = axes.secondary_yaxis("right")
@@ -51,8 +59,42 @@ def footfall_figure(request: Request) -> "Figure":
         duty.tick_params(length=0)
         duty.spines["right"].set_visible(False)
         duty.set_ylabel("duty factor")
-        head(figure, heading_of([individual]))
+        handles, labels = [], []
+        if load is not None and loads:
+            whole = _rounded_up(float(np.quantile(load[part][load[part] > 0], _WHOLE)))
+            heights = np.clip(load[part] / whole, 0.0, 1.0)
+            for row, (colour, height) in enumerate(zip(colours, heights.T, strict=True)):
+                bottom, times = row + BAR / 2, (part.start + np.arange(len(height) + 1)) / rate
+                top = bottom - BAR * np.append(height, height[-1])
+                axes.fill_between(times, bottom, top, step="post", color=colour, linewidth=0)
+            handles.append(Patch(facecolor=theme.ink))
+            labels.append(f"vertical load, a full row is {whole:g} N{_weight(individual)}")
+        head(figure, heading_of([individual]), handles, labels)
     return figure
+
+
+def load_of(individual: Individual) -> Floats | None:
+    """Return the vertical force of the ground on each foot, (frames, feet) N.
+
+    None for a body without a channel `load` over frames and feet that has a component z.
+    """
+    channel = individual.experiment.organism.channels.get("load")
+    if channel is None or channel.axes[:2] != ("frames", "feet") or "z" not in channel.axes[-1]:
+        return None
+    values = read_values(individual, "load")[..., channel.axes[-1].index("z")]
+    return np.asarray(values, np.float64)
+
+
+def _weight(individual: Individual) -> str:
+    if "weight" not in individual.experiment.organism.channels:
+        return ""
+    return f", the body weighs {float(read_values(individual, 'weight')):.3g} N"
+
+
+def _rounded_up(value: float) -> float:
+    """Return the next of 1, 2, 5, 10, 20 … from a value on."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= value)
 
 
 def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:

@@ -1,12 +1,16 @@
-"""Plot joint angles over time, a panel for each leg."""
+"""Plot joint angles, or another channel of the joints, over time, a panel for each leg."""
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.intervals import Floats
 from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import read_signal
+from gaitsim.render.colours import MIDDLE, sides
+from gaitsim.render.plots.channels import Signal, read_signal, read_values
 from gaitsim.render.plots.components import finite
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import grid, intervals, shade
@@ -17,57 +21,94 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 USUAL = 2.0  # seconds: more would blur in a column's width
+_NEAR = 0.4  # of the stall torque: a line at it leaves room for smaller torques
 _TOGETHER = 6  # joints without legs that share a panel
 _WIDTHS = 1.8, 1.2, 0.7  # points: the first lines are seen beside later ones that cover them
 
 
 def joints_figure(request: Request) -> "Figure":
-    """Plot angles from the pose at rest in degrees; shaded while the foot is on the ground.
+    """Plot a channel of the joints, angles by default; shaded while the foot is on the ground.
+
+    Angles are in degrees. Torques have a line at the stall torque where they come near it.
 
     Raises:
         NothingToPlotError: the body has no joint angles.
-        GaitsimError: the window holds none of the motion.
+        GaitsimError: the channel is not one of joints, or the window holds none of the motion.
     """
     individual, theme = request.individual, request.theme
     require_joints(individual)
-    signal = read_signal(individual, "joint_angles")
+    signal = _signal_of(individual, request.channel or "joint_angles")
     part = window_slice(len(signal.values), signal.rate, request.window, USUAL)
-    degrees = np.degrees(finite(signal.values[part]))
+    values, unit = finite(signal.values[part]), signal.channel.units
+    if unit.startswith("rad"):
+        values, unit = np.degrees(values), unit.replace("rad", "°")
     times = np.arange(part.start, part.stop) / signal.rate
     names = signal.entries[-1]
-    legs = legs_of(names)
     feet = dict(zip(individual.skeleton.contact_names, _touching(request, part), strict=False))
+    legs = legs_of(names, tuple(feet))
     with styled(theme):
-        sides = _sides([*legs])
+        halves, turns = _sides([*legs])
         figure, panels = grid(
             len(legs),
             WIDTH,
-            columns=2 if sides else min(3, len(legs)),
+            columns=2 if halves or turns or len(legs) == 4 else min(3, len(legs)),
             height=0.72 if len(legs) > 2 else 1.6,
-            downwards=sides,
+            downwards=halves,
             share_y=True,
         )
         for axes, (leg, joints) in zip(panels, legs.items(), strict=True):
             for index, (joint, column) in enumerate(joints.items()):
                 width = _WIDTHS[min(index, len(_WIDTHS) - 1)]
                 line = {**theme.line(index), "linewidth": width}
-                axes.plot(times, degrees[:, column], label=joint, **line)
+                axes.plot(times, values[:, column], label=joint, **line)
             if leg in feet:
                 shade(axes, intervals(feet[leg], times[0], signal.rate), theme)
-            axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
             axes.set_title(shortened(leg, 24), fontsize=7, pad=2)
             axes.set_xlim(times[0], times[-1])
+        if values.min() < 0 < values.max():
+            for axes in panels:
+                axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
         figure.supxlabel("time (s)", fontsize=8)
-        figure.supylabel("joint angle (°)", fontsize=8)
+        name = "joint angle" if signal.name == "joint_angles" else signal.name.replace("_", " ")
+        figure.supylabel(f"{shortened(name, 24)} ({unit})" if unit else name, fontsize=8)
         handles, labels = panels[0].get_legend_handles_labels()
         if feet.keys() & legs.keys():
             from matplotlib.patches import Patch
 
             handles.append(Patch(facecolor=theme.faint, alpha=0.5))
             labels.append("stance")
+        stall = _stall_torque(individual, signal.name, values)
+        if stall is not None:
+            limits = [axes.axhline(stall, color=theme.ink, linewidth=0.8) for axes in panels]
+            handles.append(limits[0])
+            labels.append("stall")
         one = len(legs) == len(names) > 1 or labels == [""]
         head(figure, heading_of([individual]), *(() if one else (handles, labels)))
     return figure
+
+
+def _signal_of(individual: Individual, name: str) -> Signal:
+    """Return a channel over time with a value for each joint."""
+    signal = read_signal(individual, name)
+    if signal.channel.axes != ("frames", "joints"):
+        channels = individual.experiment.organism.channels
+        raise GaitsimError(
+            f"the channel {name!r} is not one of joints over time",
+            allowed=", ".join(
+                other for other, channel in channels.items() if channel.axes == ("frames", "joints")
+            ),
+            remedy=f"--kind channel --channel {name}",
+        )
+    return signal
+
+
+def _stall_torque(individual: Individual, name: str, values: Floats) -> float | None:
+    """Return the stall torque of all servos, if they have one and torques come near it."""
+    if name != "torque" or "stall_torque" not in individual.experiment.organism.channels:
+        return None
+    stall = np.asarray(read_values(individual, "stall_torque"), np.float64)
+    least, most = float(stall.min()), float(stall.max())
+    return most if least == most and 0 < most <= values.max() / _NEAR else None
 
 
 def require_joints(individual: Individual) -> None:
@@ -85,10 +126,12 @@ def require_joints(individual: Individual) -> None:
         )
 
 
-def legs_of(names: Sequence[str]) -> dict[str, dict[str, int]]:
+def legs_of(names: Sequence[str], feet: Sequence[str] = ()) -> dict[str, dict[str, int]]:
     """Group joints by leg: 'L1 coxa', 'L1 femur' … as {'L1': {'coxa': 0, …}, …}.
 
-    Joints without a leg share a panel where there are few, else have one each.
+    Names of another form, such as 'FL_hip_joint', are grouped where they stand foot by foot and
+    differ between the feet by their words for the leg alone. Other joints share a panel where
+    there are few, else have one each.
     """
     split = [name.rpartition(" ")[::2] for name in names]
     legs: dict[str, dict[str, int]] = {}
@@ -97,15 +140,45 @@ def legs_of(names: Sequence[str]) -> dict[str, dict[str, int]]:
     whole = sum(map(len, legs.values())) == len(names)
     if len({tuple(joints) for joints in legs.values()}) == 1 and "" not in legs and whole:
         return legs
+    by_foot = _foot_by_foot(names, feet)
+    if by_foot:
+        return by_foot
     if len(names) <= _TOGETHER:
         return {"": {name: column for column, name in enumerate(names)}}
     return {name: {"": column} for column, name in enumerate(names)}
 
 
-def _sides(legs: Sequence[str]) -> bool:
-    """Whether the first half of the legs are left ones and the others right ones."""
-    half = len(legs) // 2
-    return [leg[:1] for leg in legs] == ["L"] * half + ["R"] * half and half > 0
+def _foot_by_foot(names: Sequence[str], feet: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Group joints by the feet, each as many; {} where their names do not agree on that."""
+    if len(feet) < 2 or len(names) % len(feet):
+        return {}
+    words = [re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[^\W\d_A-Z]+|\d+", name) for name in names]
+    each = len(names) // len(feet)
+    chunks = [words[first : first + each] for first in range(0, len(words), each)]
+    common = [set[str].intersection(*map(set, chunk)) for chunk in chunks]
+    everywhere = set[str].intersection(*common)
+    joints = [
+        tuple(" ".join(word for word in name if word not in own - everywhere) for name in chunk)
+        for own, chunk in zip(common, chunks, strict=True)
+    ]
+    apart = len({frozenset(own) for own in common}) == len(feet)
+    # Hips of all feet, then all knees: their other words are those of the legs.
+    by_joint = bool((sides(joints[0]) != MIDDLE).any())
+    if not apart or by_joint or len({*joints}) > 1 or len({*joints[0]}) < each:
+        return {}
+    return {
+        foot: {joint: place * each + column for column, joint in enumerate(joints[0])}
+        for place, foot in enumerate(feet)
+    }
+
+
+def _sides(legs: Sequence[str]) -> tuple[bool, bool]:
+    """Whether legs are first all left, then all right ones; and whether they take turns."""
+    first, half = [leg[:1] for leg in legs], len(legs) // 2
+    return (
+        half > 0 and first == ["L"] * half + ["R"] * half,
+        half > 0 and first == ["L", "R"] * half,
+    )
 
 
 def _touching(request: Request, part: slice) -> Sequence[np.ndarray]:

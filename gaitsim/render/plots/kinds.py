@@ -68,7 +68,7 @@ KINDS: Mapping[str, Kind] = {
     "channel": Kind(channel_figure, _CHANNEL, usual_channel),
     "footfall": Kind(footfall_figure, check=contacts_of),
     "phase": Kind(phase_figure, ("--generation", "--member"), stride_of),
-    "joints": Kind(joints_figure, check=require_joints),
+    "joints": Kind(joints_figure, (*_MOTION, "--channel"), require_joints),
     "stability": Kind(stability_figure, check=contacts_of),
 }
 # `--kind all` draws one individual.
@@ -80,6 +80,8 @@ def file_stem(kind: str, request: Request) -> str:
     parts = [kind, *request.axes]
     if kind == "channel":
         parts += [request.channel or usual_channel(request.individual), *request.components]
+    if kind == "joints" and request.channel:
+        parts.append(request.channel)
     if KINDS[kind].moves:
         numbers = [str(individual.generation) for individual in request.individuals]
         shown = "-".join(numbers) if len(numbers) <= 4 else f"{numbers[0]}-to-{numbers[-1]}"

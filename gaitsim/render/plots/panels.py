@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+BAR = 0.72  # height of a bar in a row of height 1
 _HEADROOM = 0.75  # inches above and below the panels
 
 
@@ -55,6 +56,7 @@ def bars(
     start: float,
     rate: float,
     colours: Sequence[str],
+    alpha: float = 1.0,
 ) -> None:
     """Draw when truth values hold, a row each, the first at the top.
 
@@ -64,9 +66,11 @@ def bars(
         start: time of the first frame, s.
         rate: frames a second, Hz; a frame lasts until the next one.
         colours: of each row.
+        alpha: how opaque the bars are.
     """
     for place, ((_, holds), colour) in enumerate(zip(rows, colours, strict=True)):
-        axes.broken_barh(intervals(holds, start, rate), (place - 0.36, 0.72), facecolor=colour)
+        spans = intervals(holds, start, rate)
+        axes.broken_barh(spans, (place - BAR / 2, BAR), facecolor=colour, alpha=alpha, linewidth=0)
     axes.set_yticks(range(len(rows)), [name for name, _ in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.grid(visible=False, axis="y")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
+from gaitsim.render.scene.shapes import hull_faces
 
 THICKNESS = 0.13  # a limb's radius, in lengths of the middle segment
 SLENDER = 0.022  # and at most, in spans of the body
@@ -128,22 +129,8 @@ def _loop(frame: list[int], joints: NDArray[np.intp]) -> Face:
 
 def _faces(ends: NDArray[np.float64], frame: list[int]) -> tuple[Face, ...]:
     """Return the faces of the convex hull of a group's ends; () where it has no volume."""
-    from scipy.spatial import ConvexHull, QhullError
-
     own = np.array([2 * segment + end for segment in frame for end in (0, 1)])
-    try:
-        hull = ConvexHull(ends[own])
-    except QhullError:
-        return ()
-    faces = []
-    for plane in np.unique(np.round(hull.equations, 6), axis=0):
-        triangles = hull.simplices[(np.abs(hull.equations - plane) < 1e-5).all(axis=1)]
-        corners = own[np.unique(triangles)]
-        away = ends[corners] - ends[corners].mean(axis=0)
-        across = np.cross(plane[:3], away[0])
-        order = np.argsort(np.arctan2(away @ across, away @ away[0]))
-        faces.append(tuple(int(corner) for corner in corners[order]))
-    return tuple(faces)
+    return tuple(tuple(own[corners].tolist()) for corners in hull_faces(ends[own]))
 
 
 def _shares(

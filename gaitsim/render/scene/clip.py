@@ -11,6 +11,7 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.anatomy import Anatomy, anatomy
 from gaitsim.render.scene.camera import Points, steadied
+from gaitsim.render.scene.solids import Surfaces, between_poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +20,7 @@ class Pose:
 
     Attributes:
         segments: (segments, 2, 3) m.
+        solids: position, m, and quaternion of each solid, (solids, 7).
         contacts: (contacts, 3) m, none where the body has none.
         touching: which of them do, (contacts,).
         middle: where the body is, (3,) m.
@@ -27,6 +29,7 @@ class Pose:
     """
 
     segments: Points
+    solids: Points
     contacts: Points
     touching: NDArray[np.bool_]
     middle: Points
@@ -65,8 +68,8 @@ class Clip:
                 f"{segments.shape[1]} segments",
                 allowed="a skeleton of one frame and one segment or more",
             )
-        places = (segments, self.skeleton.path, *(() if self.flies else (contacts,)))
-        if not all(np.isfinite(one).all() for one in places):
+        places = (segments, self.skeleton.path, contacts, self.skeleton.poses)
+        if not all(np.isfinite(one).all() for one in places if one is not None):
             raise GaitsimError(
                 "the body's skeleton holds numbers that are not finite",
                 remedy="tell the author of the body; another generation may be drawn",
@@ -85,6 +88,16 @@ class Clip:
     def anatomy(self) -> Anatomy:
         """How to draw it."""
         return anatomy(self.skeleton)
+
+    @cached_property
+    def surfaces(self) -> Surfaces:
+        """The surfaces of its solids."""
+        return Surfaces(self.skeleton.solids)
+
+    def points(self, pose: Pose) -> Points:
+        """Return the points that span it in a pose, (points, 3) m."""
+        ends = pose.segments.reshape(-1, 3)
+        return np.concatenate([ends, self.surfaces.placed(pose.solids)])
 
     @property
     def planar(self) -> bool:
@@ -124,8 +137,8 @@ class Clip:
     def box(self) -> Points:
         """Its points about its path at up to 100 moments, (points, 3) m."""
         every = np.unique(np.linspace(0, len(self.path) - 1, 100).astype(int))
-        about = self.skeleton.segments[every] + self._shift - self._aims[every][:, None, None]
-        return np.asarray(about, dtype=np.float64).reshape(-1, 3)
+        poses = [self.at(frame / self.skeleton.frame_rate) for frame in every.tolist()]
+        return np.concatenate([self.points(pose) - pose.aim for pose in poses])
 
     @property
     def _shift(self) -> Points:
@@ -154,9 +167,19 @@ class Clip:
             contacts, touching = between(skeleton.contacts), skeleton.touching[before]
         return Pose(
             between(skeleton.segments) + self._shift,
+            self._solids(before, share),
             contacts + self._shift,
             touching,
             middle,
             between(self._aims),
             np.concatenate([self.path[: before + 1], middle[None]]),
         )
+
+    def _solids(self, before: int, share: float) -> Points:
+        """Return the poses of the solids a share of the way from a frame to the next."""
+        if self.skeleton.poses is None:
+            return np.empty((0, 7))
+        poses = np.asarray(self.skeleton.poses[before : before + 2], dtype=np.float64)
+        found = between_poses(poses[0], poses[1], share) if share else poses[0].copy()
+        found[:, :3] += self._shift
+        return found

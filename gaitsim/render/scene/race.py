@@ -48,8 +48,8 @@ class Race:
         points = []
         for seconds in np.linspace(0, self.seconds, MOMENTS):
             poses = [clip.at(seconds) for clip in self.clips]
-            segments = np.concatenate([pose.segments.reshape(-1, 3) for pose in poses])
-            points.append(segments - self.aim(poses))
+            every = [clip.points(pose) for clip, pose in zip(self.clips, poses, strict=True)]
+            points.append(np.concatenate(every) - self.aim(poses))
         return np.concatenate(points)
 
 
@@ -59,8 +59,9 @@ def _lined_up(clips: Sequence[Clip]) -> list[Clip]:
     wide, tall = np.max([np.ptp(clip.box, axis=0)[1:] for clip in clips], axis=0)
     moments = np.linspace(0, max(clip.seconds for clip in clips), MOMENTS)
     # The right and the left edge of each body at each moment, (clips, moments).
-    sides = [[clip.at(seconds).segments[..., 1] for seconds in moments] for clip in clips]
-    right, left = np.array(sides).min(axis=(2, 3)), np.array(sides).max(axis=(2, 3))
+    across = [[clip.points(clip.at(time))[:, 1] for time in moments] for clip in clips]
+    right = np.array([[y.min() for y in clip] for clip in across])
+    left = np.array([[y.max() for y in clip] for clip in across])
     lanes = [0.0]
     for farther, nearer in zip(right[:-1], left[1:], strict=True):
         step = float((nearer - farther).max()) + APART * wide

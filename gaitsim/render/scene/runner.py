@@ -11,10 +11,11 @@ from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES
 from gaitsim.render.scene.labels import POINT, SMALLEST, glyphs
+from gaitsim.render.scene.pixels import Pixels
 from gaitsim.render.scene.shapes import discs, hull
 from gaitsim.render.scene.themes import Theme, mixed, rgb
 
-FOOT = 1.55  # radius of a foot's mark, in those of limbs
+FOOT, FOOT_OF_SOLID = 1.55, 2.6  # radius of a foot's mark, in those of limbs
 TRAIL = 240  # pieces of the path behind a body
 _CIRCLE = np.linspace(0, 2 * np.pi, 25)
 
@@ -61,7 +62,11 @@ class Runner:
         self.stance = add(PolyCollection([], edgecolors=theme.limb_edge), 5)
         self.stance.set_linewidths([0.6 * line])
         self.swing = add(LineCollection([], linewidths=1.8 * line), 6)
-        self.body = add(PolyCollection([], joinstyle="round"), 7)
+        self.pixels = None
+        if clip.skeleton.solids:
+            trunk = self._colours["body"], self._colours["body_light"]
+            self.pixels = Pixels(clip, theme, trunk, self._line, picture)
+        self.body = add(self.pixels or PolyCollection([], joinstyle="round"), 7)
         self.tag = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
         feet = len(clip.skeleton.contact_names) or clip.at(0).contacts.shape[0]
         colours = {MIDDLE: theme.middle, LEFT: theme.left, RIGHT: theme.right}
@@ -80,20 +85,24 @@ class Runner:
         clip = self.clip
         for step, artist in enumerate((self.stance, self.swing, self.body)):
             artist.set_zorder(5 + (place + step / 3) / 100)
-        self.shadow.set_verts(shadow(camera, clip.grounded(pose.segments), clip.anatomy))
         self._show_trail(camera, pose, reach)
         self._show_feet(camera, pose)
+        if clip.tag:
+            self._show_tag(camera, pose)
+        if self.pixels:
+            self.shadow.set_verts(self.pixels.shadow(camera, pose))
+            self.pixels.show(camera, pose)
+            return
+        self.shadow.set_verts(shadow(camera, clip.grounded(pose.segments), clip.anatomy))
         parts = body(camera, pose.segments, clip.anatomy, self._colours, self._line)
         self.body.set_verts([part.outline for part in parts])
         self.body.set_facecolors(np.array([part.face for part in parts]))
         self.body.set_edgecolors(np.array([part.edge for part in parts]))
         self.body.set_linewidths([part.width * POINT for part in parts])
-        if clip.tag:
-            self._show_tag(camera, pose)
 
     def _show_tag(self, camera: Camera, pose: Pose) -> None:
         """Write the tag above the body, or with an arrow where the body has left the picture."""
-        places, _ = camera.project(pose.segments.reshape(-1, 3))
+        places, _ = camera.project(self.clip.points(pose))
         low, high = places.min(axis=0), places.max(axis=0)
         at = np.array([(low[0] + high[0]) / 2, high[1] + 0.5 * self._size])
         outside = [low[0] > self._picture[0], high[1] < 0, high[0] < 0, low[1] > self._picture[1]]
@@ -119,7 +128,7 @@ class Runner:
         standing = clip.grounded(pose.contacts[touching])
         support = clip.grounded(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
         self.support.set_verts([camera.project(support)[0]])
-        size = FOOT * clip.anatomy.thickness
+        size = (FOOT if self.pixels is None else FOOT_OF_SOLID) * clip.anatomy.thickness
         self.stance.set_verts(list(camera.project(clip.grounded(discs(standing, size)))[0]))
         self.stance.set_facecolors(self._feet[touching])
         swinging, depth = camera.project(pose.contacts[~touching])

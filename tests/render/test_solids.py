@@ -1,0 +1,177 @@
+"""Solids in pictures: what each sample sees, against closed forms and against hulls of points."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from gaitsim.contracts import Skeleton, Solid
+from gaitsim.render.scene import THEMES, Clip, Scene, draw
+from gaitsim.render.scene.camera import Camera, axes
+from gaitsim.render.scene.race import Race
+from gaitsim.render.scene.raster import FINE, raster
+from gaitsim.render.scene.solids import Surfaces, between_poses, rotations
+
+LIGHT = np.array([0.0, 0.0, 1.0])
+TURNED = (0.1, -0.2, 0.05, *np.array([0.8, 0.3, -0.4, 0.2]) / np.sqrt(0.93))
+AT_ZERO = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+
+def seen(solids, poses, angles=(-58.0, 27.0), size=(400, 300)):
+    """What the samples of a picture see from 7 m, at 100 pixels a metre there."""
+    camera = Camera(np.zeros(3), *axes(*angles), 7.0, 100.0, np.array(size) / 2)
+    return raster(camera, Surfaces(solids), np.array(poses, float), LIGHT, size, 2)
+
+
+def whole(drawn, size=(400, 300)):
+    """The nearness over the whole picture."""
+    picture = np.zeros((size[1] * FINE, size[0] * FINE))
+    rows, columns = drawn.nearness.shape
+    bottom, left = drawn.bottom * FINE, drawn.left * FINE
+    picture[bottom : bottom + rows, left : left + columns] = drawn.nearness
+    return picture
+
+
+def test_a_sphere_has_the_depth_and_the_outline_of_one():
+    drawn = whole(seen([Solid("ball", "sphere", (0.5,))], [AT_ZERO]))
+    assert drawn.max() == pytest.approx(1 / 6.5, rel=1e-4)
+    radius = 7 * 100 * FINE * 0.5 / np.sqrt(7**2 - 0.5**2)
+    assert (drawn > 0).sum() == pytest.approx(np.pi * radius**2, rel=0.003)
+
+
+def surface_points(shape):
+    """Points of a solid's surface, so dense that their hull is it but for 1 part in 200."""
+    turn, height = np.meshgrid(
+        np.linspace(0, 2 * np.pi, 49), np.sin(np.linspace(-np.pi / 2, np.pi / 2, 25))
+    )
+    across = np.sqrt(1 - height**2)
+    ball = np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=-1).reshape(-1, 3)
+    ends = np.array([[[0.0, 0.0, -0.6]], [[0.0, 0.0, 0.6]]])
+    ring = ball[np.abs(ball[:, 2]) < 1e-9]
+    return {
+        "sphere": 0.4 * ball,
+        "ellipsoid": ball * (0.3, 0.5, 0.9),
+        "capsule": (0.3 * ball + ends).reshape(-1, 3),
+        "cylinder": (0.3 * ring + ends).reshape(-1, 3),
+        "box": np.sign(ball + 1e-9) * (0.3, 0.5, 0.9),
+    }[shape]
+
+
+SIZES = {
+    "sphere": (0.4,),
+    "ellipsoid": (0.3, 0.5, 0.9),
+    "capsule": (0.3, 0.6),
+    "cylinder": (0.3, 0.6),
+    "box": (0.3, 0.5, 0.9),
+}
+
+
+@pytest.mark.parametrize("shape", SIZES)
+@pytest.mark.parametrize("angles", [(-58.0, 27.0), (-90.0, 90.0)])
+@pytest.mark.parametrize("pose", [AT_ZERO, TURNED], ids=["straight", "turned"])
+def test_each_shape_is_seen_as_the_hull_of_points_on_it(shape, angles, pose):
+    exact = whole(seen([Solid("", shape, SIZES[shape])], [pose], angles))
+    about = whole(seen([Solid("", "mesh", vertices=surface_points(shape))], [pose], angles))
+    assert ((exact > 0) != (about > 0)).sum() < 0.03 * (exact > 0).sum()
+    both = (exact > 0) & (about > 0)
+    away = np.abs(1 / exact[both] - 1 / about[both])
+    assert np.quantile(away, 0.99) < 0.04  # the rest is seen along the surface
+
+
+def test_of_solids_that_cut_through_each_other_the_nearer_is_seen_everywhere():
+    solids = [Solid("", "box", (0.9, 0.2, 0.1)), Solid("", "capsule", (0.15, 0.8))]
+    poses = [AT_ZERO, TURNED]
+    each = [whole(seen([one], [pose])) for one, pose in zip(solids, poses, strict=True)]
+    together = seen(solids, poses)
+    assert np.allclose(whole(together), np.maximum(*each), rtol=2e-4)
+    assert set(np.unique(together.paint // 64)) == {0, 1, 2}
+
+
+def test_of_many_solids_in_one_place_the_first_is_seen():
+    boxes = [Solid("", "box", (0.3, 0.3, 0.3))] * 50
+    drawn = seen([*boxes, Solid("", "cylinder", (0.2, 0.6))], [AT_ZERO] * 51)
+    assert set(np.unique(drawn.paint // 64)) == {0, 1, 51}
+
+
+def test_solids_behind_the_camera_or_outside_the_picture_are_not_drawn():
+    ball = Solid("", "sphere", (0.5,))
+    behind = -9.0 * axes(-58.0, 27.0)[2]
+    assert not seen([ball, ball], [AT_ZERO, (*behind, 1, 0, 0, 0)]).paint.max() // 64 > 1
+    assert seen([ball], [(0, 0, 50, 1, 0, 0, 0)]) is None
+
+
+def test_a_flat_mesh_is_a_sheet():
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
+    drawn = whole(seen([Solid("", "mesh", vertices=square)], [AT_ZERO], (-90.0, 90.0)))
+    assert (drawn > 0).sum() == pytest.approx((100 * FINE) ** 2, rel=0.03)
+
+
+def test_poses_turn_as_quaternions_do():
+    quaternions = np.random.default_rng(1).normal(size=(5, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
+    known = Rotation.from_quat(quaternions[:, [1, 2, 3, 0]]).as_matrix()
+    assert np.allclose(rotations(quaternions), known)
+    one, other = np.array([AT_ZERO]), -np.array([[0, 0, 0, np.sqrt(0.5), 0, 0, np.sqrt(0.5)]])
+    half = between_poses(one, other, 0.5)  # 45° of the 90° that −q is, too
+    assert np.allclose(half[0, 3:], (np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)))
+
+
+def robot(touching=True):
+    """A trunk on two legs, one of them lifted or not, which moves by 1 m."""
+    solids = (
+        Solid("trunk", "box", (0.3, 0.1, 0.1)),
+        Solid("L1 leg", "capsule", (0.05, 0.2)),
+        Solid("R1 leg", "cylinder", (0.05, 0.2)),
+    )
+    places = np.array([[0, 0, 0.5], [0, 0.3, 0.25], [0, -0.3, 0.25]])
+    along = np.outer(np.linspace(0, 1, 11), (1.0, 0, 0))[:, None]
+    poses = np.concatenate([places + along, np.tile((1.0, 0, 0, 0), (11, 3, 1))], axis=-1)
+    feet = places[1:] * (1, 1, 0) + along
+    return Skeleton(
+        np.stack([feet, feet + np.array([0, 0, 0.45])], axis=2),
+        ("L1 leg", "R1 leg"),
+        10.0,
+        feet,
+        np.full((11, 2), touching),
+        ("L1", "R1"),
+        places[0] + along[:, 0],
+        solids=solids,
+        poses=poses,
+    )
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_legs_have_the_colour_of_their_side_and_more_of_it_on_the_ground(theme):
+    trunk, *sides = (
+        np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], float)
+        for colour in (THEMES[theme].body(0), THEMES[theme].left, THEMES[theme].right)
+    )
+    stands, lifted = (
+        draw(robot(touching), 0.5, size=(320, 240), theme=theme)[20:210, :, :3].astype(float)
+        for touching in (True, False)
+    )
+
+    def near(picture, colour):
+        """The pixels of about a colour's hue."""
+        hue = (picture - picture.mean(axis=-1, keepdims=True)) @ (colour - colour.mean())
+        norms = np.linalg.norm(picture - picture.mean(axis=-1, keepdims=True), axis=-1)
+        return hue > 0.95 * np.maximum(norms, 25.0) * np.linalg.norm(colour - colour.mean())
+
+    assert near(stands, trunk).sum() > 300
+    for side in sides:
+        one, other = near(stands, side), near(lifted, side)
+        vivid, pale = np.ptp(stands[one], axis=-1), np.ptp(lifted[other], axis=-1)
+        assert np.median(vivid) > 1.3 * np.median(pale) > 0
+
+
+def test_the_picture_makes_room_for_solids_and_lanes_do_so_too():
+    clip = Clip(robot())
+    assert np.ptp(clip.box, axis=0) == pytest.approx((0.6, 0.7, 0.6), abs=0.01)
+    narrow = Clip(replace(robot(), solids=(), poses=None))
+    apart, less = (
+        np.ptp([one.lane for one in Race([clip, clip], -1).clips]) for clip in (clip, narrow)
+    )
+    assert apart > less + 0.09
+    race = Scene([replace(clip, tag="a"), replace(clip, tag="b")], (320, 240), "side", "dark")
+    assert race.draw(0.5).shape == (240, 320, 4)

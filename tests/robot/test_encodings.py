@@ -1,0 +1,185 @@
+"""Commands to the servos: kinematics against MuJoCo's, limits and symmetries of any genome."""
+
+import math
+from functools import cache
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_robots import FACING_Y, HEXAPOD, HUMANOID, QUADRUPED
+
+from gaitsim.encoding import genome_space
+from gaitsim_robot.anatomy import find_anatomy
+from gaitsim_robot.encodings import Encoding
+from gaitsim_robot.steps import SAMPLES, cycle
+from gaitsim_robot.world import FRAME_RATE
+
+ROBOTS = {"quadruped": QUADRUPED, "facing y": FACING_Y, "hexapod": HEXAPOD, "humanoid": HUMANOID}
+KINDS = ("steps", "sine", "cpg")
+SYMMETRIES = ("none", "alternating", "trot", "bound", "wave")
+TOP_SPEED = 5.0  # rad/s
+
+
+@cache
+def encoding(robot, kind="steps", symmetry="none"):
+    model = mujoco.MjModel.from_xml_string(ROBOTS[robot])
+    anatomy = find_anatomy(model)
+    return Encoding(model, anatomy, np.full(len(anatomy.joints), TOP_SPEED), kind, symmetry)
+
+
+def genomes(coder, count, seed=0):
+    space = genome_space(coder.groups)
+    shares = np.random.default_rng(seed).random((count, len(space.lower)))
+    return space.lower + shares * (space.upper - space.lower)
+
+
+def genome(coder, **values):
+    """A genome of these values; 0, or the nearest that is allowed, elsewhere."""
+    genes = [
+        np.clip(np.full(len(group.parts), values.get(group.name, 0.0)), group.lower, group.upper)
+        for group in coder.groups
+    ]
+    return np.concatenate(genes)[None]
+
+
+def feet(coder, angles):
+    """Where MuJoCo has the feet at angles of the leg joints, (frames, legs, 3) m."""
+    model, anatomy = coder.model, coder.anatomy
+    data = mujoco.MjData(model)
+    address = [model.joint(name).qposadr[0] for name in anatomy.joints]
+    places = np.empty((len(angles), len(anatomy.legs), 3))
+    for frame, pose in enumerate(angles):
+        data.qpos[:] = anatomy.stance
+        data.qpos[address] = pose
+        mujoco.mj_kinematics(model, data)
+        for at, leg in enumerate(anatomy.legs):
+            body = data.body(leg.foot)
+            places[frame, at] = body.xpos + body.xmat.reshape(3, 3) @ leg.point
+    return places
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_forward_kinematics_are_those_of_mujoco(robot):
+    coder = encoding(robot)
+    lower, upper = coder._limits
+    angles = lower + np.random.default_rng(1).random((5, len(lower))) * (upper - lower)
+    first = 0
+    for at, chain in enumerate(coder.chains):
+        own = angles[:, first : first + len(chain.zero)]
+        assert chain.place(own) == pytest.approx(feet(coder, angles)[:, at], abs=1e-12)
+        first += len(chain.zero)
+
+
+def test_the_jacobian_is_the_slope_of_the_kinematics():
+    chain = encoding("humanoid").chains[0]
+    angles = chain.zero + 0.1
+    nudge = 1e-6 * np.eye(len(angles))
+    slope = (chain.place(angles + nudge) - chain.place(angles - nudge)) / 2e-6
+    assert chain.jacobian(angles)[:3] == pytest.approx(slope.T, abs=1e-8)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_inverse_kinematics_reach_what_is_in_reach(robot):
+    coder = encoding(robot)
+    for leg, chain in zip(coder.anatomy.legs, coder.chains, strict=True):
+        near = np.random.default_rng(2).uniform(-0.2, 0.2, (50, SAMPLES, len(chain.zero)))
+        targets = chain.place(np.clip(chain.zero + near, chain.lower, chain.upper))
+        found = cycle(chain, targets, level=False)
+        error = np.linalg.norm(chain.place(found) - targets, axis=-1)
+        assert error.max() < 1e-4, leg.name
+
+
+def test_a_sole_stays_level():
+    coder = encoding("humanoid")
+    angles = coder.commands(genome(coder, stride=0.2, lift=0.1, frequency=0.5), 200)[0]
+    data = mujoco.MjData(coder.model)
+    data.qpos[:] = coder.anatomy.stance
+    address = [coder.model.joint(name).qposadr[0] for name in coder.anatomy.joints]
+    for pose in angles[25:]:
+        data.qpos[address] = pose
+        mujoco.mj_kinematics(coder.model, data)
+        assert data.body("left_foot").xmat[8] > math.cos(0.05)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    robot=st.sampled_from(tuple(ROBOTS)),
+    kind=st.sampled_from(KINDS),
+    symmetry=st.sampled_from(SYMMETRIES),
+    seed=st.integers(0, 2**32 - 1),
+    corners=st.booleans(),
+)
+def test_commands_keep_limits_and_speed_whatever_the_genome(robot, kind, symmetry, seed, corners):
+    coder = encoding(robot, kind, symmetry)
+    space = genome_space(coder.groups)
+    drawn = genomes(coder, 3, seed)
+    if corners:
+        drawn = np.where(drawn > (space.lower + space.upper) / 2, space.upper, space.lower)
+    angles = coder.commands(drawn, 60)
+    lower, upper = np.array([coder.model.joint(name).range for name in coder.anatomy.joints]).T
+    assert (angles >= lower - 1e-12).all()
+    assert (angles <= upper + 1e-12).all()
+    assert np.abs(np.diff(angles, axis=1)).max() <= TOP_SPEED / FRAME_RATE + 1e-12
+    standing = [
+        coder.anatomy.stance[coder.model.joint(name).qposadr[0]] for name in coder.anatomy.joints
+    ]
+    assert angles[:, 0] == pytest.approx(np.tile(standing, (3, 1)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("robot", ["hexapod", "humanoid"])
+def test_how_a_population_is_cut_changes_no_bit(robot, kind):
+    coder = encoding(robot, kind)
+    drawn = genomes(coder, 7)
+    whole = coder.commands(drawn, 80)
+    for size in (1, 3):
+        parts = [coder.commands(drawn[at : at + size], 80) for at in range(0, 7, size)]
+        assert np.array_equal(np.concatenate(parts), whole)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("symmetry", "lags"),
+    [
+        ("alternating", [0, 0.5, 0.5, 0, 0, 0.5]),
+        ("trot", [0, 0.5, 0.5, 0, 0, 0.5]),
+        ("bound", [0, 0, 0.5, 0.5, 0, 0]),
+        ("wave", [-0.5, 0, -0.25, 0.25, 0, 0.5]),
+    ],
+)
+def test_mirrored_legs_do_the_same_at_their_time(kind, symmetry, lags):
+    coder = encoding("hexapod", kind, symmetry)
+    step = {"stride": 0.03, "lift": 0.02, "duty": 0.6, "shift": 0.01}
+    wave = {"amplitude": 0.2, "offset": 0.1, "delay": 0.3}
+    drawn = genome(coder, frequency=0.5, lag=math.pi / 2, **step, **wave)
+    path = feet(coder, coder.commands(drawn, 301)[0])  # 100 frames a cycle
+    for leg in range(6):
+        later = round(100 * (lags[leg] - lags[leg % 2])) % 100
+        ahead = path[100 + later : 200 + later, leg % 2, 2]
+        if kind == "steps":
+            assert path[100:200, leg, 2] == pytest.approx(ahead, abs=1e-5)
+    for left in (0, 2, 4):
+        later = round(100 * (lags[left + 1] - lags[left])) % 100
+        mirrored = path[100 + later : 200 + later, left] * [1, -1, 1]
+        assert path[100:200, left + 1] == pytest.approx(mirrored, abs=1e-4)
+
+
+def test_a_step_has_its_length_height_and_stance():
+    coder = encoding("quadruped", symmetry="trot")
+    step = {"stride": 0.1, "lift": 0.05, "duty": 0.6, "frequency": 0.5, "height": -0.02}
+    path = feet(coder, coder.commands(genome(coder, **step), 301)[0])[100:200]
+    standing = feet(coder, coder.commands(genome(coder), 1)[0])[0]
+    left = path[:, 0] - standing[0]
+    assert left[:, 2].max() == pytest.approx(0.05 + 0.02, abs=1e-3)
+    stance = left[:, 2] < 0.02 + 1e-3
+    assert stance.mean() == pytest.approx(0.6, abs=0.06)
+    assert np.ptp(left[stance, 0]) == pytest.approx(0.1, abs=5e-3)
+    assert np.abs(left[:, 1]).max() < 1e-3
+
+
+def test_genes_are_few_with_a_symmetry():
+    coders = {name: encoding("quadruped", "steps", name) for name in SYMMETRIES}
+    counts = {name: len(genome_space(coder.groups).lower) for name, coder in coders.items()}
+    assert counts == {"none": 17, "alternating": 7, "trot": 7, "bound": 7, "wave": 8}
