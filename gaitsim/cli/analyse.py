@@ -5,20 +5,21 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.console import echo, print_json, wrote
+from gaitsim.cli.console import echo, output, print_json, wrote
 from gaitsim.cli.gait_view import print_gait
 from gaitsim.cli.options import BestOf, Json, MemberOf, RunName
 from gaitsim.cli.parsing import which
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.cli.score_view import print_robustness, print_score_breakdown
+from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
 from gaitsim.errors import GaitsimError
-from gaitsim.gait import analyse_individual
+from gaitsim.gait import analyse_individual, on_twin
 from gaitsim.gait.files.reader import individual_of, read_gait
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
 from gaitsim.individual import Individual, Member, Which
 from gaitsim.render.plots.gait import plot_gait
 from gaitsim.render.plots.style import check_target
+from gaitsim.render.terminal.explanation import on_physics
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -34,6 +35,9 @@ def analyse(
     perturb: Annotated[
         bool, typer.Option("--perturb", help="Repeat the motion with late and inexact servos.")
     ] = False,
+    physics: Annotated[
+        bool, typer.Option("--physics", help="Play the gait on the body's twin in physics, too.")
+    ] = False,
     figure: Annotated[
         Path | None, typer.Option(help="PNG, SVG or PDF of footfalls, phases and stability.")
     ] = None,
@@ -46,6 +50,8 @@ def analyse(
     gaitsim analyse spider
 
     gaitsim analyse spider --perturb
+
+    gaitsim analyse spider --physics
 
     gaitsim analyse spider --generation 10 --figure gait.pdf
 
@@ -60,12 +66,13 @@ def analyse(
     if figure is not None:
         plot_gait(found, individual.title, figure)
         wrote(figure)
+    twin = on_twin(individual) if physics else None
     robustness = None
     if perturb:
         with Progress("perturbing the gait", "kinds") as progress:
             robustness = measure_robustness(individual, history, progress.expect, progress.advance)
     if json:
-        analysis = analysis_to_dict(individual, found, history, robustness)
+        analysis = analysis_to_dict(individual, found, history, robustness, twin)
         print_json(
             {
                 "run": str(opened.path),
@@ -78,6 +85,9 @@ def analyse(
     print_score_breakdown(individual, history)
     if robustness is not None:
         print_robustness(robustness)
+    if twin is not None:
+        output().print()
+        print_section(on_physics(individual, twin))
     if figure is not None:
         echo(f"\n{figure}")
 

@@ -42,11 +42,14 @@ class Organism(Plugin):
             leaves it False; processes share its work.
         dynamic: whether forces move it, so that it falls without support. A leap, which is an
             exploit of a body without inertia, is then legitimate.
+        twin: preset whose body is this one in rigid-body physics, with joints of the same names
+            and the same zero, so that it can play this body's gaits; '' for none.
     """
 
     channels: ClassVar[Mapping[str, Channel]]
     threads: ClassVar[bool] = False
     dynamic: ClassVar[bool] = False
+    twin: ClassVar[str] = ""
 
     @abstractmethod
     def genome_space(self) -> GenomeSpace:

@@ -4,13 +4,16 @@ from gaitsim.gait.of_individual import analyse_individual, margin_of
 from gaitsim.gait.quantities import quantities
 from gaitsim.gait.report import Footfalls, GaitAnalysis, analyse_gait
 from gaitsim.gait.support import stability_margin
+from gaitsim.gait.twin import compare_with_twin, on_twin
 
 __all__ = [
     "Footfalls",
     "GaitAnalysis",
     "analyse_gait",
     "analyse_individual",
+    "compare_with_twin",
     "margin_of",
+    "on_twin",
     "quantities",
     "stability_margin",
 ]

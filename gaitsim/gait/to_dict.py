@@ -11,6 +11,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.gait.report import Footfalls, GaitAnalysis
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
+from gaitsim.gait.twin import compare_with_twin
 from gaitsim.individual import Individual
 
 
@@ -19,8 +20,9 @@ def analysis_to_dict(
     gait: GaitAnalysis,
     history: Mapping[str, NDArray[np.float64]],
     robustness: Robustness | None,
+    twin: Individual | None,
 ) -> dict[str, Any]:
-    """Return an individual's gait, the breakdown of its score, and its robustness."""
+    """Return an individual's gait, its score's breakdown, robustness, and gait on the twin."""
     generation = individual.best_of
     changes = None
     if generation is not None:
@@ -39,6 +41,7 @@ def analysis_to_dict(
         "terms_over_generations": changes,
         "summary": list(summarise(individual.replayed_terms, history, generation)),
         "robustness": asdict(robustness) if robustness else None,
+        "physics": [one._asdict() for one in compare_with_twin(individual, twin)] if twin else None,
     }
 
 

@@ -133,6 +133,9 @@ class Analysis(Settings):
     generation: Generation = None
     member: Member = None
     perturb: Annotated[bool, Field(description="Repeat it with late and inexact servos.")] = False
+    physics: Annotated[bool, Field(description="Play it on the body's twin in physics, too.")] = (
+        False
+    )
     figure: Annotated[
         PlotFormat | None, Field(description="A figure of footfalls, phases and stability.")
     ] = None

@@ -44,6 +44,7 @@ class Spider(Organism):
     )
 
     threads: ClassVar[bool] = True
+    twin: ClassVar[str] = "spider-physics"
     channels: ClassVar[Mapping[str, Channel]] = {
         "joint_angles": Channel(("frames", "joints"), "rad", "from the pose at rest"),
         "feet": Channel(("frames", "feet", XYZ), "m", "feet in the body's frame"),

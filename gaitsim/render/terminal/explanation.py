@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait import GaitAnalysis
+from gaitsim.gait import GaitAnalysis, compare_with_twin
 from gaitsim.gait.quantities import quantities
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
+from gaitsim.gait.twin import Transferred
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number
 
@@ -67,6 +68,30 @@ def travel_and_stability(gait: GaitAnalysis) -> Passage:
     notes = tuple(f"Not available: {missing}." for missing in gait.missing)
     columns = ("measure", "value", "", "what it is")
     return Passage(columns=columns, rows=rows, numbers=("value",), notes=notes)
+
+
+def on_physics(individual: Individual, twin: Individual) -> Passage:
+    """Return what a gait is on the physical twin of its body, beside what it is on the body.
+
+    Raises:
+        PluginError: a body cannot be drawn or measured.
+    """
+    failure = twin.replayed_failure
+    rows = tuple(
+        (one.name, _of_twin(one, one.kinematic), _of_twin(one, one.physical), one.unit)
+        for one in compare_with_twin(individual, twin)
+    )
+    return Passage(
+        f"The same joint angles in rigid-body physics, {twin.experiment.name}",
+        failure and f"The simulation fails: {failure}",
+        columns=("measure", "kinematic", "physics", ""),
+        rows=rows,
+        numbers=("kinematic", "physics"),
+    )
+
+
+def _of_twin(one: Transferred, value: float) -> str:
+    return or_dash(value, DIGITS.get(one.name, 3))
 
 
 def or_dash(value: float | None, digits: int) -> str:

@@ -2,18 +2,26 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import ClassVar
 
 from rich.table import Table
 from rich.text import Text
 from textual import work
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait import GaitAnalysis, analyse_individual
-from gaitsim.individual import Which
-from gaitsim.render.terminal.explanation import Passage, explanation, travel_and_stability
+from gaitsim.gait import GaitAnalysis, analyse_individual, on_twin
+from gaitsim.gait.twin import has_twin
+from gaitsim.individual import Individual, Which
+from gaitsim.render.terminal.explanation import (
+    Passage,
+    explanation,
+    on_physics,
+    travel_and_stability,
+)
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
@@ -39,8 +47,13 @@ Why the best of a generation, or a member, scored, and which gait it is.
   means of their populations.
 - A term dominates with 60 % of all that the terms add and take.
 - Below: the gait's name, signs of exploits, travel, slip and stability.
+- **Physics** plays the same joint angles on the body's twin in rigid-body physics, if it has one.
 - *Analysis with late and inexact servos* in **Export** says whether the gait is robust.
 """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("p", "physics", "Physics", id="why.physics",
+                tooltip="Play the gait on the body's twin in rigid-body physics"),
+    ]  # fmt: skip
     DEFAULT_CSS = """
     Why {
         & VerticalScroll { height: 1fr; padding: 0 1; }
@@ -55,6 +68,8 @@ Why the best of a generation, or a member, scored, and which gait it is.
     def __init__(self, run: Path, which: Which = None) -> None:
         super().__init__()
         self._run, self._which = run, which
+        self._individual: Individual | None = None
+        self._physics = False
         self.sub_title = "why it scored"
 
     def compose(self) -> ComposeResult:
@@ -69,24 +84,55 @@ Why the best of a generation, or a member, scored, and which gait it is.
         scroll.focus()
         state = self.query_one("#why-state", Static)
         try:
-            heading, sections, gait = await self.in_thread(_explained, self._run, self._which)
+            found, sections, gait = await self.in_thread(_explained, self._run, self._which)
         except GaitsimError as error:
             state.update(Text(visible_lines(str(error))))
             return
-        state.update(Text(visible(heading), style="bold"))
+        state.update(Text(visible(found.title), style="bold"))
         await scroll.mount(
             *(part for section in sections for part in _shown(section)), *_gait(gait)
         )
+        self._individual = found
+        self.refresh_bindings()
+
+    @work(group="physics")
+    async def action_physics(self) -> None:
+        """Play the gait on the body's twin, and show what is kept of it."""
+        assert self._individual is not None
+        self._physics = True
+        self.refresh_bindings()
+        scroll, waiting = self.query_one(VerticalScroll), Static("simulating …")
+        await scroll.mount(waiting)
+        scroll.scroll_end(animate=False)
+        try:
+            section = await self.in_thread(_transferred, self._individual)
+        except GaitsimError as error:
+            waiting.update(Text(visible_lines(str(error))))
+            return
+        await scroll.mount(*_shown(section))
+        await waiting.remove()
+        scroll.scroll_end(animate=False)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "physics":
+            found = self._individual
+            return found is not None and not self._physics and has_twin(found)
+        return super().check_action(action, parameters)
 
     def command_line(self) -> str:
-        return command("analyse", self._run, *options_of(self._which))
+        physics = ("--physics",) if self._physics else ()
+        return command("analyse", self._run, *options_of(self._which), *physics)
 
 
-def _explained(path: Path, which: Which) -> tuple[str, tuple[Passage, ...], GaitAnalysis]:
+def _transferred(individual: Individual) -> Passage:
+    return on_physics(individual, on_twin(individual))
+
+
+def _explained(path: Path, which: Which) -> tuple[Individual, tuple[Passage, ...], GaitAnalysis]:
     """Return who it is, why it scored, and its gait."""
     run = RunSnapshot(path)
     found = run.individual(which)
-    return found.title, tuple(explanation(found, run.history)), analyse_individual(found)
+    return found, tuple(explanation(found, run.history)), analyse_individual(found)
 
 
 def _gait(gait: GaitAnalysis) -> Iterator[Static]:

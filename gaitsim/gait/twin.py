@@ -1,0 +1,83 @@
+"""A kinematic gait on the physical twin of its body, with gravity, contact, slip and servos."""
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment
+from gaitsim.gait.files.reader import GaitFile, individual_of
+from gaitsim.gait.of_individual import analyse_individual
+from gaitsim.gait.quantities import quantities
+from gaitsim.individual import Individual, Measurement
+
+
+class Transferred(NamedTuple):
+    """A quantity of a gait on two bodies.
+
+    Attributes:
+        name: of the quantity.
+        kinematic: its value on the body that the gait was made for; NaN where that has none.
+        physical: its value on the physical twin.
+        unit: of both.
+        help: meaning.
+    """
+
+    name: str
+    kinematic: float
+    physical: float
+    unit: str
+    help: str
+
+
+def has_twin(individual: Individual) -> bool:
+    """Return whether the body names a physical twin, which can play its joint angles."""
+    organism = individual.experiment.organism
+    return bool(organism.twin) and "joint_angles" in organism.channels
+
+
+def on_twin(individual: Individual) -> Individual:
+    """Play the joint angles of an individual on the physical twin of its body.
+
+    Raises:
+        GaitsimError: the body has no twin, or the twin cannot play its joint angles.
+        PluginError: the twin fails.
+    """
+    organism, angles = individual.experiment.organism, individual.joint_angles
+    if angles is None or not has_twin(individual):
+        raise GaitsimError(
+            f"{individual.experiment.entries['organism']} has no physical twin",
+            allowed="a kinematic body whose plugin names one, such as the spider",
+        )
+    gait = GaitFile(
+        individual.source or Path(individual.name),
+        angles,
+        individual.motion.frame_rate,
+        tuple(organism.joint_names()),
+    )
+    return individual_of(gait, load_experiment(organism.twin))
+
+
+def compare_with_twin(individual: Individual, twin: Individual) -> tuple[Transferred, ...]:
+    """Return the quantities of a gait on its body and on the physical twin of the body.
+
+    They are those of the gait analysis, and all measures of the twin, such as energy.
+
+    Raises:
+        PluginError: a body cannot be drawn or measured.
+    """
+    return tuple(_paired(_known(individual), _known(twin)))
+
+
+def _known(individual: Individual) -> dict[str, Measurement]:
+    return quantities(analyse_individual(individual)) | individual.measurements
+
+
+def _paired(
+    kinematic: Mapping[str, Measurement], physical: Mapping[str, Measurement]
+) -> Iterator[Transferred]:
+    for name, (value, unit, meaning) in physical.items():
+        other = kinematic.get(name)
+        known = other is not None and other.unit == unit
+        yield Transferred(name, other.value if known and other else math.nan, value, unit, meaning)
