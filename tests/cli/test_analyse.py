@@ -52,9 +52,20 @@ def test_a_gait_is_reported_and_why_it_scored(gaitsim, spider):
     assert "The run recorded" not in shown.stdout
 
 
+def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):
+    tetrapod = ("--gait", GAITS / "alternating-tetrapod.npz", "--physics")
+    found = strict(gaitsim("analyse", "spider", *tetrapod, "--json").stdout)
+    (forward,) = (one for one in found["physics"] if one["name"] == "forward")
+    assert forward["kinematic"] == pytest.approx(found["travel"]["forward"])
+    kept = f"{100 * forward['physical'] / forward['kinematic']:.0f} %"
+    shown = gaitsim("analyse", "spider", *tetrapod).stdout
+    assert "rigid-body physics, spider-physics" in shown
+    assert f"It keeps {kept} of the way forward." in shown
+
+
 def test_it_fits_80_columns_of_a_terminal(gaitsim, spider, monkeypatch):
     monkeypatch.setattr("gaitsim.cli.console.PIPED_WIDTH", 80)
-    for arguments in (("--perturb",), ("--gait", GAITS / "wave.npz")):
+    for arguments in (("--perturb", "--physics"), ("--gait", GAITS / "wave.npz")):
         lines = gaitsim("analyse", "spider", *arguments).stdout.splitlines()
         assert max(map(len, lines)) <= 80
 

@@ -1,5 +1,6 @@
 """The screen that says why a champion scored."""
 
+import gaitsim as gs
 from gaitsim.tui.screens.why import Why
 
 
@@ -31,5 +32,25 @@ def test_it_says_which_terms_the_score_has_and_which_gait_it_is(walk, drive):
         driver.app.open_why(run, 9)
         await driver.until(lambda: "has no generation 9" in words(driver.screen))
         assert isinstance(driver.screen, Why)
+
+    drive(test)
+
+
+def test_p_plays_the_gait_on_the_physical_twin_of_a_body_that_has_one(here, walk, drive):
+    puppets = walk()
+    with gs.evolve("spider", generations=1, population=4, out=here / "runs/eight") as search:
+        list(search)
+
+    async def test(driver):
+        driver.app.open_why(puppets)
+        await driver.until(lambda: "Gait: none" in words(driver.screen))
+        assert not driver.screen.check_action("physics", ())
+        await driver.press("escape")
+        driver.app.open_why(here / "runs/eight")
+        await driver.until(lambda: driver.screen.check_action("physics", ()))
+        await driver.press("p")
+        await driver.until(lambda: "of the way forward" in words(driver.screen))
+        assert driver.screen.command_line().endswith("--physics")
+        assert not driver.screen.check_action("physics", ())
 
     drive(test)

@@ -77,9 +77,15 @@ def on_physics(individual: Individual, twin: Individual) -> Passage:
         PluginError: a body cannot be drawn or measured.
     """
     failure = twin.replayed_failure
+    found = compare_with_twin(individual, twin)
     rows = tuple(
         (one.name, _of_twin(one, one.kinematic), _of_twin(one, one.physical), one.unit)
-        for one in compare_with_twin(individual, twin)
+        for one in found
+    )
+    notes = tuple(
+        f"It keeps {100 * one.physical / one.kinematic:.0f} % of the way forward."
+        for one in found
+        if one.name == "forward" and one.kinematic > 0
     )
     return Passage(
         f"The same joint angles in rigid-body physics, {twin.experiment.name}",
@@ -87,6 +93,7 @@ def on_physics(individual: Individual, twin: Individual) -> Passage:
         columns=("measure", "kinematic", "physics", ""),
         rows=rows,
         numbers=("kinematic", "physics"),
+        notes=notes,
     )
 
 
