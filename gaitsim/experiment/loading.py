@@ -41,7 +41,7 @@ def load_experiment(
             f"organism.{option}": reference,
             **(overrides or {}),
         }
-        return parse_experiment(read_preset(body), f"preset {body}", given, place)
+        return parse_experiment(read_preset(body), reference, given, place)
     if path.suffix == ".toml" or path.name != reference:
         shown, listed = "'gaitsim experiments show spider'", "'gaitsim experiments list'"
         text = read_file(path, "experiment", shown, f"name a preset: {listed}")
@@ -77,7 +77,7 @@ def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experim
     with registry.plugin_errors(entry, "reading a file"):
         found = model.read_file(path, roots)
     given = {"name": experiment_name(path), f"organism.{option}": found.text}
-    return found, parse_experiment(read_preset(body), f"preset {body}", given, str(path))
+    return found, parse_experiment(read_preset(body), str(path), given, str(path))
 
 
 def read_file(path: Path, noun: str, preset: str, remedy: str) -> str:

@@ -208,8 +208,12 @@ class Reader:
             with plugin_errors(entry, "taking its options"):
                 plugin = self._options(kind, model)
         except GaitsimError as error:
-            own = self._data[kind].keys() & {error.key}  # a validator says which option it is
-            self._problems.of_plugin(f"{kind}.{error.key}" if own else key, error)
+            if error.key in self._data[kind]:  # a validator says which option it is
+                key, value = f"{kind}.{error.key}", literal(self._data[kind][error.key])
+                where = "" if error.where == f"{entry}, {entry.target}" else error.where
+                told = value.strip('"') in f"{error.what} {where}"
+                error.where = where if told else ", ".join(filter(None, (value, where)))
+            self._problems.of_plugin(key, error)
             return
         if plugin is not None:
             self._entries[kind], self._plugins[kind] = entry, plugin

@@ -123,16 +123,16 @@ def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -
     bodies = [model.body(index).name for index in range(2, model.nbody)]
     for name in feet:
         if name not in bodies:
-            raise unknown("body", name, bodies, where="option feet")
+            raise unknown("body", name, bodies, key="feet")
     joints = [model.joint(index).name for index in range(1, model.njnt)]
     for name, angle in stance.items():
         if name not in joints:
-            raise unknown("joint", name, joints, where="option stance")
+            raise unknown("joint", name, joints, key="stance")
         joint = model.joint(name)
         lower, upper = model.jnt_range[joint.id]
         if model.jnt_limited[joint.id] and not lower <= angle <= upper:
             raise GaitsimError(
                 f"the angle {math.degrees(angle):.4g}° of joint {name!r} is outside its limits",
-                where="option stance",
+                key="stance",
                 allowed=f"{math.degrees(lower):.4g}° to {math.degrees(upper):.4g}°",
             )

@@ -113,7 +113,7 @@ class Finder:
                 "the robot has no legs",
                 allowed="at least two limbs of hinge joints that reach the ground below the trunk; "
                 f"found {len(limbs)}" + (f", which end at {', '.join(names)}" if names else ""),
-                remedy="name the bodies at the ends of the legs in the option feet",
+                remedy="name the bodies at the ends of the legs in organism.feet",
             )
         return legs
 
@@ -124,15 +124,16 @@ class Finder:
         if self.given:
             raise GaitsimError(
                 f"the robot cannot stand in the given pose: {problem}",
-                where="option stance" if self.stance else "keyframe stand",
+                where="" if self.stance else "keyframe stand",
+                key="stance" if self.stance else "",
                 remedy="change the pose, or leave it out to have one found",
             )
         found, why = stand.search(rest)
         if found is None:
             raise GaitsimError(
                 f"the robot has no standing pose: {why}",
-                remedy="set the option stance to angles of joints in which it stands, or name its "
-                "feet in the option feet",
+                remedy="set organism.stance to angles of joints in which it stands, or name its "
+                "feet in organism.feet",
             )
         return found
 

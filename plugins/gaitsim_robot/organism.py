@@ -1,9 +1,7 @@
 """The robot: any legged robot from a URDF or MJCF file."""
 
 import math
-from collections.abc import Mapping
-from functools import lru_cache
-from importlib.resources import files
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Self
 
@@ -12,7 +10,9 @@ from pydantic import ValidationInfo, field_validator, model_validator
 
 from gaitsim.contracts import (
     Array,
+    BodyFile,
     Channel,
+    Facts,
     Genomes,
     Measure,
     Motion,
@@ -24,19 +24,23 @@ from gaitsim.contracts import (
 )
 from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
 from gaitsim.errors import GaitsimError
-from gaitsim_robot.anatomy import Anatomy, find_anatomy
-from gaitsim_robot.encodings import Encoding
-from gaitsim_robot.errors import RobotError
+from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.importing import import_robot
+from gaitsim_robot.loading import (
+    BUNDLED,
+    ServoOptions,
+    anatomy_of,
+    bundled,
+    encoding_of,
+    robot_text,
+    servos_of,
+    world_of,
+)
 from gaitsim_robot.measures import measures
-from gaitsim_robot.quiet import silence
-from gaitsim_robot.servos import ServoName, joint_servos
-from gaitsim_robot.text import compiled
-from gaitsim_robot.world import FRAME_RATE, World, build
+from gaitsim_robot.servos import ServoName
+from gaitsim_robot.world import FRAME_RATE, World
 
 XYZ = ("x", "y", "z")
-SPEED_SHARE = 0.8  # of the speed at which a servo has no torque left, for commands
-BUNDLED = ("quadruped", "hexapod", "spider-physics")
 
 
 class Robot(Organism):
@@ -139,7 +143,7 @@ class Robot(Organism):
     @classmethod
     def _imported(cls, model: str, info: ValidationInfo) -> str:
         try:
-            return _robot_text(model, folder_of(info))
+            return robot_text(model, folder_of(info))
         except GaitsimError as error:
             error.key = "model"
             raise
@@ -152,13 +156,18 @@ class Robot(Organism):
             raise ValueError(
                 f"dt {self.dt:g} s does not divide 1/50 s into whole steps; {near:.4g} s does"
             )
+        try:
+            _ = self.anatomy
+        except GaitsimError as error:
+            error.key = error.key or "model"
+            raise
         return self
 
     @property
     def text(self) -> str:
         """The robot's text."""
         if self.model in BUNDLED:
-            return _bundled(self.model)
+            return bundled(self.model)
         return self.model
 
     @property
@@ -169,13 +178,43 @@ class Robot(Organism):
     @property
     def anatomy(self) -> Anatomy:
         """Legs, feet and the standing pose."""
-        return _anatomy(self.text, self.feet, tuple(self.stance.items()))
+        return anatomy_of(self.text, self.feet, tuple(self.stance.items()))
 
     @property
     def world(self) -> World:
         """The robot on its ground, compiled once."""
-        servo = (self.servo, self.torque_limit, self.speed_limit, self.latency, self.stiffness)
-        return _world(self.text, self.anatomy, servo, self.dt, self.friction, self.gravity)
+        return world_of(self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity)
+
+    @property
+    def _servo(self) -> ServoOptions:
+        return self.servo, self.torque_limit, self.speed_limit, self.latency, self.stiffness
+
+    def describe(self) -> Facts:
+        """Mass, legs, servos and the standing pose."""
+        from gaitsim_robot.describing import facts
+
+        return facts(self.world, servos_of(self.text, self.anatomy, self._servo))
+
+    @classmethod
+    def library(cls) -> Facts:
+        """The bundled robots and servos."""
+        from gaitsim_robot.describing import library
+
+        return library({name: cls(model=name).anatomy for name in BUNDLED})
+
+    @classmethod
+    def read_file(cls, path: Path, roots: Sequence[Path] = ()) -> BodyFile:
+        """Read a URDF or MJCF file.
+
+        Args:
+            path: the file.
+            roots: further folders whose files it may use, such as other ROS packages.
+
+        Raises:
+            RobotError: it cannot be read, or is not a robot.
+        """
+        found = import_robot(path, roots)
+        return BodyFile(found.name, found.text, found.repairs)
 
     def genome_space(self) -> RealSpace:
         """Genes of the encoding."""
@@ -183,11 +222,11 @@ class Robot(Organism):
 
     @property
     def _gene_groups(self) -> tuple[GeneGroup, ...]:
-        return _encoding(self.world).groups
+        return encoding_of(self.world).groups
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk, each individual in a world of its own."""
-        return self._walked(_encoding(self.world).commands(genomes, self.frames))
+        return self._walked(encoding_of(self.world).commands(genomes, self.frames))
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk by commands to the servos, clipped to the limits of the joints.
@@ -222,60 +261,3 @@ class Robot(Organism):
         from gaitsim_robot.skeleton import skeleton
 
         return skeleton(self.world, motion, individual)
-
-
-def _robot_text(model: str, folder: Path | None) -> str:
-    """Return the option `model` as an experiment keeps it: a bundled robot's name, or a text."""
-    if model in BUNDLED:
-        return model
-    if model.lstrip().startswith("<"):
-        compiled(model)
-        return model
-    if folder is None or not model:
-        raise RobotError(
-            f"there is no bundled robot {model!r}",
-            allowed=f"{', '.join(BUNDLED)}, or a robot's text",
-        )
-    return import_robot(folder / model).text
-
-
-@lru_cache(maxsize=16)
-def _bundled(name: str) -> str:
-    return (files("gaitsim_robot") / "models" / f"{name}.xml").read_text(encoding="utf-8")
-
-
-@lru_cache(maxsize=16)
-def _anatomy(text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...]) -> Anatomy:
-    pose = {joint: math.radians(angle) for joint, angle in stance}
-    return find_anatomy(compiled(text), feet, pose or None)
-
-
-@lru_cache(maxsize=16)
-def _world(
-    text: str,
-    anatomy: Anatomy,
-    servo: tuple[ServoName, float | None, float | None, float | None, float | None],
-    dt: float,
-    friction: float,
-    gravity: float,
-) -> World:
-    name, torque_limit, speed_limit, latency, stiffness = servo
-    import mujoco
-
-    silence()
-    spec = mujoco.MjSpec.from_string(text)
-    servos = joint_servos(
-        spec,
-        anatomy,
-        name,
-        torque_limit=torque_limit,
-        speed_limit=speed_limit,
-        latency=latency,
-        stiffness=stiffness,
-    )
-    return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=gravity)
-
-
-@lru_cache(maxsize=16)
-def _encoding(world: World) -> Encoding:
-    return Encoding(world.model, world.anatomy, SPEED_SHARE * world.top_speed)

@@ -13,10 +13,13 @@ def file(tmp_path):
 
 
 def test_a_file_that_can_be_used_is_described(shaped, gaitsim, tmp_path, file):
-    said = gaitsim("robots", "check", "a.shape", "--model-out", "whole.shape").stdout
+    said = gaitsim(
+        "robots", "check", "a.shape", "--model-out", "whole.shape", "--picture", "a.png"
+    ).stdout
     for part in ("a.shape: cube", "1.0 m", "its corners are round", "gaitsim run whole.shape"):
         assert part in said
     assert (tmp_path / "whole.shape").read_text() == file.read_text()
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     found = json.loads(gaitsim("robots", "check", file, "--json").stdout)
     assert found["usable"]
     assert found["facts"]["Body"]["size"] == "1.0 m"
@@ -36,6 +39,7 @@ def test_one_that_cannot_be_used_ends_with_1_and_the_reason(shaped, gaitsim, fil
 
 def test_misuse_ends_with_2(shaped, gaitsim, file):
     assert "file not found" in gaitsim("robots", "check", "none.shape", code=2).stderr
+    assert ".png" in gaitsim("robots", "check", "a.shape", "--picture", "a.gif", code=2).stderr
     assert "shape" in gaitsim("robots", "check", "a.sdf", code=2).stderr
     done = gaitsim("robots", "check", "a.shape", "--root", "nowhere", code=2)
     assert "folder not found: nowhere" in done.stderr

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from gaitsim import registry
 from gaitsim.contracts import Fitness
-from gaitsim.errors import ExperimentError
+from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import (
     SCHEMA,
     Evolution,
@@ -103,7 +103,7 @@ def models(draw, model):
     made = model()
     for name, value in options.items():
         # One after the other, as far as they go together.
-        with suppress(ValidationError):
+        with suppress(ValidationError, GaitsimError):
             made = model(**{**dict(made), name: value})
     return made
 

@@ -98,6 +98,29 @@ class TestForms:
 
         fill(test)
 
+    def test_a_file_may_be_begun_with_and_another_typed(self, shaped, fill):
+        Path("a.shape").write_text("<a/>\n" * 30_000)
+        Path("b.shape").write_text("<b/>\n<c/>\n")
+
+        async def test(driver, screen):
+            assert screen.command_line() == "gaitsim run ./a.shape"
+            field = (await part(driver, screen, "organism"))["organism.shape"]
+            typed = field.query_one(Input)
+            assert (typed.value, typed.placeholder[:19]) == ("", "<a/> (150 kB of tex")
+            await enter(driver, screen, field, "none.shape")
+            await driver.until(lambda: field.has_class("-wrong"))
+            about = str(field.query_one(".field-about").render())
+            assert about == "✗ the shape cannot be read; allowed: a shape; another file"
+            await enter(driver, screen, field, "b.shape")
+            await driver.until(lambda: not field.has_class("-wrong"))
+            assert screen.validation.experiment.organism.shape == "<b/>\n<c/>\n"
+            assert screen.command_line().endswith("--set organism.shape=b.shape")
+            assert "<c/>" not in screen.validation.toml
+            await enter(driver, screen, field, "")
+            assert screen.validation.experiment.organism.shape.startswith("<a/>")
+
+        fill(test, begin="./a.shape")
+
     def test_an_option_that_chooses_among_words_offers_them(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "organism"))["organism.encoding"]

@@ -1,25 +1,31 @@
 """`gaitsim robots check`."""
 
+import io
 import sys
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from gaitsim.cli.console import echo, errors, print_json, record, status, wrote
 from gaitsim.cli.facts import print_facts
 from gaitsim.cli.options import Json
+from gaitsim.cli.parsing import file_format
 from gaitsim.cli.streams import machine_readable
-from gaitsim.contracts import BodyFile, Facts
-from gaitsim.errors import GaitsimError
+from gaitsim.contracts import BodyFile, Facts, RealSpace
+from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment
 from gaitsim.experiment.body_files import reader_of
 from gaitsim.experiment.loading import read_body
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.individual import Individual
 from gaitsim.registry import plugin_errors
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
 
 UNUSABLE = 1
+PIXELS = 1280, 720
 
 
 def check(
@@ -29,6 +35,9 @@ def check(
         typer.Option(
             help="Another folder whose meshes and packages the file may use; may be repeated."
         ),
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="PNG", help="Draw the standing robot.")
     ] = None,
     model_out: Annotated[
         Path | None,
@@ -45,17 +54,25 @@ def check(
 
     gaitsim robots check my_robot.urdf
 
+    gaitsim robots check my_robot.urdf --picture my_robot.png
+
     gaitsim robots check my_robot.urdf --root ../meshes --model-out robot.xml
     """
     reader_of(file)
     for folder in root or ():
         if not folder.is_dir():
             raise GaitsimError(f"folder not found: {folder}", where="--root")
+    if picture is not None:
+        file_format(None, picture, ("png",), "png", "pictures")
+        check_folder(picture)
     try:
         with status(f"Reading {file} …"):
             found, experiment = read_body(file, root or ())
             facts = _described(experiment)
-    except GaitsimError as error:
+            drawn = None if picture is None else _drawn(experiment)
+    except GaitsimError as caught:
+        problems = caught.problems if isinstance(caught, ExperimentError) else ()
+        error = problems[0] if len(problems) == 1 else caught
         if json:
             print_json({"file": str(file), "usable": False, "problem": error.to_dict()})
         elif machine_readable():
@@ -63,10 +80,10 @@ def check(
         else:
             errors().print(f"{file} cannot be used: {error}", style="red")
         sys.exit(UNUSABLE)
-    written = []
-    if model_out is not None:
-        write_bytes(model_out, found.text.encode())
-        written.append(model_out)
+    contents = {model_out: found.text.encode(), picture: drawn}
+    written = {path: data for path, data in contents.items() if path and data}
+    for path, data in written.items():
+        write_bytes(path, data)
     wrote(*written)
     if json:
         print_json(
@@ -89,6 +106,22 @@ def check(
 def _described(experiment: Experiment) -> Facts:
     with plugin_errors(experiment.entries["organism"], "describing itself"):
         return experiment.organism.describe()
+
+
+def _drawn(experiment: Experiment) -> bytes:
+    """Return a picture of the body as its motions begin."""
+    from gaitsim.render.notebook import picture
+
+    space = experiment.space()
+    middle = (
+        (space.lower + space.upper) / 2
+        if isinstance(space, RealSpace)
+        else space.random(1, np.random.default_rng(0))[0]
+    )
+    image = io.BytesIO()
+    standing = Individual(experiment, 0.0, {}, genome=middle)
+    picture(standing, size=PIXELS).save(image, "png")
+    return image.getvalue()
 
 
 def _print(file: Path, found: BodyFile, facts: Facts) -> None:

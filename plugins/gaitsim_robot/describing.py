@@ -1,0 +1,104 @@
+"""A robot in words: what was found in it, and what the package brings."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gaitsim.contracts import Facts
+from gaitsim_robot.anatomy import Anatomy, Leg
+from gaitsim_robot.servos import SERVOS, Servo
+from gaitsim_robot.world import World
+
+
+def facts(world: World, servos: Mapping[str, Servo]) -> Facts:
+    """Return mass, legs, servos and the standing pose of a robot, in words.
+
+    Args:
+        world: the robot on its ground.
+        servos: of the driven joints, by their names.
+    """
+    model, anatomy = world.model, world.anatomy
+    found = {
+        "Body": _body(model, anatomy),
+        "Legs": {leg.name: _leg(leg) for leg in anatomy.legs},
+        "Servos": _servos(servos),
+        "Standing pose": _pose(model, anatomy),
+    }
+    if anatomy.notes:
+        found["Notes"] = dict.fromkeys(anatomy.notes, "")
+    return found
+
+
+def library(robots: Mapping[str, Anatomy]) -> Facts:
+    """Return the bundled robots and servos in words.
+
+    Args:
+        robots: anatomies by name.
+    """
+    return {
+        "Robots: organism.model": {
+            name: f"{anatomy.mass:.3g} kg, {len(anatomy.legs)} legs, {len(anatomy.joints)} joints, "
+            f"trunk {anatomy.length:.2g} m long"
+            for name, anatomy in robots.items()
+        },
+        "Servos: organism.servo": {
+            "model": "the limits in the robot's file",
+            **{name: f"{_limits(servo)}. {servo.source}" for name, servo in SERVOS.items()},
+            "ideal": "stiff, strong and immediate",
+        },
+    }
+
+
+def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
+    driven, held = len(anatomy.joints), len(anatomy.held)
+    lines = {
+        "mass": f"{anatomy.mass:.4g} kg in {model.nbody - 1} bodies",
+        "trunk": f"{anatomy.length:.3g} m long, {anatomy.stance[2]:.3g} m high in standing",
+        "joints": f"{driven} in legs, which gaits move",
+    }
+    if held:
+        names = _list(anatomy.held, 8)
+        lines["held"] = f"{held} in no leg, which keep the standing pose: {names}"
+    return lines
+
+
+def _leg(leg: Leg) -> str:
+    sole = f" with a sole of {leg.sole[0]:.2g} × {leg.sole[1]:.2g} m" if any(leg.sole) else ""
+    return (
+        f"{leg.side}, {leg.length:.3g} m, {len(leg.joints)} joints: {', '.join(leg.joints)}; "
+        f"foot {leg.foot}{sole}"
+    )
+
+
+def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
+    """Return the limits of servos; joints of equal ones share a line."""
+    groups: dict[str, list[str]] = {}
+    for joint, servo in servos.items():
+        groups.setdefault(f"{servo.name}: {_limits(servo)}", []).append(joint)
+    if len(groups) == 1:
+        return {"all": next(iter(groups))}
+    return {_list(joints, 3): limits for limits, joints in groups.items()}
+
+
+def _limits(servo: Servo) -> str:
+    latency = f", latency {servo.latency * 1000:.0f} ms" if servo.latency else ""
+    return f"{servo.stall_torque:.3g} N m, {servo.no_load_speed:.3g} rad/s{latency}"
+
+
+def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:
+    """Return the angle and the range of each leg's joints in standing."""
+    lines = {}
+    for leg in anatomy.legs:
+        angles = []
+        for name in leg.joints:
+            joint = model.joint(name)
+            angle = math.degrees(anatomy.stance[joint.qposadr[0]])
+            low, high = (math.degrees(bound) for bound in joint.range)
+            angles.append(f"{angle + 0.0:.0f}° of {low:.0f} to {high:.0f}°")
+        lines[leg.name] = ", ".join(angles)
+    return lines
+
+
+def _list(names: Sequence[str], most: int) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more

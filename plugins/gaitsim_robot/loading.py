@@ -1,0 +1,102 @@
+"""Robots by name, file or text, and what is worked out of each once."""
+
+import math
+import os
+from functools import lru_cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from gaitsim.errors import nearest
+from gaitsim_robot.anatomy import Anatomy, find_anatomy
+from gaitsim_robot.encodings import Encoding
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.importing import import_robot
+from gaitsim_robot.quiet import silence
+from gaitsim_robot.servos import Servo, ServoName, joint_servos
+from gaitsim_robot.text import compiled
+from gaitsim_robot.world import World, build
+
+SPEED_SHARE = 0.8  # of the speed at which a servo has no torque left, for commands
+BUNDLED = ("quadruped", "hexapod", "spider-physics")
+
+ServoOptions = tuple[ServoName, float | None, float | None, float | None, float | None]
+"""The options of the servos: their name, and what stands in place of their own values."""
+
+
+def robot_text(model: str, folder: Path | None) -> str:
+    """Return the option `model` as an experiment keeps it: a bundled robot's name, or a text."""
+    if model in BUNDLED:
+        return model
+    if model.lstrip().startswith("<"):
+        compiled(model)
+        return model
+    if folder is None or not model:
+        raise RobotError(
+            f"there is no bundled robot {model!r}",
+            allowed=f"{', '.join(BUNDLED)}, or a robot's text",
+        )
+    path = folder / model
+    # Before a child process is started; os.path answers for names that no file can have, too.
+    if not os.path.isfile(path):  # noqa: PTH113
+        raise RobotError(
+            f"there is neither a bundled robot nor a file {model[:200]!r}",
+            allowed=f"{', '.join(BUNDLED)}, or the path of a URDF or MJCF file",
+            remedy=nearest(model, BUNDLED),
+        )
+    return import_robot(path).text
+
+
+@lru_cache(maxsize=16)
+def bundled(name: str) -> str:
+    """Return the text of a bundled robot."""
+    return (files("gaitsim_robot") / "models" / f"{name}.xml").read_text(encoding="utf-8")
+
+
+@lru_cache(maxsize=16)
+def anatomy_of(text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...]) -> Anatomy:
+    """Return the anatomy of a robot's text, with the options `feet` and `stance`, degrees."""
+    pose = {joint: math.radians(angle) for joint, angle in stance}
+    return find_anatomy(compiled(text), feet, pose or None)
+
+
+@lru_cache(maxsize=16)
+def world_of(
+    text: str,
+    anatomy: Anatomy,
+    servo: ServoOptions,
+    dt: float,
+    friction: float,
+    gravity: float,
+) -> World:
+    """Return a robot on its ground."""
+    servos = servos_of(text, anatomy, servo)
+    return build(specification(text), anatomy, servos, dt=dt, friction=friction, gravity=gravity)
+
+
+def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Servo]:
+    """Return the servo of each driven joint by its name."""
+    name, torque_limit, speed_limit, latency, stiffness = servo
+    return joint_servos(
+        specification(text),
+        anatomy,
+        name,
+        torque_limit=torque_limit,
+        speed_limit=speed_limit,
+        latency=latency,
+        stiffness=stiffness,
+    )
+
+
+@lru_cache(maxsize=16)
+def encoding_of(world: World) -> Encoding:
+    """Return the encoding of a robot, whose commands keep its servos' speed."""
+    return Encoding(world.model, world.anatomy, SPEED_SHARE * world.top_speed)
+
+
+def specification(text: str) -> Any:
+    """Return MuJoCo's specification of a robot's text."""
+    import mujoco
+
+    silence()
+    return mujoco.MjSpec.from_string(text)

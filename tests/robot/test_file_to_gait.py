@@ -1,0 +1,60 @@
+"""From a robot's file to a run that does without it."""
+
+import json
+from importlib.resources import files
+
+import pytest
+
+from gaitsim.experiment import load_experiment
+from gaitsim.runs.snapshot import RunSnapshot
+
+MODELS = files("gaitsim_robot") / "models"
+SMALL = ("--population", 4, "--set", "organism.duration=1")
+
+
+@pytest.fixture
+def robot(tmp_path):
+    """A robot's file in the test's folder."""
+    path = tmp_path / "my_robot.xml"
+    path.write_bytes((MODELS / "quadruped.xml").read_bytes())
+    return path
+
+
+def test_a_check_shows_what_was_found(gaitsim, robot, tmp_path):
+    done = gaitsim("robots", "check", robot, "--json", "--model-out", "whole.xml")
+    found = json.loads(done.stdout)
+    assert list(found["facts"]["Legs"]) == ["L1", "R1", "L2", "R2"]
+    assert found["facts"]["Body"]["mass"].startswith("1.7")
+    assert "N m" in found["facts"]["Servos"]["all"]
+    assert load_experiment(str(tmp_path / "whole.xml")).organism.joint_names() == (
+        load_experiment("robot").organism.joint_names()
+    )
+    assert "quadruped" in gaitsim("robots", "list").stdout
+
+
+@pytest.mark.parametrize("text", ["", "<mujoco/>", "<robot name='r'><link name='a'/></robot>"])
+def test_what_is_no_robot_is_one_message(gaitsim, robot, text):
+    robot.write_text(text)
+    assert "my_robot.xml" in gaitsim("run", "my_robot.xml", code=2).stderr
+    assert "my_robot.xml" in gaitsim("robots", "check", "my_robot.xml", code=1).stderr
+
+
+@pytest.mark.slow  # 6 s
+def test_a_run_never_needs_the_file_again(gaitsim, program, robot, tmp_path):
+    gaitsim("run", "my_robot.xml", "--generations", 2, *SMALL, "--workers", 1)
+    gaitsim("run", "my_robot.xml", "--generations", 4, *SMALL, "--out", "runs/whole")
+    robot.unlink()
+    program("resume", "my_robot", "--generations", 4, "--workers", 2)
+    half, whole = (RunSnapshot(tmp_path / "runs" / name) for name in ("my_robot", "whole"))
+    assert half.fingerprint() == whole.fingerprint()
+    (origin,) = json.loads((half.path / "provenance.json").read_text())
+    assert "mujoco" in origin["parts"]
+    assert any(key.startswith("organism.model ") for key in origin["parts"])
+    gaitsim("verify", "my_robot", "--all")
+    gaitsim("fork", "my_robot", "--generations", 9)
+    gaitsim("export", "my_robot-2", "--format", "csv", "--out", "gait.csv")
+    names = half.experiment.organism.joint_names()
+    assert (tmp_path / "gait.csv").read_text().splitlines()[0].split(",")[1:] == list(names)
+    gaitsim("run", "runs/whole/experiment.toml", "--generations", 2, "--dask", "local")
+    said = gaitsim("differences", "my_robot", "whole").stdout
+    assert len(said) < 20_000
