@@ -16,7 +16,8 @@ from typing import Any, Literal
 
 from gaitsim_robot.anatomy import Anatomy
 
-BAND = 0.25  # rad, error at which an unknown servo asks for its full torque
+BAND = 0.25  # rad, largest error at which an unknown servo asks for its full torque
+HOLD = 2.0  # of weight × reach of a leg per radian: its least stiffness, which balances a biped
 DAMPING_TIME = 0.02  # s, least damping / stiffness of an unknown servo: five time steps
 SPIN_UP = 0.01  # s, in which stall torque takes an unloaded unknown servo to its no-load speed
 SHARE = 0.5  # of weight × reach of a leg: torque limit where the file has none
@@ -159,7 +160,7 @@ def joint_servos(
         if name == "model":
             servo = _of_file(model, joint, weight, torque_limit, speed_limit)
         elif name == "ideal":
-            servo = _unknown(name, LIFT * weight, FASTEST, "no real servo")
+            servo = _unknown(name, LIFT * weight, FASTEST, weight, "no real servo")
         else:
             servo = SERVOS[name]
         servos[joint] = _changed(servo, torque_limit, speed_limit, latency, stiffness)
@@ -231,13 +232,14 @@ def _of_file(
         "model",
         min(torque_limit or torque or SHARE * weight, LIFT * weight),
         min(speed_limit or speed or SPEED, FASTEST),
+        weight,
         "the robot's text",
     )
 
 
-def _unknown(name: str, torque: float, speed: float, source: str) -> Servo:
+def _unknown(name: str, torque: float, speed: float, weight: float, source: str) -> Servo:
     """Return a servo of which only the limits are known."""
-    stiffness = torque / BAND
+    stiffness = max(torque / BAND, HOLD * weight)
     damping = max(torque / speed, DAMPING_TIME * stiffness)
     armature = SPIN_UP * torque / speed
     return Servo(name, torque, speed, 0.0, stiffness, damping, armature, source)
