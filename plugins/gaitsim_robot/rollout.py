@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.world import FRAME_RATE, World
+from gaitsim_robot.world import FRAME_RATE, TIPPED, World
 
 SEGMENT = 50
 """Frames that are simulated at once; robots that have fallen are left out of the next ones."""
 
-TIPPED = 0.5  # cosine of the trunk's tilt beyond which it has fallen: 60°
 LOW = 0.4  # share of the standing height below which it has fallen
 FASTEST = 100.0  # m/s, of the trunk; faster than this, the simulation is unstable
 

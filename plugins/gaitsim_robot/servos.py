@@ -17,8 +17,8 @@ from typing import Any, Literal
 from gaitsim_robot.anatomy import Anatomy
 
 BAND = 0.25  # rad, largest error at which an unknown servo asks for its full torque
-HOLD = 2.0  # of weight × reach of a leg per radian: its least stiffness, which balances a biped
-DAMPING_TIME = 0.02  # s, least damping / stiffness of an unknown servo: five time steps
+HOLD = 4.0  # of weight × reach of a leg per radian: its least stiffness, which balances a biped
+DAMPING_TIME = 0.03  # s, least damping / stiffness of an unknown servo: seven time steps
 SPIN_UP = 0.01  # s, in which stall torque takes an unloaded unknown servo to its no-load speed
 SHARE = 0.5  # of weight × reach of a leg: torque limit where the file has none
 LIFT = 2.0  # of the same: files with more have a placeholder there

@@ -1,5 +1,6 @@
 """The world of a robot: its text on level ground, with servos and sensors, ready to simulate."""
 
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,11 @@ from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.servos import Servo, add_servos
 
 FRAME_RATE = 50.0  # Hz, of commands and of what is recorded
+TIPPED = 0.5  # cosine of the trunk's tilt beyond which it has fallen: 60°
+NEAR = 0.01  # of the trunk's length: bodies as near as this in the standing pose never collide
+SUNK = 0.8  # share of the standing height below which it does not stand
+STILL = 0.2  # standing heights a second, of the trunk; what falls over is faster after a second
+STRONG = 100.0  # times their torque, servos that show what standing needs
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +27,11 @@ class World:
         anatomy: of the robot.
         steps: physics steps a frame.
         start: full physics state of the robot that stands at rest, (states,).
+        stands: whether it stays up with its servos commanded to the standing pose; if not, it
+            starts in that pose all the same.
+        effort: share of its stall torque that the servo of each leg joint needs to stand,
+            (joints,); more than 1 is too much. Where the robot falls, it is what stronger servos
+            need.
         qpos: index of each leg joint in qpos, (joints,).
         dof: index of each leg joint in qvel, (joints,).
         ctrl: index of each leg joint's servo, (joints,).
@@ -39,6 +50,8 @@ class World:
     anatomy: Anatomy
     steps: int
     start: Floats
+    stands: bool
+    effort: Floats
     qpos: Any
     dof: Any
     ctrl: Any
@@ -78,6 +91,7 @@ def build(
     spec.option.timestep = dt
     spec.option.gravity = [0.0, 0.0, -gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    _exclude_overlaps(spec, anatomy)
     add_servos(spec, servos, dt)
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:
@@ -121,14 +135,28 @@ def build(
             for servo in range(model.nu)
         ]
     )
+    ctrl = np.array([model.actuator(name).id for name in anatomy.joints], np.intp)
+    belly = int(model.sensor("belly").adr[0])
+    settled, stands = _settled(model, anatomy.stance, rest, settle, belly)
+    needed = settled.actuator_force
+    if not stands:
+        strong = copy.copy(model)
+        strong.actuator_forcerange *= STRONG
+        strong.actuator_gainprm[:, _VOLTAGE] *= STRONG
+        needed = _settled(strong, anatomy.stance, rest, settle, belly)[0].actuator_force
+    start = _at_rest(model, settled.qpos if stands else anatomy.stance, rest)
+    state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    mujoco.mj_getState(model, start, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     return World(
         model,
         anatomy,
         round(1 / (FRAME_RATE * dt)),
-        _settled(model, anatomy.stance, rest, settle),
+        state,
+        stands,
+        np.abs(needed / model.actuator_forcerange[:, 1])[ctrl],
         qpos,
         np.array([model.joint(name).dofadr[0] for name in anatomy.joints], np.intp),
-        np.array([model.actuator(name).id for name in anatomy.joints], np.intp),
+        ctrl,
         rest,
         np.array([servos[name].stall_torque for name in anatomy.joints]),
         np.array([servos[name].no_load_speed for name in anatomy.joints]),
@@ -136,11 +164,12 @@ def build(
         sensor("load", legs, 3, skip=1),
         sensor("slide", legs, 3),
         sensor("foot", legs, 3),
-        int(model.sensor("belly").adr[0]),
+        belly,
     )
 
 
 _MAXFORCE, _NETFORCE = 2, 3
+_VOLTAGE = 7  # index of the largest voltage in the gains of MuJoCo's dcmotor
 
 
 def _contact(spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: int) -> None:
@@ -159,20 +188,43 @@ def _contact(spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: i
     sensor.intprm[:3] = [data, reduce, 1]
 
 
-def _settled(model: Any, stance: Floats, rest: Floats, seconds: float) -> Floats:
-    """Return the full physics state of the robot at rest, after it has stood for a while."""
+def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
+    """Let bodies that overlap or nearly touch in the standing pose never collide.
+
+    Such as the hull of a thigh and the trunk beside it: no pair of real parts is in this state.
+    """
     import mujoco
 
-    data = _commanded(model, stance, rest)
-    for _ in range(round(seconds / model.opt.timestep)):
-        mujoco.mj_step(model, data)
-    data = _commanded(model, data.qpos, rest)
-    state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
-    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-    return state
+    near = spec.copy()
+    for geom in near.geoms:
+        geom.margin = NEAR * anatomy.length
+    model = near.compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = anatomy.stance
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_collision(model, data)
+    pairs = {
+        tuple(sorted(model.geom_bodyid[[contact.geom1, contact.geom2]])) for contact in data.contact
+    }
+    for first, second in sorted(pairs):
+        spec.add_exclude(bodyname1=model.body(first).name, bodyname2=model.body(second).name)
 
 
-def _commanded(model: Any, qpos: Floats, rest: Floats) -> Any:
+def _settled(
+    model: Any, stance: Floats, rest: Floats, seconds: float, belly: int
+) -> tuple[Any, bool]:
+    """Return the robot after it has stood for a while, and whether it is still up."""
+    import mujoco
+
+    data = _at_rest(model, stance, rest)
+    mujoco.mj_step(model, data, round(seconds / model.opt.timestep))
+    upright = data.xmat[1, 8] > TIPPED and data.qpos[2] > SUNK * stance[2]
+    still = np.linalg.norm(data.qvel[:3]) < STILL * stance[2]
+    return data, bool(upright and still and data.sensordata[belly] == 0)
+
+
+def _at_rest(model: Any, qpos: Floats, rest: Floats) -> Any:
     """Return the robot at rest at time 0, its servos commanded to the standing pose for long."""
     import mujoco
 

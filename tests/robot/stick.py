@@ -59,6 +59,11 @@ def standing_quadruped(
 ):
     """The quadruped in its world, and its servos."""
     spec = quadruped_spec(size, limits=limits, torque=torque, speed=speed)
+    return world_of(spec, servo, dt=dt, friction=friction, **options)
+
+
+def world_of(spec, servo, *, dt=0.004, friction=0.8, **options):
+    """The world of any robot, and its servos."""
     anatomy = find_anatomy(spec.copy().compile())
     servos = joint_servos(spec, anatomy, servo, **options)
     return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=9.81), servos

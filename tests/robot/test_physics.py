@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import mujoco
 import numpy as np
 import pytest
-from stick import standing_quadruped, trot
+from stick import quadruped_spec, standing_quadruped, trot, world_of
 
 from gaitsim_robot.motion import walked
 from gaitsim_robot.organism import Robot
@@ -161,3 +161,31 @@ def test_a_robot_that_becomes_unstable_is_a_failure_that_leaves_others_and_the_f
         np.testing.assert_array_equal(motion[name][[0, 2]], np.repeat(alone[name], 2, axis=0))
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())
+
+
+def test_bodies_that_overlap_in_the_standing_pose_never_collide_and_others_do():
+    spec = quadruped_spec()
+    for geom in spec.geoms:
+        geom.contype = geom.conaffinity = 1
+        if geom.name.endswith("thigh"):
+            geom.size[0] = 0.03
+    world, _ = world_of(spec, "sts3215")
+    data = started(world)
+    assert world.stands
+    assert {contact.geom1 for contact in data.contact} <= {world.model.geom("ground").id}
+    thighs = [world.model.joint(f"{side}1 hip roll").qposadr[0] for side in "LR"]
+    data.qpos[thighs] = [-0.8, 0.8]
+    mujoco.mj_forward(world.model, data)
+    touching = {world.model.geom(contact.geom1).name for contact in data.contact}
+    assert any(name.endswith(("thigh", "shank")) for name in touching)
+
+
+def test_a_robot_too_weak_to_stand_starts_in_its_standing_pose_and_says_what_standing_takes():
+    strong, _ = standing_quadruped("sts3215")
+    weak, _ = standing_quadruped("sts3215", torque_limit=0.1)
+    assert strong.stands
+    assert not weak.stands
+    np.testing.assert_array_equal(weak.start[1 : 1 + len(weak.anatomy.stance)], weak.anatomy.stance)
+    assert strong.effort.max() < 0.5
+    assert weak.effort.max() > 1
+    np.testing.assert_allclose(0.1 * weak.effort, 1.912 * strong.effort, atol=0.1)
