@@ -5,10 +5,15 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Motion, Skeleton, Solid
+from gaitsim.contracts.solid import Shape
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.world import World
 
 TRUNK = 1  # number of its body
+SMALLEST = (
+    0.004  # lengths of the body: geoms of a smaller radius, such as of a sensor, are left out
+)
+SLENDER = 0.06  # radius of a limb without geoms, in its lengths
 NEAR = 0.01  # lengths of the body: joints nearer to each other are one point
 
 
@@ -48,12 +53,17 @@ def drawn(
     segments = places[:, bodies, None] + _rotated(turns[:, bodies, None], points)
     feet = [model.body(leg.foot).id for leg in anatomy.legs]
     soles = np.array([leg.point for leg in anatomy.legs])
-    solids, geoms = _solids(model, anatomy)
-    of = model.geom_bodyid[geoms]
+    solids, owners, offsets = _solids(model, anatomy)
+    for name, body, (one, other) in zip(names, bodies, points, strict=True):
+        if body != TRUNK and body not in owners:  # a limb of which the file shows nothing
+            solids.append(_rod(name, float(np.linalg.norm(other - one))))
+            owners.append(body)
+            offsets.append(np.array([*(one + other) / 2, *_turn_to(other - one)]))
+    placed = np.array(offsets).reshape(-1, 7)
     poses = np.concatenate(
         [
-            places[:, of] + _rotated(turns[:, of], model.geom_pos[geoms]),
-            _product(turns[:, of], model.geom_quat[geoms]),
+            places[:, owners] + _rotated(turns[:, owners], placed[:, :3]),
+            _product(turns[:, owners], placed[:, 3:]),
         ],
         axis=-1,
     )
@@ -65,7 +75,7 @@ def drawn(
         touching=touching,
         contact_names=tuple(leg.name for leg in anatomy.legs),
         centre=places[:, TRUNK],
-        solids=solids,
+        solids=tuple(solids),
         poses=poses if solids else None,
     )
 
@@ -84,12 +94,12 @@ def _bodies(model: Any, configuration: Floats) -> tuple[Floats, Floats]:
     return places, turns
 
 
-def _solids(model: Any, anatomy: Anatomy) -> tuple[tuple[Solid, ...], list[int]]:
-    """Return the solids of all bodies and the numbers of their geoms."""
+def _solids(model: Any, anatomy: Anatomy) -> tuple[list[Solid], list[int], list[Floats]]:
+    """Return a solid for each geom, its body, and its pose in the body's frame, (7,)."""
     import mujoco
 
     kinds = mujoco.mjtGeom
-    lengths = {
+    shapes: dict[Any, tuple[Shape, int]] = {
         kinds.mjGEOM_BOX: ("box", 3),
         kinds.mjGEOM_SPHERE: ("sphere", 1),
         kinds.mjGEOM_CAPSULE: ("capsule", 2),
@@ -98,17 +108,35 @@ def _solids(model: Any, anatomy: Anatomy) -> tuple[tuple[Solid, ...], list[int]]
         kinds.mjGEOM_MESH: ("mesh", 0),
     }
     legs = _legs(model, anatomy)
-    solids, geoms = [], []
+    solids: list[Solid] = []
+    owners: list[int] = []
+    offsets: list[Floats] = []
     for geom in range(model.ngeom):
-        body = int(model.geom_bodyid[geom])
-        shape, count = lengths.get(kinds(model.geom_type[geom]), ("", 0))
-        if not body or not shape:
+        body, kind = int(model.geom_bodyid[geom]), kinds(model.geom_type[geom])
+        small = model.geom_rbound[geom] < SMALLEST * anatomy.length
+        if not body or kind not in shapes or small:
             continue
+        shape, count = shapes[kind]
         name = _named(legs.get(body, ""), model.body(body).name)
         size = tuple(model.geom_size[geom, :count].tolist())
-        solids.append(Solid(name, shape, size, _vertices(model, geom) if not count else None))  # type: ignore[arg-type]
-        geoms.append(geom)
-    return tuple(solids), geoms
+        solids.append(Solid(name, shape, size, None if count else _vertices(model, geom)))
+        owners.append(body)
+        offsets.append(np.concatenate([model.geom_pos[geom], model.geom_quat[geom]]))
+    return solids, owners, offsets
+
+
+def _rod(name: str, length: float) -> Solid:
+    """Return a thin capsule, as long as a limb."""
+    return Solid(name, "capsule", (SLENDER * length, (0.5 - SLENDER) * length))
+
+
+def _turn_to(along: Floats) -> Floats:
+    """Return the quaternion that turns z along a vector, (4,)."""
+    x, y, z = along / np.linalg.norm(along)
+    if z < 1e-9 - 1:
+        return np.array([0.0, 1.0, 0.0, 0.0])
+    turn = np.array([1 + z, -y, x, 0.0])
+    return np.asarray(turn / np.linalg.norm(turn))
 
 
 def _vertices(model: Any, geom: int) -> Floats:

@@ -4,14 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from gaitsim.contracts import Skeleton, Solid
+from gaitsim.errors import RunError
 from gaitsim.render.scene import THEMES, Clip, Scene, draw
 from gaitsim.render.scene.camera import Camera, axes
 from gaitsim.render.scene.race import Race
 from gaitsim.render.scene.raster import FINE, raster
 from gaitsim.render.scene.solids import Surfaces, between_poses, rotations
+from gaitsim.render.still import write_still
 
 LIGHT = np.array([0.0, 0.0, 1.0])
 TURNED = (0.1, -0.2, 0.05, *np.array([0.8, 0.3, -0.4, 0.2]) / np.sqrt(0.93))
@@ -175,3 +178,26 @@ def test_the_picture_makes_room_for_solids_and_lanes_do_so_too():
     assert apart > less + 0.09
     race = Scene([replace(clip, tag="a"), replace(clip, tag="b")], (320, 240), "side", "dark")
     assert race.draw(0.5).shape == (240, 320, 4)
+
+
+def test_a_still_names_the_feet_and_has_no_clock(tmp_path):
+    write_still(robot(), tmp_path / "still.png", "A robot", frame=5, size=(320, 240))
+    named = np.array(Image.open(tmp_path / "still.png")).astype(int)
+    assert named.shape == (240, 320, 3)
+    plain = Clip(
+        replace(
+            robot(),
+            segments=robot().segments[5:6],
+            poses=robot().poses[5:6],
+            contacts=robot().contacts[5:6],
+            touching=robot().touching[5:6],
+            centre=robot().centre[5:6],
+        ),
+        "A robot",
+    )
+    unnamed = Scene([plain], (320, 240), "iso", "light").draw(0.0)[..., :3]
+    rows = np.nonzero((np.abs(named - unnamed) > 60).any(axis=-1))[0]
+    assert len(rows) > 20  # the letters, above the legend
+    assert rows.max() < 215
+    with pytest.raises(RunError, match=r"still\.png"):
+        write_still(robot(), tmp_path / "no" / "still.png")

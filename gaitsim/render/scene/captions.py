@@ -21,7 +21,9 @@ def time(seconds: float) -> str:
 
 
 def moment(clip: Clip, pose: Pose, seconds: float) -> str:
-    """Format time, distance and, of a flying body, altitude, at constant width."""
+    """Format time, distance and, of a flying body, altitude, at constant width; '' of a still."""
+    if not clip.seconds:
+        return ""
     away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
     return _moment(clip, min(seconds, clip.seconds), away, float(pose.middle[2]) + clip.floor)
 

@@ -48,6 +48,7 @@ class Clip:
         tag: a word beside the body, where there are others.
         lane: how far it is moved to the left, m.
         depth: height of the drawn ground, m; None for its own.
+        named: whether the names of its feet are written beside them.
 
     Raises:
         GaitsimError: the skeleton cannot be drawn.
@@ -59,6 +60,7 @@ class Clip:
     tag: str = ""
     lane: float = 0.0
     depth: float | None = None
+    named: bool = False
 
     def __post_init__(self) -> None:
         segments, contacts = self.skeleton.segments, self.skeleton.contacts

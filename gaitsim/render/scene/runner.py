@@ -68,6 +68,7 @@ class Runner:
             self.pixels = Pixels(clip, theme, trunk, self._line, picture)
         self.body = add(self.pixels or PolyCollection([], joinstyle="round"), 7)
         self.tag = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
+        self.names = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
         feet = len(clip.skeleton.contact_names) or clip.at(0).contacts.shape[0]
         colours = {MIDDLE: theme.middle, LEFT: theme.left, RIGHT: theme.right}
         side = sides(clip.skeleton.contact_names or ("",) * feet)
@@ -111,6 +112,18 @@ class Runner:
         across, above = np.clip(at, edge, self._picture - edge).tolist()
         self.tag.set_paths([glyphs(arrow + self.clip.tag, self._size, (across, above), 0.5)])
 
+    def _show_names(self, camera: Camera, pose: Pose) -> None:
+        """Write the names of the feet outside of them, seen from the middle of the body."""
+        places, _ = camera.project(pose.contacts)
+        middle, _ = camera.project(pose.contacts.mean(axis=0))
+        away = places - middle
+        away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
+        letters = 1.25 * self._size
+        mark = FOOT_OF_SOLID * self.clip.anatomy.thickness * camera.scale
+        places += (mark + 1.1 * letters) * away - (0, 0.36 * letters)
+        names = zip(self.clip.skeleton.contact_names, places.tolist(), strict=False)
+        self.names.set_paths([glyphs(name, letters, (x, y), 0.5) for name, (x, y) in names])
+
     def _show_trail(self, camera: Camera, pose: Pose, reach: float) -> None:
         clip = self.clip
         trail = pose.trail if clip.flies else clip.grounded(pose.trail)
@@ -134,6 +147,8 @@ class Runner:
         swinging, depth = camera.project(pose.contacts[~touching])
         radius = 0.75 * size * camera.scale_at(depth)
         circle = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
+        if clip.named:
+            self._show_names(camera, pose)
         self.swing.set_segments(list(swinging[:, None] + radius[:, None, None] * circle))
         self.swing.set_colors(self._feet[~touching])
 

@@ -1,0 +1,61 @@
+"""The robot's skeleton, against MuJoCo's own places of geoms, joints and feet."""
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from gaitsim_robot.anatomy import find_anatomy
+from gaitsim_robot.organism import BUNDLED, Robot
+from gaitsim_robot.skeleton import drawn
+
+START = np.array([0.25, -0.5, 0.0])
+
+
+@pytest.fixture(params=BUNDLED)
+def model(request):
+    return mujoco.MjModel.from_xml_string(Robot(model=request.param).text)
+
+
+def test_solids_segments_and_feet_are_where_mujoco_has_them(model):
+    anatomy = find_anatomy(model)
+    rng = np.random.default_rng(1)
+    configuration = np.repeat(anatomy.stance[None], 3, axis=0)
+    configuration[1:, 7:] += rng.normal(0, 0.3, (2, model.nq - 7))
+    configuration[2, 3:7] = Rotation.from_euler("xyz", [0.3, -0.4, 2.0]).as_quat()[[3, 0, 1, 2]]
+    touching = np.ones((3, len(anatomy.legs)), bool)
+    skeleton = drawn(model, anatomy, configuration, touching, 50.0, START[:2])
+    assert len(skeleton.solids) == model.ngeom
+    assert np.ptp(np.linalg.norm(np.diff(skeleton.segments, axis=2), axis=-1), axis=0).max() < 1e-9
+    data = mujoco.MjData(model)
+    for frame, positions in enumerate(configuration):
+        data.qpos[:] = positions
+        mujoco.mj_kinematics(model, data)
+        assert np.allclose(skeleton.poses[frame, :, :3], data.geom_xpos - START)
+        turned = Rotation.from_quat(skeleton.poses[frame, :, [4, 5, 6, 3]].T).as_matrix()
+        assert np.allclose(turned.reshape(-1, 9), data.geom_xmat, atol=1e-6)
+        ends = skeleton.segments[frame].reshape(-1, 3) + START
+        for joint in range(1, model.njnt):
+            anchor = data.xanchor[joint]
+            assert np.linalg.norm(ends - anchor, axis=1).min() < 0.011 * anatomy.length
+        for leg, foot in zip(anatomy.legs, skeleton.contacts[frame], strict=True):
+            assert np.linalg.norm(skeleton.segments[frame] - foot, axis=-1).min() < 1e-9
+            there = data.body(leg.foot).xpos + data.body(leg.foot).xmat.reshape(3, 3) @ leg.point
+            assert np.allclose(foot + START, there)
+    for leg in anatomy.legs:
+        assert any(name.startswith(f"{leg.name} ") for name in skeleton.names)
+        assert any(solid.name.startswith(f"{leg.name} ") for solid in skeleton.solids)
+
+
+def test_a_limb_without_geoms_is_a_rod_from_joint_to_joint():
+    model = mujoco.MjModel.from_xml_string(Robot(model="quadruped").text)
+    anatomy = find_anatomy(model)
+    thigh = model.body("L1 thigh").id
+    model.geom_bodyid[model.geom_bodyid == thigh] = 0  # what belongs to the world is not drawn
+    skeleton = drawn(model, anatomy, anatomy.stance[None], np.ones((1, 4), bool), 50.0, np.zeros(2))
+    (rod,) = (i for i, solid in enumerate(skeleton.solids) if solid.name == "L1 thigh")
+    ends = skeleton.segments[0, skeleton.names.index("L1 thigh")]
+    assert np.allclose(skeleton.poses[0, rod, :3], ends.mean(axis=0))
+    x, y, z = Rotation.from_quat(skeleton.poses[0, rod, [4, 5, 6, 3]]).as_matrix()[:, 2]
+    assert np.allclose((x, y, z), (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]))
+    assert 2 * sum(skeleton.solids[rod].size) == pytest.approx(np.linalg.norm(ends[1] - ends[0]))
