@@ -16,7 +16,7 @@ from gaitsim.gait.support import stability_margin
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error, plugin_errors
 
-_SI = {"": 1.0, "m": 1.0, "mm": 1e-3, "rad": 1.0, "°": math.radians(1)}
+_SI = {"": 1.0, "s": 1.0, "m": 1.0, "mm": 1e-3, "rad": 1.0, "°": math.radians(1)}
 
 
 def analyse_individual(individual: Individual) -> GaitAnalysis:
@@ -32,7 +32,52 @@ def analyse_individual(individual: Individual) -> GaitAnalysis:
         dynamic=organism.dynamic,
         margin=_own_margin(individual),
         measured=_measured(individual),
+        carried=_carried(individual),
     )
+
+
+def vertical_loads(individual: Individual) -> Floats | None:
+    """Return the vertical force of the ground on each foot, (frames, feet) N.
+
+    None for a body without a channel `load` over frames and feet that has a component z.
+
+    Raises:
+        PluginError: the body cannot compute the channel, or it is not as declared.
+    """
+    channel = individual.experiment.organism.channels.get("load")
+    if channel is None or channel.axes[:2] != ("frames", "feet") or "z" not in channel.axes[-1]:
+        return None
+    values = _channel(individual, "load")
+    return values[..., channel.axes[-1].index("z")]
+
+
+def weight_of(individual: Individual) -> float | None:
+    """Return the weight of the body, N; None without a channel `weight` of one value.
+
+    Raises:
+        PluginError: the body cannot compute the channel, or it is not as declared.
+    """
+    channel = individual.experiment.organism.channels.get("weight")
+    return float(_channel(individual, "weight")) if channel and channel.axes == () else None
+
+
+def _carried(individual: Individual) -> Floats | None:
+    """Return the share of the weight that the feet carry, (frames,)."""
+    loads, weight = vertical_loads(individual), weight_of(individual)
+    return loads.sum(axis=1) / weight if loads is not None and weight else None
+
+
+def _channel(individual: Individual, name: str) -> Floats:
+    """Return a channel of one individual, without the axis of the population."""
+    entry = individual.experiment.entries["organism"]
+    channel = individual.experiment.organism.channels[name]
+    with plugin_errors(entry, f"computing the channel {name!r}"):
+        values = np.asarray(individual.motion[name])
+    if values.shape[:1] != (1,) or not channel.fits(values.shape):
+        raise contract_error(
+            entry, f"gave the channel {name!r} with the shape {values.shape}", channel.shape
+        )
+    return np.asarray(values[0], dtype=np.float64)
 
 
 def margin_of(individual: Individual) -> Floats:
@@ -48,18 +93,19 @@ def margin_of(individual: Individual) -> Floats:
 
 
 def _own_margin(individual: Individual) -> Floats | None:
-    entry = individual.experiment.entries["organism"]
     channel = individual.experiment.organism.channels.get("margin")
     if channel is None or channel.axes != ("frames",):
         return None
-    with plugin_errors(entry, "computing the channel 'margin'"):
-        values = np.asarray(individual.motion["margin"])
-    expected = (1, len(individual.skeleton.segments))
-    if values.shape != expected:
+    margin = _channel(individual, "margin")
+    expected = (len(individual.skeleton.segments),)
+    if margin.shape != expected:
+        entry = individual.experiment.entries["organism"]
         raise contract_error(
-            entry, f"gave the channel 'margin' with the shape {values.shape}", str(expected)
+            entry,
+            f"gave the channel 'margin' with the shape (1, {len(margin)})",
+            f"(1, {expected[0]})",
         )
-    return np.asarray(values[0], dtype=np.float64)
+    return margin
 
 
 def _measured(individual: Individual) -> dict[str, float]:

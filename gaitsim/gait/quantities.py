@@ -43,6 +43,11 @@ def quantities(gait: GaitAnalysis) -> dict[str, Measurement]:
         rows.append(
             ("joint travel", travel.joint_travel, "rad/m", "all joints, a metre; no energy")
         )
+    if travel.cost_of_transport is not None:
+        cost = travel.cost_of_transport
+        rows.append(("cost of transport", cost, "", "work over weight times displacement"))
+    if travel.lasted is not None:
+        rows.append(("lasted", travel.lasted, "s", "before a fall, or all of it"))
     return {
         name: Measurement(
             math.nan if value is None else float(value) * SCALES.get(unit, 1.0), unit, meaning

@@ -74,6 +74,7 @@ def analyse_gait(
     dynamic: bool = False,
     margin: Floats | None = None,
     measured: Mapping[str, float] = NONE,
+    carried: Floats | None = None,
 ) -> GaitAnalysis:
     """Analyse one individual's gait.
 
@@ -84,7 +85,9 @@ def analyse_gait(
         margin: static stability margin, (frames,), metres, as the body knows it; None works it
             out from the skeleton.
         measured: quantities that the body measured, in SI units by name: `forward`, `lateral`,
-            `climb`, `yaw` and `slip ratio` replace those of the skeleton.
+            `climb`, `yaw` and `slip ratio` replace those of the skeleton; `cost of transport` and
+            `lasted`, the time before a fall, it does not show.
+        carried: share of the weight that the feet carry, (frames,), of a body in physics.
     """
     path, turned = skeleton.path.astype(np.float64), heading(trunk(skeleton))
     travel = travel_of(skeleton, joint_angles, measured)
@@ -127,11 +130,17 @@ def analyse_gait(
     )
     still = np.abs(np.diff(relative, axis=0)).mean() < exploits.STILL * length
     name, distances = name_of(feet, stride, phases, consistency, relative, bool(still))
+    lasted = len(path) if travel.lasted is None else round(travel.lasted * skeleton.frame_rate) + 1
+    upright = slice(lasted)
     flags = (
         exploits.flip_flop(relative, names, length, skeleton.frame_rate),
         exploits.flickering(touching, names, skeleton.frame_rate),
         exploits.sliding(footfalls.slip),
         None if dynamic else exploits.unsupported(footfalls.margin, path, lain),
+        exploits.leap(touching[upright], path[upright], length, skeleton.frame_rate)
+        if dynamic
+        else None,
+        None if carried is None else exploits.not_on_feet(carried[upright]),
     )
     missing = () if joint_angles is not None else ("joint travel: the body has no joint angles",)
     return GaitAnalysis(

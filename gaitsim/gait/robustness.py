@@ -131,7 +131,9 @@ def _rhythm(individual: Individual) -> dict[str, float]:
         played[f"all joints {_frames(frames)} late"] = late(angles, np.array([frames]))[None]
     played[f"servos with a lag of {_frames(LAG)}"] = lagging(angles, LAG)[None]
     played["every second frame left out"] = without_every_second(angles)[None]
-    pairs = mirror(individual.experiment.organism.joint_names())
+    body = individual.experiment.organism
+    # Angles of a real robot seldom count alike on both sides.
+    pairs = None if body.dynamic else mirror(body.joint_names())
     if pairs is not None:
         played["mirrored"] = angles[None, :, pairs]
     return _scores(individual.experiment, played)

@@ -21,7 +21,7 @@ class Travel:
     """The travel of a gait, SI units; None where a value is not defined.
 
     Attributes:
-        seconds: duration from the first frame to the last.
+        seconds: duration from the first frame to the last, or to a fall.
         forward, lateral, climb: displacement along x, to the left, and up, over all of the motion.
         path: length of the centre's path, seen from above.
         speed: displacement, seen from above, over time.
@@ -35,6 +35,8 @@ class Travel:
             with the centre for the hip); None where the centre lies on the ground.
         joint_travel: how far the joints turned, all of them added up, in radians a metre of
             displacement. It is no energy: it knows neither load nor torque.
+        cost_of_transport: work over weight times displacement, as the body measured it.
+        lasted: time before a fall, or the whole motion, as the body measured it.
     """
 
     seconds: float
@@ -50,6 +52,8 @@ class Travel:
     height: float
     froude: float | None
     joint_travel: float | None
+    cost_of_transport: float | None
+    lasted: float | None
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,8 @@ def travel_of(
     moved = path[-1] - path[0]
     straight = float(np.hypot(moved[0], moved[1]))
     length = float(steps(path).sum())
-    seconds = (len(path) - 1) / skeleton.frame_rate
+    lasted = measured.get("lasted")
+    seconds = (len(path) - 1) / skeleton.frame_rate if lasted is None else lasted
     speed = straight / seconds if seconds else 0.0
     turned = heading(trunk(skeleton))
     height = float(path[:, 2].mean())
@@ -98,6 +103,8 @@ def travel_of(
         height=height,
         froude=speed**2 / (GRAVITY * height) if height > _LYING * size(skeleton) else None,
         joint_travel=_joint_travel(joint_angles, straight),
+        cost_of_transport=measured.get("cost of transport"),
+        lasted=lasted,
     )
 
 

@@ -23,6 +23,7 @@ def walked(world: World, commands: Floats) -> Motion:
         held[individual, lasted:] = held[individual, max(lasted - 1, 0)]
     qpos, qvel = record.qpos, record.qvel
     torso = qpos[..., :3] - np.array([*world.start[1:3], 0.0])
+    record.load[:, 0] = record.load[:, 1]  # it stands before the start
     stance = record.load[..., 2] > 0
     stall = np.where(np.isfinite(world.stall_torque), world.stall_torque, 0.0)
     return Motion(

@@ -15,7 +15,7 @@ class Travel(Fitness):
 
     Prices of what has no length of its own, such as a fall or a radian of yaw, are in body
     lengths, and work is divided by the weight of the body, so that the same weights suit a robot
-    of 0.2 m and one of 1.5 m. A weight of 0 switches a term off; every term is always there.
+    of 0.2 m and one of 1.5 m. A weight of 0 switches a term off.
     """
 
     direction: float = option(
@@ -79,8 +79,9 @@ class Travel(Fitness):
     )
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Forward, speed, drift, turn, fall, energy, torque, roughness and slip, all in metres.
+        """Forward, drift, turn, fall, energy, torque, roughness and slip, all in metres.
 
+        With a target speed there is the term speed, too.
         Without a known stall torque a joint has no price for torque, without gravity a body has
         none for energy, and joints recorded too slowly to show `rough_frequency` none for
         roughness: these terms are then 0.
@@ -91,7 +92,6 @@ class Travel(Fitness):
         goal = self.target_speed * seconds or math.inf
         yaw = motion["orientation"][..., 2]
         prices = {
-            "speed": self.speed_weight * np.maximum(distance - goal, 0.0),
             "drift": self.drift_weight * mean(np.abs(aside)),
             "turn": self.turn_weight * length * rms(yaw - yaw[:, :1]),
             "fall": self.fall_weight * length * _fallen(motion["lasted"], seconds),
@@ -100,6 +100,8 @@ class Travel(Fitness):
             "roughness": self.rough_weight * length * self._roughness(motion),
             "slip": self.slip_weight * total(motion["slip"]),
         }
+        if self.target_speed:
+            prices["speed"] = self.speed_weight * np.maximum(distance - goal, 0.0)
         return {
             "forward": np.minimum(distance, goal),
             **{name: -price for name, price in prices.items()},

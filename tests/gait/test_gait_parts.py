@@ -266,3 +266,54 @@ def test_two_feet_in_turn_are_alternating_steps():
     assert gait.footfalls.stride.frequency == pytest.approx(10 / 8)
     assert [flag.name for flag in gait.flags] == ["unsupported travel"]
     assert analyse_gait(walking(1.0, frames=41), dynamic=True).flags == ()
+
+
+def hopping(flight, stride, count):
+    """Contacts of two feet that fly together, (frames, 2), and a path at 1 m/s, 100 frames a s."""
+    foot = np.tile(np.arange(stride) >= flight, count)
+    path = np.zeros((len(foot), 3))
+    path[:, 0] = np.arange(len(foot)) / 100
+    return np.stack([foot, foot], axis=1), path
+
+
+def test_a_single_flight_is_a_leap_and_a_running_gait_is_none():
+    touching, path = hopping(50, 100, 1)
+    (flag,) = [exploits.leap(touching, path, 0.3, 100.0)]
+    assert flag.seen == "one flight of 0.50 s covers 0.50 m, 51 % of the path"
+    assert exploits.leap(touching, path, 1.1, 100.0) is None  # shorter than half of the body
+    assert exploits.leap(*hopping(50, 100, 4), 0.3, 100.0) is None
+    assert exploits.leap(*hopping(0, 100, 1), 0.3, 100.0) is None
+    assert exploits.leap(touching, 0 * path, 0.3, 100.0) is None
+
+
+def test_a_body_whose_feet_carry_little_of_its_weight_is_not_on_its_feet():
+    bouncing = 1 + np.sin(np.linspace(0, 20 * np.pi, 500))
+    assert exploits.not_on_feet(bouncing) is None
+    assert "carry 30 %" in exploits.not_on_feet(0.3 * bouncing).seen
+
+
+def test_a_body_in_physics_is_judged_until_it_falls():
+    """It walks on two feet for 1 s, 0.5 m at 50 frames a second, and then lies where it fell."""
+    frames, upright = 101, 51
+    x = np.minimum(np.arange(frames), upright - 1) / 100
+    centre = np.stack([x, 0 * x, 0 * x + 0.3], axis=1)
+    box = np.array([[[0.1, 0.1, 0], [-0.1, 0.1, 0]], [[0.1, -0.1, 0], [-0.1, -0.1, 0]]])
+    feet = centre[:, None] + [[0, 0.1, -0.3], [0, -0.1, -0.3]]
+    carried = np.where(np.arange(frames) < upright, 1.0, 0.0)
+    body = Skeleton(
+        centre[:, None, None] + box,
+        ("left", "right"),
+        50.0,
+        contacts=feet,
+        touching=np.repeat(carried[:, None] > 0, 2, axis=1),
+        contact_names=("L1", "R1"),
+        centre=centre,
+    )
+    measured = {"lasted": 1.0, "cost of transport": 0.7}
+    gait = analyse_gait(body, dynamic=True, measured=measured, carried=carried)
+    assert gait.travel.speed == pytest.approx(0.5)
+    assert (gait.travel.cost_of_transport, gait.travel.lasted) == (0.7, 1.0)
+    assert not {flag.name for flag in gait.flags} & {"leap", "not on its feet"}
+    whole = analyse_gait(body, dynamic=True, carried=carried)
+    assert "not on its feet" in {flag.name for flag in whole.flags}
+    assert whole.travel.speed == pytest.approx(0.25)

@@ -27,7 +27,7 @@ def test_a_word_has_one_value(bundled, gaitsim, preset):
     both = measured.keys() & table.keys()
     assert both == {
         "spider": {"forward", "lateral", "yaw", "slip ratio", "least margin"},
-        "walker": {"forward", "slip ratio"},
+        "walker": {"forward", "slip ratio", "cost of transport", "lasted"},
         "millipede": {"forward"},
         "fly": set(),
     }[preset]  # fmt: skip

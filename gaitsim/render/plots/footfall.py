@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.gait.contact import feet_of
-from gaitsim.gait.intervals import Floats
+from gaitsim.gait.of_individual import vertical_loads, weight_of
 from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import read_values
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import BAR, bars
 from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
@@ -49,7 +48,7 @@ def footfall_figure(request: Request) -> "Figure":
         figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
         axes = figure.subplots()
         rows = [(shortened(name, 12), shown[:, foot]) for foot, name in enumerate(names)]
-        colours, load = theme.foot_colours(names), load_of(individual)
+        colours, load = theme.foot_colours(names), vertical_loads(individual)
         loads = load is not None and load[part].max(initial=0.0) > 0
         bars(axes, rows, part.start / rate, rate, colours, alpha=0.35 if loads else 1.0)
         axes.set_xlabel("time (s)")
@@ -68,27 +67,11 @@ def footfall_figure(request: Request) -> "Figure":
                 top = bottom - BAR * np.append(height, height[-1])
                 axes.fill_between(times, bottom, top, step="post", color=colour, linewidth=0)
             handles.append(Patch(facecolor=theme.ink))
-            labels.append(f"vertical load, a full row is {whole:g} N{_weight(individual)}")
+            weight = weight_of(individual)
+            weighs = "" if weight is None else f", the body weighs {weight:.3g} N"
+            labels.append(f"vertical load, a full row is {whole:g} N{weighs}")
         head(figure, heading_of([individual]), handles, labels)
     return figure
-
-
-def load_of(individual: Individual) -> Floats | None:
-    """Return the vertical force of the ground on each foot, (frames, feet) N.
-
-    None for a body without a channel `load` over frames and feet that has a component z.
-    """
-    channel = individual.experiment.organism.channels.get("load")
-    if channel is None or channel.axes[:2] != ("frames", "feet") or "z" not in channel.axes[-1]:
-        return None
-    values = read_values(individual, "load")[..., channel.axes[-1].index("z")]
-    return np.asarray(values, np.float64)
-
-
-def _weight(individual: Individual) -> str:
-    if "weight" not in individual.experiment.organism.channels:
-        return ""
-    return f", the body weighs {float(read_values(individual, 'weight')):.3g} N"
 
 
 def _rounded_up(value: float) -> float:
