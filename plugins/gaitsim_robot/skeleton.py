@@ -1,5 +1,6 @@
 """A robot to draw: its solids, and line segments from joint to joint."""
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,11 @@ TRUNK = 1  # number of its body
 SMALLEST = (
     0.004  # lengths of the body: geoms of a smaller radius, such as of a sensor, are left out
 )
+CHEST = 0.5  # of the trunk's length: parts that are drawn as boxes are longer
 SLENDER = 0.06  # radius of a limb without geoms, in its lengths
 NEAR = 0.01  # lengths of the body: joints nearer to each other are one point
+SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+EDGES = [(i, j) for i in range(8) for j in range(i) if (SIGNS[i] != SIGNS[j]).sum() == 1]
 
 
 def skeleton(world: World, motion: Motion, individual: int) -> Skeleton:
@@ -163,17 +167,12 @@ def _named(leg: str, name: str) -> str:
 
 
 def _segments(model: Any, anatomy: Anatomy) -> tuple[tuple[str, ...], list[int], Floats]:
-    """Return the trunk's box, and the segments from joint to joint and to the feet.
+    """Return the edges of the trunk's box, and the segments from joint to joint and to the feet.
 
     Returns:
         Their names, the bodies that they belong to, and their ends in the frames of those,
         (segments, 2, 3) m.
     """
-    low, high = _trunk(model)
-    corner = [np.array([x, y, z]) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-    edges = [(i, j) for i in range(8) for j in range(i) if (corner[i] != corner[j]).sum() == 1]
-    box = [low + one * (high - low) for one in corner]
-    found = [("trunk", TRUNK, box[i], box[j]) for i, j in edges]
     legs = _legs(model, anatomy)
     home, turn = (of[0] for of in _bodies(model, model.qpos0[None]))
     # The body that a body does not move against: itself, if it has a joint.
@@ -197,32 +196,62 @@ def _segments(model: Any, anatomy: Anatomy) -> tuple[tuple[str, ...], list[int],
     for leg in anatomy.legs:
         foot = model.body(leg.foot).id
         ends.append((rigid[foot], foot, seen(np.array(leg.point), foot, rigid[foot])))
-    inner = {body for body, _, _ in ends}
-    # The end of an arm or a head is about as far behind its middle as its joint is before.
-    ends += [
-        (body, body, 2 * model.body_ipos[body] - anchors[body])
+    children = Counter(body for body, _, _ in ends)
+    corners = {body: _corners(model, body) for body in (TRUNK, *hinged)}
+    for body in hinged:
+        if body not in children:
+            ends.append((body, body, _tip(anchors[body], model.body_ipos[body], corners[body])))
+    # Large parts that carry several others, such as a chest, are boxes as the trunk is.
+    large = CHEST * _reach(corners[TRUNK])
+    boxes = {TRUNK: corners[TRUNK]} | {
+        body: corners[body]
         for body in hinged
-        if body not in inner
-    ]
+        if children[body] > 1 and body not in legs and _reach(corners[body]) > large
+    }
+    found = []
+    for body, points in boxes.items():
+        found += [(model.body(body).name, body, one, other) for one, other in _edges(points)]
     for body, beyond, end in ends:
-        begin = np.clip(end, low, high) if body == TRUNK else anchors[body]
+        begin = np.clip(end, *_box(boxes[body])) if body in boxes else anchors[body]
         if np.linalg.norm(end - begin) > NEAR * anatomy.length:
-            name = "hip" if body == TRUNK else model.body(body).name
+            name = "hip" if body == TRUNK and beyond in legs else model.body(body).name
             found.append((_named(legs.get(beyond, ""), name), body, begin, end))
     names, bodies, begins, far = zip(*found, strict=True)
     return names, list(bodies), np.stack([np.array(begins), np.array(far)], axis=1)
 
 
-def _trunk(model: Any) -> tuple[Floats, Floats]:
-    """Return the corners of the box around the trunk's geoms, in its frame, (3,) m."""
-    own = np.flatnonzero(model.geom_bodyid == TRUNK)
-    if not len(own):
-        return np.zeros(3), np.zeros(3)
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+def _tip(anchor: Floats, middle: Floats, corners: Floats) -> Floats:
+    """Return the far end of an arm or a head: as far through its middle as its shape reaches."""
+    along = middle - anchor
+    length = float(np.linalg.norm(along))
+    if not len(corners) or length < 1e-9:
+        return anchor + 2 * along
+    return np.asarray(anchor + along * max(((corners - anchor) @ along).max() / length**2, 0.0))
+
+
+def _corners(model: Any, body: int) -> Floats:
+    """Return the corners of the boxes around the geoms of a body, in its frame, (corners, 3) m."""
+    own = np.flatnonzero(model.geom_bodyid == body)
     middle, half = model.geom_aabb[own, None, :3], model.geom_aabb[own, None, 3:]
-    corners = _rotated(model.geom_quat[own, None], middle + signs * half)
-    corners = (corners + model.geom_pos[own, None]).reshape(-1, 3)
-    return corners.min(axis=0), corners.max(axis=0)
+    corners = _rotated(model.geom_quat[own, None], middle + SIGNS * half)
+    return np.asarray((corners + model.geom_pos[own, None]).reshape(-1, 3))
+
+
+def _box(corners: Floats) -> tuple[Floats, Floats]:
+    """Return the lowest and the highest corner of the box around points."""
+    return (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.zeros(3),) * 2
+
+
+def _reach(corners: Floats) -> float:
+    """Return the longest side of the box around points."""
+    return float(np.ptp(np.stack(_box(corners)), axis=0).max())
+
+
+def _edges(corners: Floats) -> list[tuple[Floats, Floats]]:
+    """Return both ends of the twelve edges of the box around points."""
+    low, high = _box(corners)
+    box = np.where(SIGNS < 0, low, high)
+    return [(box[i], box[j]) for i, j in EDGES]
 
 
 def _rotated(turns: Floats, points: Floats) -> Floats:
