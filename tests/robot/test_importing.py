@@ -1,7 +1,9 @@
 """URDF and MJCF files of our own become the robot's text; hostile ones one message."""
 
+import os
+import shutil
 import struct
-from pathlib import Path, os
+from pathlib import Path
 from xml.etree import ElementTree
 
 import mujoco
@@ -50,8 +52,16 @@ def test_a_urdf_of_a_package_keeps_mass_joints_and_feet():
     assert model.eq_data[0, :2] == pytest.approx([0.1, -1.0])
 
 
-def test_meshes_become_hulls_of_few_vertices():
-    model, _, _ = read(DOG)
+@pytest.mark.parametrize("turned", [False, True])
+def test_meshes_become_hulls_of_few_vertices(tmp_path, turned):
+    """In a file that says y up: as it is, or turned where the centre of mass says so."""
+    package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
+    if turned:
+        mesh = package / "meshes" / "shank.dae"
+        text = mesh.read_text().replace("0 0 -100", "0 -100 0").replace("10 10 100", "10 100 10")
+        mesh.write_text(text)
+    model, repairs, _ = read(package / "urdf" / "dog.urdf")
+    assert ("from y up to z up" in repairs) == turned
     shank = model.body("FL_shank")
     kinds = model.geom_type[shank.geomadr[0] :][: shank.geomnum[0]]
     assert kinds.tolist() == [mujoco.mjtGeom.mjGEOM_MESH]
@@ -59,6 +69,7 @@ def test_meshes_become_hulls_of_few_vertices():
     vertices = model.mesh_vert[: model.mesh_vertnum[0]]
     assert np.sort(np.ptp(vertices, axis=0)) == pytest.approx([0.02, 0.02, 0.2], abs=1e-5)
     assert model.mesh_vertnum.max() <= 64
+    assert model.geom_pos[shank.geomadr[0]] == pytest.approx([0, 0, -0.1], abs=1e-5)
 
 
 def test_dynamics_are_those_of_mujocos_own_urdf_reader(tmp_path):

@@ -13,7 +13,6 @@ from gaitsim_robot.markup import parse
 VERTICES = 32  # of a hull; of 171 meshes the median keeps 95 % of the volume
 FLAT = 0.02  # thickness as a share of the length below which a hull is a box
 CLOSE = 0.01  # how far, as a share of its length, a hull may stay inside the mesh
-
 _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -57,7 +56,7 @@ def _obj(data: bytes) -> Floats:
 def _dae(data: bytes) -> Floats:
     """Read the positions of COLLADA's visual scene (specification 1.4.1), in metres.
 
-    As in ROS, the up axis is not applied: links of a URDF are z up, whatever the file says.
+    The up axis is not applied, as in RViz and Gazebo; see `mesh_files`.
     """
     root = _without_namespaces(parse(data, "the mesh"))
     unit = root.find("asset/unit")

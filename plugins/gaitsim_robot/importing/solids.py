@@ -11,6 +11,8 @@ from gaitsim_robot.importing.tree import Body, Floats, Place, Robot, Shape, list
 DENSITY = 1000.0  # kg/m³, of a robot whose file has no masses
 SHARE = 0.005  # of the whole mass that all bodies without mass get together
 NOTHING = 1e-9  # share of the whole mass that counts as none
+SMALL = 0.05  # size of a body without shapes at least, as a share of the robot
+LONG = 0.15  # of a capsule at the end of a limb, as a share of the robot
 SLIM = 0.1  # radius of a capsule along a link, as a share of its length
 _BITS = 2**16 - 1  # of contacts
 WIDE, NARROW = 3.0, 0.01  # radius of gyration as a share of a body's size
@@ -106,10 +108,16 @@ def _length(robot: Robot) -> float:
 
 
 def _capsule(body: Body, length: float) -> Shape | None:
-    """Return a capsule from a body's origin to its child, or through its centre of mass."""
+    """Return a capsule from a body's origin to its child, or through its centre of mass.
+
+    Returns:
+        the capsule; a sphere at an end without length, None elsewhere.
+    """
     ends = [child.place.position for child in body.children] or [2 * body.centre]
     end = max(ends, key=lambda one: float(np.linalg.norm(one)))
     far = float(np.linalg.norm(end))
+    if not body.children and far > (limit := LONG * length):  # its centre of mass may be a guess
+        end, far = end * (limit / far), limit
     if far < 1e-3 * length:
         return Shape("sphere", Place(), np.array([0.02 * length])) if not body.children else None
     radius = SLIM * far
@@ -148,7 +156,7 @@ def repair_masses(robot: Robot) -> None:
     changed: list[str] = []
     balanced: list[str] = []
     for body in bodies:
-        size = _size(body) or 0.1 * length
+        size = _size(body) if body.shapes else max(_size(body), SMALL * length)
         if not _plausible(body, size):
             body.inertia = _even(body, size)
             if body not in light:

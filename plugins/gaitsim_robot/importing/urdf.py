@@ -1,13 +1,12 @@
 """Read a URDF (http://wiki.ros.org/urdf/XML) into a tree of bodies."""
 
-from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import Files
-from gaitsim_robot.importing.meshes import MeshError, decode
+from gaitsim_robot.importing.mesh_files import MeshFiles, turn_up
 from gaitsim_robot.importing.tree import (
     Body,
     Coupling,
@@ -40,28 +39,28 @@ def read_urdf(root: Element, files: Files, where: str) -> Robot:
 class _Reader:
     def __init__(self, root: Element, files: Files, where: str) -> None:
         self._root = root
-        self._files = files
         self._where = where
         self._repairs: list[str] = []
-        self._missing: dict[str, str] = {}  # file -> reason
-        self._decoded: dict[str, Floats | None] = {}
+        self._y_up: list[tuple[Body, Shape]] = []
         compiler = root.find("mujoco/compiler")
         meshes = "" if compiler is None else compiler.get("meshdir", "")
-        self._folders = ("", meshes) if meshes else ("",)
+        self._meshes = MeshFiles(files, ("", meshes) if meshes else ("",))
 
     def robot(self) -> Robot:
         links = {self._name(link): link for link in self._root.iterfind("link")}
         if not links:
             raise RobotError("the URDF has no links", where=self._where)
         bodies = {name: self._body(name, link) for name, link in links.items()}
+        if turn_up(self._y_up):
+            self._repairs.append("COLLADA meshes are turned from y up to z up")
         parents: dict[str, str] = {}
         couplings: list[Coupling] = []
         for element in self._root.iterfind("joint"):
             self._attach(element, bodies, parents, couplings)
         root = self._topmost(bodies, parents)
         robot = Robot(self._root.get("name", ""), root, couplings, repairs=self._repairs)
-        if self._missing:
-            reasons = {f"{name} ({reason})" for name, reason in self._missing.items()}
+        if self._meshes.missing:
+            reasons = {f"{name} ({reason})" for name, reason in self._meshes.missing.items()}
             robot.repairs.append(f"meshes not used: {', '.join(sorted(reasons))}")
         return robot
 
@@ -139,6 +138,8 @@ class _Reader:
             place = self._place(element.find("origin"), where)
             shape = self._shape(geometry[0], place, where)
             if shape is not None:
+                if self._meshes.is_y_up(geometry[0].get("filename", "")):
+                    self._y_up.append((body, shape))
                 shape.collides = tag == "collision"
                 body.shapes.append(shape)
             elif tag == "collision":
@@ -164,27 +165,13 @@ class _Reader:
                 size = np.array([length("radius"), length("length") / 2])
                 return Shape(solid.tag, place, size)
             case "mesh":
-                vertices = self._vertices(solid.get("filename", ""))
+                vertices = self._meshes.vertices(solid.get("filename", ""))
                 if vertices is None:
                     return None
                 scale = numbers(solid.get("scale"), 3, "1 1 1", where)
                 return Shape("mesh", place, vertices=vertices * scale)
         self._repairs.append(f"geometry <{solid.tag[:40]}> is unknown and dropped")
         return None
-
-    def _vertices(self, name: str) -> Floats | None:
-        if name not in self._decoded:
-            self._decoded[name] = None
-            path = self._files.find(name, self._folders)
-            short = PurePosixPath(name).name[:60]
-            if path is None:
-                self._missing[short] = "not found"
-            else:
-                try:
-                    self._decoded[name] = decode(self._files.read(path), path.suffix)
-                except MeshError as error:
-                    self._missing[short] = str(error)
-        return self._decoded[name]
 
     def _attach(
         self,
