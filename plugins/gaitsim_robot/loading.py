@@ -9,11 +9,12 @@ from typing import Any
 
 from gaitsim.errors import nearest
 from gaitsim_robot.anatomy import Anatomy, find_anatomy
-from gaitsim_robot.encodings import Encoding
+from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.quiet import silence
 from gaitsim_robot.servos import Servo, ServoName, joint_servos
+from gaitsim_robot.symmetry import Symmetry
 from gaitsim_robot.text import compiled
 from gaitsim_robot.world import World, build
 
@@ -89,9 +90,10 @@ def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Ser
 
 
 @lru_cache(maxsize=16)
-def encoding_of(world: World) -> Encoding:
+def encoding_of(world: World, kind: Kind, symmetry: Symmetry, fastest: float) -> Encoding:
     """Return the encoding of a robot, whose commands keep its servos' speed."""
-    return Encoding(world.model, world.anatomy, SPEED_SHARE * world.top_speed)
+    top_speed = SPEED_SHARE * world.top_speed
+    return Encoding(world.model, world.anatomy, top_speed, kind, symmetry, fastest)
 
 
 def specification(text: str) -> Any:

@@ -25,6 +25,7 @@ from gaitsim.contracts import (
 from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.anatomy import Anatomy
+from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.loading import (
     BUNDLED,
@@ -38,6 +39,7 @@ from gaitsim_robot.loading import (
 )
 from gaitsim_robot.measures import measures
 from gaitsim_robot.servos import ServoName
+from gaitsim_robot.symmetry import Symmetry
 from gaitsim_robot.world import FRAME_RATE, World
 
 XYZ = ("x", "y", "z")
@@ -50,6 +52,19 @@ class Robot(Organism):
         "quadruped",
         "a bundled robot (quadruped, hexapod or spider-physics), the path of a URDF or MJCF file, "
         "or the robot itself as text, into which a file is turned",
+    )
+    encoding: Kind = option(
+        "steps",
+        "how a genome becomes joint angles: step cycles of the feet by inverse kinematics, a sine "
+        "for each joint, or coupled oscillators that start from standing",
+    )
+    symmetry: Symmetry = option(
+        "none",
+        "which legs share genes: in alternating and trot, left and right and neighbours on a side "
+        "take turns; in a bound, front and back do; in a wave, steps run from back to front",
+    )
+    fastest_stride: float = option(
+        2.5, "upper bound of the gene for strides a second", unit="Hz", gt=0.5, le=5
     )
     duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
     feet: tuple[str, ...] = option(
@@ -222,11 +237,15 @@ class Robot(Organism):
 
     @property
     def _gene_groups(self) -> tuple[GeneGroup, ...]:
-        return encoding_of(self.world).groups
+        return self._encoding.groups
+
+    @property
+    def _encoding(self) -> Encoding:
+        return encoding_of(self.world, self.encoding, self.symmetry, self.fastest_stride)
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk, each individual in a world of its own."""
-        return self._walked(encoding_of(self.world).commands(genomes, self.frames))
+        return self._walked(self._encoding.commands(genomes, self.frames))
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk by commands to the servos, clipped to the limits of the joints.
