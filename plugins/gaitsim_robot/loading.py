@@ -15,7 +15,7 @@ from gaitsim_robot.importing import import_robot
 from gaitsim_robot.quiet import silence
 from gaitsim_robot.servos import Servo, ServoName, joint_servos
 from gaitsim_robot.symmetry import Symmetry
-from gaitsim_robot.text import compiled
+from gaitsim_robot.text import compiled, trust
 from gaitsim_robot.world import World, build
 
 SPEED_SHARE = 0.8  # of the speed at which a servo has no torque left, for commands
@@ -45,13 +45,22 @@ def robot_text(model: str, folder: Path | None) -> str:
             allowed=f"{', '.join(BUNDLED)}, or the path of a URDF or MJCF file",
             remedy=nearest(model, BUNDLED),
         )
+    status = path.stat()
+    return _imported(path.absolute(), status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=4)
+def _imported(path: Path, _changed: int, _size: int) -> str:
+    # A form in the terminal UI checks its options at every key.
     return import_robot(path).text
 
 
 @lru_cache(maxsize=16)
 def bundled(name: str) -> str:
     """Return the text of a bundled robot."""
-    return (files("gaitsim_robot") / "models" / f"{name}.xml").read_text(encoding="utf-8")
+    text = (files("gaitsim_robot") / "models" / f"{name}.xml").read_text(encoding="utf-8")
+    trust(text)  # saves a child process at every start
+    return text
 
 
 @lru_cache(maxsize=16)

@@ -45,12 +45,14 @@ def repair_joints(robot: Robot) -> None:
 
 def _fuse(robot: Robot) -> None:
     """Fuse bodies without joints into their parents."""
+    fused = 0
     for body in reversed(list(robot.root.walk())):
         kept: list[Body] = []
         for child in body.children:
             if child.joints:
                 kept.append(child)
                 continue
+            fused += 1
             for grandchild in child.children:
                 grandchild.place = child.place @ grandchild.place
             kept += child.children
@@ -61,6 +63,8 @@ def _fuse(robot: Robot) -> None:
                 _rename(robot, child.name, body.name)
             _add(body, child)
         body.children = kept
+    if fused:
+        robot.repairs.append(f"bodies fixed to others, joined with them: {fused}")
 
 
 def _rename(robot: Robot, old: str, new: str) -> None:

@@ -86,6 +86,8 @@ class _Reader:
             self._repairs.append(f"bodies beside the robot are dropped: {listed(others)}")
         name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
         robot = Robot(name, self._bodies[root], repairs=self._repairs)
+        if not robot.root.joints:
+            self._repairs.append(f"{robot.root.name!r} was fixed to the world and is free now")
         self._equalities(robot)
         self._excludes(robot)
         robot.stand = self._stand(root, inside)

@@ -40,6 +40,9 @@ def repair_shapes(robot: Robot) -> None:
     capsules: list[str] = []
     flat: list[str] = []
     length = _length(robot)
+    meshes = sum(shape.vertices is not None for body in bodies for shape in body.colliding)
+    if meshes:
+        robot.repairs.append(f"meshes replaced by convex hulls: {meshes}")
     for body in bodies:
         if body.colliding:
             body.shapes = body.colliding
