@@ -19,7 +19,7 @@ HELP = sorted((ROOT / "gaitsim" / "cli").rglob("*.py"))
 
 NOT_RUN = re.compile(
     r"gaitsim (tui|serve|play|study|compare|plugins|imitate|attach|stop)|run (walker|millipede)"
-    r"|--dask|--detach|night|--delete|--perturb|champions/|hopper|my-|mine|spring"
+    r"|--dask|--detach|night|--delete|--perturb|champions/|hopper|my-|mine|spring|--root"
 )
 """Commands that do not end by themselves, take long, or need a file of the reader's."""
 
@@ -44,6 +44,7 @@ def words(command: str) -> list[str]:
     return found[1:]
 
 
+QUADRUPED = ROOT / "plugins" / "gaitsim_robot" / "models" / "quadruped.xml"
 FOUND = {path: commands(path.read_text()) for path in (*PAGES, *HELP)}
 FOUND[README] += in_rows(README.read_text())
 FOUND = {path: lines for path, lines in FOUND.items() if lines}
@@ -89,6 +90,7 @@ def test_the_commands_of_a_page_run(
     path: Path, runs: Path, tmp_path: Path, gaitsim: Callable[..., object]
 ) -> None:
     shutil.copytree(runs, tmp_path / "runs")
+    shutil.copy(QUADRUPED, tmp_path / "my_robot.urdf")  # the root element tells the format
     for line in FOUND[path]:
         if not NOT_RUN.search(line):
             gaitsim(*quick(words(line), tmp_path / "runs"))

@@ -1,6 +1,5 @@
 """`gaitsim robots check`."""
 
-import io
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -13,7 +12,7 @@ from gaitsim.cli.facts import print_facts
 from gaitsim.cli.options import Json
 from gaitsim.cli.parsing import file_format
 from gaitsim.cli.streams import machine_readable
-from gaitsim.contracts import BodyFile, Facts, RealSpace
+from gaitsim.contracts import BodyFile, Facts, RealSpace, Skeleton
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment
 from gaitsim.experiment.body_files import reader_of
@@ -21,11 +20,11 @@ from gaitsim.experiment.loading import read_body
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
 from gaitsim.registry import plugin_errors
+from gaitsim.render.still import write_still
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
 
 UNUSABLE = 1
-PIXELS = 1280, 720
 
 
 def check(
@@ -69,7 +68,7 @@ def check(
         with status(f"Reading {file} …"):
             found, experiment = read_body(file, root or ())
             facts = _described(experiment)
-            drawn = None if picture is None else _drawn(experiment)
+            skeleton = None if picture is None else _standing(experiment)
     except GaitsimError as caught:
         problems = caught.problems if isinstance(caught, ExperimentError) else ()
         error = problems[0] if len(problems) == 1 else caught
@@ -80,10 +79,13 @@ def check(
         else:
             errors().print(f"{file} cannot be used: {error}", style="red")
         sys.exit(UNUSABLE)
-    contents = {model_out: found.text.encode(), picture: drawn}
-    written = {path: data for path, data in contents.items() if path and data}
-    for path, data in written.items():
-        write_bytes(path, data)
+    written = []
+    if model_out is not None:
+        write_bytes(model_out, found.text.encode())
+        written.append(model_out)
+    if picture is not None and skeleton is not None:
+        write_still(skeleton, picture, found.name, str(file))
+        written.append(picture)
     wrote(*written)
     if json:
         print_json(
@@ -108,20 +110,15 @@ def _described(experiment: Experiment) -> Facts:
         return experiment.organism.describe()
 
 
-def _drawn(experiment: Experiment) -> bytes:
-    """Return a picture of the body as its motions begin."""
-    from gaitsim.render.notebook import picture
-
+def _standing(experiment: Experiment) -> Skeleton:
+    """Return the body in the motion of the middle genome, which begins in the standing pose."""
     space = experiment.space()
     middle = (
         (space.lower + space.upper) / 2
         if isinstance(space, RealSpace)
         else space.random(1, np.random.default_rng(0))[0]
     )
-    image = io.BytesIO()
-    standing = Individual(experiment, 0.0, {}, genome=middle)
-    picture(standing, size=PIXELS).save(image, "png")
-    return image.getvalue()
+    return Individual(experiment, 0.0, {}, genome=middle).skeleton
 
 
 def _print(file: Path, found: BodyFile, facts: Facts) -> None:
