@@ -115,6 +115,8 @@ class Runner:
     def _show_names(self, camera: Camera, pose: Pose) -> None:
         """Write the names of the feet outside of them, seen from the middle of the body."""
         places, _ = camera.project(pose.contacts)
+        if not len(pose.contacts):
+            return
         middle, _ = camera.project(pose.contacts.mean(axis=0))
         away = places - middle
         away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
