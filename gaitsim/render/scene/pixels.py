@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
-from numpy.typing import NDArray
 
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
 from gaitsim.render.scene.bodies import EDGE, FOG, LIGHT
@@ -27,6 +26,9 @@ class Pixels(Artist):
         own: dark and light colour of the trunk.
         line: width of a line, pixels.
         picture: its width and height, pixels.
+
+    Attributes:
+        sole: radius of a foot, m.
     """
 
     def __init__(
@@ -53,7 +55,12 @@ class Pixels(Artist):
         feet = sides(clip.skeleton.contact_names or ("",) * len(clip.at(0).contacts))
         marked = [_tinted(limb, tint.get(one, middle), MARKED) for one in feet.tolist()]
         self._marked = np.array(marked).reshape(-1, 2, 3).swapaxes(0, 1)
-        self._feet = _feet(clip)
+        nearest = _nearest(clip)
+        names = np.array([solid.name for solid in clip.skeleton.solids])
+        self._feet = [np.flatnonzero(names == names[solid]) for solid in nearest]
+        each = clip.surfaces.each
+        thin = [float(np.ptp(each[solid].points, axis=0).min()) / 2 for solid in nearest]
+        self.sole = float(np.median(thin)) if thin else 0.0
         self._image: tuple[int, int, Any] | None = None
 
     def show(self, camera: Camera, pose: Pose) -> None:
@@ -90,10 +97,8 @@ def _tinted(limb: tuple[Colour, Colour], colour: Colour, share: float) -> tuple[
     return mixed(limb[0], colour, share), mixed(limb[1], colour, share)
 
 
-def _feet(clip: Clip) -> list[NDArray[np.intp]]:
-    """Return the solids of the part that each contact is on."""
+def _nearest(clip: Clip) -> list[int]:
+    """Return the solid that each contact is on."""
     pose = clip.at(0)
-    names = np.array([solid.name for solid in clip.skeleton.solids])
     away = np.linalg.norm(clip.surfaces.placed(pose.solids) - pose.contacts[:, None], axis=-1)
-    nearest = clip.surfaces.owner[away.argmin(axis=1)]
-    return [np.flatnonzero(names == names[solid]) for solid in nearest]
+    return [int(solid) for solid in clip.surfaces.owner[away.argmin(axis=1)]]

@@ -116,8 +116,8 @@ def raster(
         _faces(drawn, frame, one, paint, piece)
         if one.rounds:
             own = samples[surfaces.owner == number]
-            box = _box(own.min(axis=0), own.max(axis=0), shape)
             for quadric in one.rounds:
+                box = _box(own[quadric.own], shape)
                 _round(drawn, frame, quadric, box, paint, piece, one.creased)
         piece += max(len(one.faces), 3)
     return drawn
@@ -128,8 +128,9 @@ def shade(shine: Points) -> NDArray[np.int32]:
     return (1.5 + (SHADES - 2) * (0.5 + 0.5 * np.clip(shine, -1, 1)) ** 2).astype(np.int32)
 
 
-def _box(low: Points, high: Points, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return the rows and columns of a round solid whose points are between two places."""
+def _box(points: Points, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return the rows and columns of a round piece that is spanned by points."""
+    low, high = points.min(axis=0), points.max(axis=0)
     swell = 0.03 * (high - low) + 2
     first = np.clip(np.floor(low - swell), 0, shape[::-1]).astype(int)
     last = np.clip(np.ceil(high + swell), 0, shape[::-1]).astype(int)
@@ -233,9 +234,16 @@ def _round(
                 back = np.maximum(back, plane)
         inside &= nearness >= back
     inside &= nearness > drawn.nearness[row, column] * (1 + BIAS)
-    row, column, nearness = row[inside], column[inside], nearness[inside]
-    normal = (eye + place[inside] @ rays / nearness[:, None]) * quadric.inverse**2
-    shine = normal @ frame.light / np.linalg.norm(normal, axis=1)
+    row, column, nearness, place = row[inside], column[inside], nearness[inside], place[inside]
+    square_inverse = quadric.inverse**2
+    light = square_inverse * frame.light
+    shine = eye @ light + place @ (rays @ light) / nearness
+    largest = quadric.inverse.max()
+    if np.isin(quadric.inverse, (0.0, largest)).all():  # its normal is as long everywhere
+        shine /= largest
+    else:
+        normal = (eye + place @ rays / nearness[:, None]) * square_inverse
+        shine /= np.linalg.norm(normal, axis=1)
     ends = end[inside] * creased
     shine = np.where(ends, ends * frame.light[2], shine)
     drawn.nearness[row, column] = nearness

@@ -15,7 +15,7 @@ from gaitsim.render.scene.pixels import Pixels
 from gaitsim.render.scene.shapes import discs, hull
 from gaitsim.render.scene.themes import Theme, mixed, rgb
 
-FOOT, FOOT_OF_SOLID = 1.55, 2.6  # radius of a foot's mark, in those of limbs
+FOOT, SOLE = 1.55, 2.2  # radius of a foot's mark, in those of limbs and of solid feet
 TRAIL = 240  # pieces of the path behind a body
 _CIRCLE = np.linspace(0, 2 * np.pi, 25)
 
@@ -66,6 +66,8 @@ class Runner:
         if clip.skeleton.solids:
             trunk = self._colours["body"], self._colours["body_light"]
             self.pixels = Pixels(clip, theme, trunk, self._line, picture)
+        sole = self.pixels.sole if self.pixels else 0.0
+        self._mark = max(FOOT * clip.anatomy.thickness, SOLE * sole)
         self.body = add(self.pixels or PolyCollection([], joinstyle="round"), 7)
         self.tag = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
         self.names = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
@@ -121,8 +123,7 @@ class Runner:
         away = places - middle
         away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
         letters = 1.25 * self._size
-        mark = FOOT_OF_SOLID * self.clip.anatomy.thickness * camera.scale
-        places += (mark + 1.1 * letters) * away - (0, 0.36 * letters)
+        places += (self._mark * camera.scale + 1.1 * letters) * away - (0, 0.36 * letters)
         names = zip(self.clip.skeleton.contact_names, places.tolist(), strict=False)
         self.names.set_paths([glyphs(name, letters, (x, y), 0.5) for name, (x, y) in names])
 
@@ -143,7 +144,7 @@ class Runner:
         standing = clip.grounded(pose.contacts[touching])
         support = clip.grounded(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
         self.support.set_verts([camera.project(support)[0]])
-        size = (FOOT if self.pixels is None else FOOT_OF_SOLID) * clip.anatomy.thickness
+        size = self._mark
         self.stance.set_verts(list(camera.project(clip.grounded(discs(standing, size)))[0]))
         self.stance.set_facecolors(self._feet[touching])
         swinging, depth = camera.project(pose.contacts[~touching])

@@ -22,11 +22,13 @@ class Round(NamedTuple):
         centre: (3,) m.
         inverse: of its radii, (3,) 1/m; 0 along the axis of a cylinder.
         half: half its length along z, m; infinite where no plane cuts it.
+        own: which of the solid's points span it.
     """
 
     centre: Points
     inverse: Points
     half: float
+    own: slice = slice(None)
 
 
 class Surface(NamedTuple):
@@ -64,7 +66,8 @@ def surface(solid: Solid) -> Surface:
     rod = Round(np.zeros(3), np.array([1 / radius, 1 / radius, 0.0]), half)
     if solid.shape == "cylinder":
         return Surface(np.concatenate([radius * _RING + end for end in ends]), True, (rod,))
-    balls = [Round(end, np.full(3, 1 / radius), np.inf) for end in ends]
+    spans = slice(len(_BALL)), slice(len(_BALL), None)
+    balls = [Round(ends[i], np.full(3, 1 / radius), np.inf, spans[i]) for i in (0, 1)]
     points = np.concatenate([radius * _BALL + end for end in ends])
     return Surface(points, False, (rod, *balls))
 
