@@ -5,7 +5,7 @@ T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquar
 Transactions on Robotics 27 (2011) 984-991, whose damping follows the error.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 ITERATIONS = 20
+PLANAR = 0.95  # share of y in the axes of a leg that moves in a plane along x
 FARTHEST_TURN = 0.5  # rad in one iteration
 
 
@@ -47,6 +48,10 @@ class Chain:
         """Return the tips at these angles, (..., joints) rad -> (..., 3) m."""
         return self._pose(np.ascontiguousarray(angles - self.zero))[0]
 
+    def rotation(self, angles: Floats) -> Floats:
+        """Return how the tip is turned from `zero`, (..., joints) rad -> (..., 3, 3)."""
+        return self._pose(np.ascontiguousarray(angles - self.zero))[1]
+
     def jacobian(self, angles: Floats) -> Floats:
         """Return tip and rotation per angle, (..., joints) rad -> (..., 6, joints).
 
@@ -56,10 +61,19 @@ class Chain:
         tips, _, anchors, axes = self._pose(turned)
         return _jacobian(tips, anchors, axes)
 
-    def with_tip(self, tip: Floats, angles: Floats) -> "Chain":
-        """Return the chain whose tip is at `tip` when its hinges are at `angles`."""
-        at, rotation, _, _ = self._pose(angles - self.zero)
-        return replace(self, tip=self.tip + rotation.T @ (tip - at))
+    def weights(self, level: bool) -> Floats:
+        """Return weights for `solve` of what the joints can set, (6,).
+
+        Three joints set the position, two set it ahead and up. Further ones keep a foot that is to
+        stay level from pitching, rolling and turning, in this order.
+        """
+        joints = len(self.zero)
+        planar = bool((np.abs(self.axes[:, 1]) > PLANAR).all())
+        aside = 0.0 if planar else 1.0 if joints > 2 else 0.1
+        spare = joints - (2 if planar else 3) if level else 0
+        turns = [spare > 1 and not planar, spare > 0, spare > 2 and not planar]
+        place = [1.0, aside, 1.0] if joints > 1 else [0.1, 0.1, 1.0]
+        return np.concatenate([place, 0.3 * self.length * np.array(turns)])
 
     def solve(
         self,

@@ -14,6 +14,7 @@ from gaitsim_robot.standing import Stand
 Floats = NDArray[np.float64]
 
 LOW = 0.6  # share of the lowest limb's depth that a leg reaches at least
+UPRIGHT = 0.4  # share of the depth within reach to which legs hang, at least, at zero
 LIFT = 0.1  # share of its depth that a leg can lift its foot at least
 ALIKE = 0.2  # lengths of a leg by which mirrored legs may differ
 LONGER = 1.3  # how much longer than wide a robot along y is that faces along y
@@ -22,7 +23,7 @@ TURNS = {
     "": (1.0, 0.0, 0.0, 0.0),
     "y points up in the file; the robot is turned upright": (_HALF, _HALF, 0.0, 0.0),
 }
-FACING = "the robot faces along y in the file; it is turned to face along x"
+FACING = "the robot is turned to face along x"
 
 
 class Finder:
@@ -64,8 +65,6 @@ class Finder:
         if given:
             rest = model.key_qpos[key].copy()
         rest[:3] = 0.0
-        for name, angle in (self.stance or {}).items():
-            rest[model.joint(name).qposadr[0]] = angle
         limited = np.flatnonzero(model.jnt_limited)
         address = model.jnt_qposadr[limited]
         rest[address] = np.clip(rest[address], *model.jnt_range[limited].T)
@@ -73,15 +72,18 @@ class Finder:
 
     def _find(self, rest: Floats, notes: tuple[str, ...]) -> Anatomy:
         limbs = self._legs(self._tree(rest))
-        if _faces_y(limbs):
-            rest = rest.copy()
-            rest[3:7] = _product(np.array([_HALF, 0.0, 0.0, -_HALF]), rest[3:7])
+        front = _front(limbs, default=-1 if notes else 1)
+        if front:
+            angle = -front / 2
+            rest[3:7] = _product(np.array([np.cos(angle), 0.0, 0.0, np.sin(angle)]), rest[3:7])
             limbs = self._legs(self._tree(rest))
             notes = (*notes, FACING)
         sides = [_side(limb, limbs) for limb in limbs]
         order = in_order(limbs, sides)
         limbs, sides = [limbs[index] for index in order], [sides[index] for index in order]
         stand = Stand(self.model, limbs, _partners(limbs, sides))
+        for joint, angle in (self.stance or {}).items():
+            rest[self.model.joint(joint).qposadr[0]] = angle
         standing = self._stand(stand, rest)
         return self._anatomy(stand, sides, standing, notes)
 
@@ -98,16 +100,24 @@ class Finder:
         if self.feet:
             return tree.limbs_to([self.model.body(name).id for name in self.feet])
         limbs = tree.limbs()
+        alike = _without_loners(limbs)
+        if not self.given and _lies_on_its_side(alike):
+            raise GaitsimError("the robot lies on its side", remedy="let z point up in the file")
         centre = tree.data.subtree_com[1]
-        depth = [centre[2] - limb.tips[:, 2].min() for limb in limbs]
+        depth = [centre[2] - limb.tips[:, 2].min() for limb in alike]
         deepest = max(depth, default=0.0)
+        hangs = [centre[2] - limb.tips[0, 2] for limb in alike]
+        # Arms of a robot that stands upright at zero could reach the ground, but do not there.
+        hanging = LOW * max(hangs, default=0.0)
         legs = [
             limb
-            for limb, deep in zip(limbs, depth, strict=True)
-            if deep >= LOW * deepest > 0 and np.ptp(limb.tips[:, 2]) > LIFT * deepest
+            for limb, deep, hang in zip(alike, depth, hangs, strict=True)
+            if deep >= LOW * deepest > 0
+            and np.ptp(limb.tips[:, 2]) > LIFT * deepest
+            and (hanging < UPRIGHT * deepest or hang > hanging)
         ]
         legs = _without_loners(legs)
-        if len(legs) < 2:
+        if len(legs) < 2 or _are_arms(legs, centre[2]):
             names = [self.model.body(limb.foot).name for limb in limbs]
             raise GaitsimError(
                 "the robot has no legs",
@@ -121,11 +131,10 @@ class Finder:
         problem = stand.problem(rest, bent=not self.given)
         if not problem:
             return stand.on_ground(rest)
-        if self.given:
+        if self.stance:
             raise GaitsimError(
                 f"the robot cannot stand in the given pose: {problem}",
-                where="" if self.stance else "keyframe stand",
-                key="stance" if self.stance else "",
+                key="stance",
                 remedy="change the pose, or leave it out to have one found",
             )
         found, why = stand.search(rest)
@@ -183,34 +192,71 @@ class Finder:
 def _without_loners(legs: list[Limb]) -> list[Limb]:
     """Leave out limbs that no other resembles, such as the arm on the back of a quadruped."""
     return [
-        limb
-        for limb in legs
-        if any(
-            other is not limb
-            and len(other.joints) == len(limb.joints)
-            and abs(other.length - limb.length) < ALIKE * limb.length
-            for other in legs
-        )
+        limb for limb in legs if any(_alike(limb, other) for other in legs if other is not limb)
     ]
+
+
+def _are_arms(limbs: Sequence[Limb], height: float) -> bool:
+    """Whether two limbs are arms: seven joints or more, no soles, above the centre of mass."""
+    return len(limbs) == 2 and all(
+        len(one.joints) > 6 and not one.sole.any() and one.chain.anchors[0, 2] > height
+        for one in limbs
+    )
+
+
+def _lies_on_its_side(limbs: Sequence[Limb]) -> bool:
+    """Whether hips are beside each other along z rather than along y."""
+    for limb in limbs:
+        hips = [other.hip for other in limbs if _alike(limb, other)]
+        spread = np.ptp(hips, axis=0) / limb.length
+        if spread[2] > 0.3 and spread[1] < 0.1:
+            return True
+    return _paired(limbs, 2) > _paired(limbs, 1)
+
+
+def _alike(limb: Limb, other: Limb) -> bool:
+    same = len(other.joints) == len(limb.joints)
+    return same and abs(other.length - limb.length) < ALIKE * limb.length
+
+
+def _front(limbs: Sequence[Limb], default: int) -> float:
+    """Heading of the robot, rad from x.
+
+    Two feet point ahead. Of several, a robot that faces along y does so along `default` · y.
+    """
+    along_y = _faces_y(limbs)
+    toes = np.mean([limb.chain.tip - limb.chain.anchors[-1] for limb in limbs], axis=0)
+    ahead = toes[1 if along_y else 0] / limbs[0].length
+    sign = (default if along_y else 1) if len(limbs) > 2 or abs(ahead) < 0.02 else np.sign(ahead)
+    return float(sign * np.pi / 2 if along_y else (1 - sign) * np.pi / 2)
 
 
 def _faces_y(limbs: Sequence[Limb]) -> bool:
     """Whether the legs pair along x rather than along y, as of a robot that faces along y."""
-    hips = np.array([limb.hip for limb in limbs])
-    size = float(np.mean([limb.length for limb in limbs]))
-    along_x, along_y = (_paired(hips, axis, size) for axis in (0, 1))
+    if len(limbs) == 2:
+        # Knees turn about the axis across: so does a planar robot whose legs are in line.
+        knees = np.abs([limb.chain.axes[limb.knee % len(limb.joints)] for limb in limbs])
+        return bool(knees[:, 0].mean() > knees[:, 1].mean())
+    along_x, along_y = (_paired(limbs, axis) for axis in (0, 1))
     if along_x != along_y:
         return along_x > along_y
-    spread = np.ptp(hips, axis=0)
-    return len(limbs) > 2 and bool(spread[1] > LONGER * spread[0])
+    spread = np.ptp([limb.hip for limb in limbs], axis=0)
+    return bool(spread[1] > LONGER * spread[0])
 
 
-def _paired(hips: Floats, axis: int, size: float) -> int:
-    """How many hips have a mirror image along an axis, other than themselves."""
-    images = hips - 2 * np.outer(hips[:, axis] - hips[:, axis].mean(), np.eye(3)[axis])
-    distance = np.linalg.norm(hips[:, None] - images, axis=2)
-    off_plane = np.abs(hips[:, axis] - hips[:, axis].mean()) > 0.05 * size
-    return int(((distance.min(axis=1) < ALIKE * size) & off_plane).sum())
+def _paired(limbs: Sequence[Limb], axis: int) -> int:
+    """How many limbs have a mirror image along an axis among the others."""
+    if not limbs:
+        return 0
+    size = float(np.mean([limb.length for limb in limbs]))
+    ends = np.array([[limb.hip, limb.chain.tip] for limb in limbs])
+    middle = ends[:, :, axis].mean()
+    images = ends.copy()
+    images[:, :, axis] = 2 * middle - ends[:, :, axis]
+    distance = np.linalg.norm(images[:, None] - ends, axis=3).max(axis=2)
+    nearest = distance.argmin(axis=1)
+    others = nearest != np.arange(len(limbs))
+    return int((others & (distance.min(axis=1) < ALIKE * size)).sum())
 
 
 def _side(limb: Limb, limbs: Sequence[Limb]) -> Side:

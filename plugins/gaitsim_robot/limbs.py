@@ -48,6 +48,11 @@ class Limb:
     length: float
 
     @cached_property
+    def weights(self) -> Floats:
+        """Weights of position and orientation for `Chain.solve`, (6,)."""
+        return self.chain.weights(bool(self.sole.any()))
+
+    @cached_property
     def samples(self) -> Floats:
         """Angles all over the limits, the pose at zero first, (samples, joints) rad."""
         lower, upper = self.chain.lower, self.chain.upper

@@ -12,10 +12,21 @@ from gaitsim_robot.shapes import surfaces
 Floats = NDArray[np.float64]
 
 # Where a foot stands from its hip, outward and down, in lengths of the leg. First choice first.
-UPRIGHT = ((0.0, 0.82), (0.0, 0.75), (0.0, 0.88), (0.15, 0.8), (0.0, 0.65), (0.3, 0.65), (0, 0.94))
+UPRIGHT = (
+    (0.0, 0.82),
+    (0.0, 0.88),
+    (0.0, 0.93),
+    (0.0, 0.75),
+    (0.15, 0.8),
+    (0.0, 0.65),
+    (0.3, 0.65),
+)
 SPRAWLED = ((0.65, 0.45), (0.6, 0.6), (0.75, 0.35), (0.5, 0.3), (0.8, 0.45), (0.4, 0.7), (0.8, 0.2))
-STRAIGHT = 0.97  # share of its length from which a leg is straight
+STRAIGHT = 0.96  # share of its length from which a leg is straight
 UNEVEN = 0.03  # lengths of a leg between the heights of two feet on the ground
+CLEARANCE = 0.1  # lengths of a leg from the ground to the trunk, its arms and its head
+GRAZE = 0.01  # the same of knees, and of all in a given pose
+LEVEL = 0.03  # rad, largest angle between a sole and the ground
 STARTS = 24
 
 
@@ -38,6 +49,8 @@ class Stand:
         self.of_feet = [self.surfaces.of(limb.bodies) for limb in limbs]
         feet = np.concatenate(self.of_feet)
         self.others = np.setdiff1d(np.arange(len(self.surfaces.geoms)), feet)
+        parts = np.concatenate([limb.parts for limb in limbs])
+        self.of_trunk = ~np.isin(self.surfaces.bodies[self.others], parts)
 
     def pose(self, qpos: Floats) -> Floats:
         """Pose the robot and return its surface points, (points, 3) m."""
@@ -70,16 +83,24 @@ class Stand:
         lows = self._lows(points)
         if max(lows) - min(lows) > UNEVEN * self.reach:
             return f"its feet are at heights up to {1000 * (max(lows) - min(lows)):.0f} mm apart"
-        others = points[self.others, 2] - self.surfaces.radius[self.others]
-        if len(others) and others.min() < min(lows) + 0.01 * self.reach:
-            body = self.model.body(self.surfaces.bodies[self.others[int(np.argmin(others))]]).name
+        clear = points[self.others, 2] - self.surfaces.radius[self.others] - min(lows)
+        clear -= np.where(self.of_trunk & bent, CLEARANCE, GRAZE) * self.reach
+        if len(clear) and clear.min() < 0:
+            body = self.model.body(self.surfaces.bodies[self.others[int(np.argmin(clear))]]).name
             return f"the body {body!r} is as low as the feet"
         for limb in self.limbs:
             tip = limb.chain.place(self._angles(limb, qpos))
             straight = np.linalg.norm(tip - self.data.xanchor[limb.joints[limb.knee - 1]])
             if bent and limb.knee < len(limb.joints) and straight > STRAIGHT * limb.length:
                 return f"the leg that ends at {self.model.body(limb.foot).name!r} is straight"
+            if bent and limb.sole.any() and self._tilt(limb, qpos) > LEVEL:
+                return f"the sole of {self.model.body(limb.foot).name!r} is not level"
         return self._balance(qpos)
+
+    def _tilt(self, limb: Limb, qpos: Floats) -> float:
+        """Angle between a sole and the ground, rad."""
+        turn = limb.chain.rotation(self._angles(limb, qpos))
+        return float(np.arccos(np.clip(turn[2, 2], -1, 1)))
 
     def _balance(self, qpos: Floats) -> str:
         contacts = np.vstack(self.contacts(qpos))[:, :2]
@@ -122,7 +143,7 @@ class Stand:
             partner = self.partners[index]
             if 0 <= partner < index:
                 angles = mirrored(self.limbs[partner].chain, limb.chain, self._of(partner, qpos))
-                angles = limb.chain.solve(target, angles, limb.chain.zero, weights(limb))
+                angles = limb.chain.solve(target, angles, limb.chain.zero, limb.weights)
             else:
                 angles = self._best(limb, target, rest)
             qpos[self._addresses(limb)] = angles
@@ -143,12 +164,15 @@ class Stand:
             targets[index] = targets[index] + [centre[0], centre[1], ground - low]
             angles = self._angles(limb, qpos)
             better[self._addresses(limb)] = limb.chain.solve(
-                targets[index], angles, limb.chain.zero, weights(limb)
+                targets[index], angles, limb.chain.zero, limb.weights
             )
         return better
 
     def _target(self, limb: Limb, outward: float, ground: float) -> Floats:
         direction = limb.chain.tip[:2] - limb.hip[:2]
+        if not outward and abs(direction[1]) < 0.25 * limb.length:
+            # The leg hangs in its own plane, which need not be that of the hip.
+            return np.array([limb.hip[0], limb.chain.tip[1], ground + limb.radius])
         if np.linalg.norm(direction) < 0.2 * limb.length:
             direction = limb.hip[:2] - np.mean([one.hip[:2] for one in self.limbs], axis=0)
         norm = np.linalg.norm(direction)
@@ -158,14 +182,14 @@ class Stand:
     def _best(self, limb: Limb, target: Floats, rest: Floats) -> Floats:
         """The angles that bring a foot to a target with the knee on its better side."""
         chain, width = limb.chain, np.maximum(limb.chain.upper - limb.chain.lower, 1e-6)
-        near = np.linalg.norm((limb.tips - target) * weights(limb)[:3], axis=1) / limb.length
+        near = np.linalg.norm((limb.tips - target) * limb.weights[:3], axis=1) / limb.length
         away = (((limb.samples - self._angles(limb, rest)) / width) ** 2).sum(axis=1)
         starts = limb.samples[np.argsort(near + 0.2 * away, kind="stable")[:STARTS]]
         starts = np.vstack([chain.zero, starts])
         angles = chain.solve(
-            np.broadcast_to(target, (len(starts), 3)), starts, chain.zero, weights(limb), 40
+            np.broadcast_to(target, (len(starts), 3)), starts, chain.zero, limb.weights, 40
         )
-        error = (chain.place(angles) - target) * weights(limb)[:3] / limb.length
+        error = (chain.place(angles) - target) * limb.weights[:3] / limb.length
         margin = np.minimum(angles - chain.lower, chain.upper - angles) / width
         cost = 100 * np.linalg.norm(error, axis=1)
         cost += (np.maximum(0.05 - margin, 0) * 10).sum(axis=1)
@@ -202,17 +226,6 @@ class Stand:
 
     def _of(self, index: int, qpos: Floats) -> Floats:
         return self._angles(self.limbs[index], qpos)
-
-
-def weights(limb: Limb) -> Floats:
-    """Return the weights of position and orientation that the joints of a leg can satisfy."""
-    joints = len(limb.joints)
-    if joints < 3:
-        across = 0.2 if joints == 2 else 0.0
-        return np.array([across, across, 1.0, 0, 0, 0])
-    level = 0.3 * limb.length if limb.sole.any() else 0.0
-    turns = {3: (0, 0, 0), 4: (0, 1, 0), 5: (1, 1, 0)}.get(joints, (1, 1, 1))
-    return np.concatenate([[1.0, 1.0, 1.0], level * np.array(turns)])
 
 
 def mirrored(chain: Any, other: Any, angles: Floats) -> Floats:

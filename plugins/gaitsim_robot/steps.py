@@ -44,12 +44,7 @@ def cycle(chain: Chain, targets: Floats, level: bool) -> Floats:
     Returns:
         (population, SAMPLES, joints) rad.
     """
-    joints = len(chain.zero)
-    # A leg of two joints follows the path forward and up, and leaves that sideways.
-    place = np.array([1.0, 1.0, 1.0]) if joints > 2 else np.array([1.0, 0.1, 1.0])
-    turns = {4: (0, 1, 0), 5: (1, 1, 0)}.get(joints, (1, 1, 1))
-    turn = 0.3 * chain.length * np.array(turns) * (level and joints > 3)
-    weights = np.concatenate([place, turn])
+    weights = chain.weights(level)
     return chain.solve(targets, chain.zero, chain.zero, weights, ITERATIONS)
 
 
