@@ -61,6 +61,22 @@ def weight_of(individual: Individual) -> float | None:
     return float(_channel(individual, "weight")) if channel and channel.axes == () else None
 
 
+def frames_before_fall(individual: Individual) -> int:
+    """Return the number of frames before a fall, by the channel `lasted`, s; without it, of all.
+
+    At least two, between which things change.
+
+    Raises:
+        PluginError: the body cannot compute the channel, or it is not as declared.
+    """
+    frames = len(individual.skeleton.segments)
+    channel = individual.experiment.organism.channels.get("lasted")
+    if channel is None or channel.axes or channel.unit != "s":
+        return frames
+    lasted = float(_channel(individual, "lasted"))
+    return min(frames, max(round(lasted * individual.skeleton.frame_rate) + 1, 2))
+
+
 def _carried(individual: Individual) -> Floats | None:
     """Return the share of the weight that the feet carry, (frames,)."""
     loads, weight = vertical_loads(individual), weight_of(individual)

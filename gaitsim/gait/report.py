@@ -24,12 +24,12 @@ class Footfalls:
 
     Attributes:
         feet: the steps of each.
-        touching: which are on the ground until the next frame, (frames, feet).
+        touching: which are on the ground until the next frame, (frames, feet), until a fall.
         stride: of all feet; None where nothing repeats.
         phases: when each comes down after the first that steps, (feet,), cycles from 0 to 1;
             NaN for those that do not step, and where there is no stride.
         consistency: of the phases, (feet,), from 0 at random to 1 in every stride the same.
-        margin: static stability margin, (frames,), metres.
+        margin: static stability margin, (frames,), metres, until a fall.
         slip: of standing feet.
         lying: share of the time that the trunk itself is on the ground.
     """
@@ -110,7 +110,10 @@ def analyse_gait(
     relative = in_body_frame(skeleton.contacts.astype(np.float64), path, turned)
     order = body_order(relative)
     relative, contacts = relative[:, order], skeleton.contacts[:, order].astype(np.float64)
-    touching = skeleton.touching[:, order]
+    upright = slice(None)
+    if travel.lasted is not None:  # at least two frames, between which things change
+        upright = slice(max(round(travel.lasted * skeleton.frame_rate) + 1, 2))
+    touching = skeleton.touching[upright, order]
     given = skeleton.contact_names or tuple(f"foot {n + 1}" for n in range(len(order)))
     names = tuple(given[index] for index in order)
     feet, stride = feet_of(touching, names, skeleton.frame_rate)
@@ -124,22 +127,24 @@ def analyse_gait(
         stride,
         phases,
         consistency,
-        stability_margin(skeleton) if margin is None else margin,
-        slip_of(contacts, touching, path, relative, measured.get("slip ratio")),
+        (stability_margin(skeleton) if margin is None else margin)[upright],
+        slip_of(
+            contacts[upright],
+            touching,
+            path[upright],
+            relative[upright],
+            measured.get("slip ratio"),
+        ),
         lain,
     )
-    still = np.abs(np.diff(relative, axis=0)).mean() < exploits.STILL * length
+    still = np.abs(np.diff(relative[upright], axis=0)).mean() < exploits.STILL * length
     name, distances = name_of(feet, stride, phases, consistency, relative, bool(still))
-    lasted = len(path) if travel.lasted is None else round(travel.lasted * skeleton.frame_rate) + 1
-    upright = slice(lasted)
     flags = (
         exploits.flip_flop(relative, names, length, skeleton.frame_rate),
         exploits.flickering(touching, names, skeleton.frame_rate),
         exploits.sliding(footfalls.slip),
         None if dynamic else exploits.unsupported(footfalls.margin, path, lain),
-        exploits.leap(touching[upright], path[upright], length, skeleton.frame_rate)
-        if dynamic
-        else None,
+        exploits.leap(touching, path[upright], length, skeleton.frame_rate) if dynamic else None,
         None if carried is None else exploits.not_on_feet(carried[upright]),
     )
     missing = () if joint_angles is not None else ("joint travel: the body has no joint angles",)

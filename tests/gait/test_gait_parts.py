@@ -314,6 +314,9 @@ def test_a_body_in_physics_is_judged_until_it_falls():
     assert gait.travel.speed == pytest.approx(0.5)
     assert (gait.travel.cost_of_transport, gait.travel.lasted) == (0.7, 1.0)
     assert not {flag.name for flag in gait.flags} & {"leap", "not on its feet"}
+    assert [foot.duty_factor for foot in gait.footfalls.feet] == [1.0, 1.0]
+    at_once = analyse_gait(body, dynamic=True, measured={"lasted": 0.0}, carried=carried)
+    assert at_once.name.name == "standing"
     whole = analyse_gait(body, dynamic=True, carried=carried)
     assert "not on its feet" in {flag.name for flag in whole.flags}
     assert whole.travel.speed == pytest.approx(0.25)

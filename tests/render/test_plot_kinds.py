@@ -471,6 +471,16 @@ def test_joints_show_torques_with_the_stall_torque_where_they_come_near_it(
     assert ("stall" in texts(figure)) == limited
 
 
+@pytest.mark.parametrize("draw", [joints_figure, footfall_figure])
+def test_the_last_seconds_end_with_a_fall(spider_run, monkeypatch, draw):
+    """At 4 s; the bar of a foot lasts until the frame after."""
+    fallen = (Channel((), "s", ""), np.array(4.0))
+    request = replace(with_channels(spider_run, monkeypatch, lasted=fallen), window=None)
+    assert draw(request).axes[0].get_xlim()[1] == pytest.approx(4.0, abs=0.04)
+    whole = replace(request, window=(0.0, 9.0))
+    assert draw(whole).axes[0].get_xlim()[1] == pytest.approx(9.0, abs=0.04)
+
+
 def test_joints_draw_channels_of_joints_alone(spider_run):
     with pytest.raises(GaitsimError, match="'pose' is not one of joints") as error:
         joints_figure(asked(spider_run, channel="pose"))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.gait.contact import feet_of
-from gaitsim.gait.of_individual import vertical_loads, weight_of
+from gaitsim.gait.of_individual import frames_before_fall, vertical_loads, weight_of
 from gaitsim.individual import Individual
 from gaitsim.render.plots.labels import head, heading_of, shortened
 from gaitsim.render.plots.panels import BAR, bars
@@ -24,9 +24,9 @@ USUAL = 3.0  # seconds, some strides of most bodies
 def footfall_figure(request: Request) -> "Figure":
     """Plot a row for each foot, a bar while it is on the ground, and its duty factor.
 
-    Shows the last seconds, after the gait has settled, or the whole motion where no foot
-    comes down twice in them. Where the body has the channel `load`, a curve in each row is the
-    vertical force on the foot; the few greatest peaks may exceed the row and are cut off.
+    Shows the last seconds, after the gait has settled and before a fall, or the whole motion where
+    no foot comes down twice in them. Where the body has the channel `load`, a curve in each row is
+    the vertical force on the foot; the few greatest peaks may exceed the row and are cut off.
 
     Raises:
         NothingToPlotError: the body has no feet.
@@ -38,12 +38,14 @@ def footfall_figure(request: Request) -> "Figure":
     individual, theme = request.individual, request.theme
     touching, names = contacts_of(individual)
     rate = individual.skeleton.frame_rate
-    part = window_slice(len(touching), rate, request.window, USUAL)
+    upright = frames_before_fall(individual)
+    frames = len(touching) if request.window else upright
+    part = window_slice(frames, rate, request.window, USUAL)
     landings = np.count_nonzero(~touching[part][:-1] & touching[part][1:], axis=0)
     if request.window is None and max(landings) < 2:
-        part = window_slice(len(touching), rate, None)
+        part = window_slice(frames, rate, None)
     shown = touching[part]
-    steps, _ = feet_of(touching, names, rate)
+    steps, _ = feet_of(touching[:upright], names, rate)
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
         axes = figure.subplots()
@@ -75,9 +77,9 @@ def footfall_figure(request: Request) -> "Figure":
 
 
 def _rounded_up(value: float) -> float:
-    """Return the next of 1, 2, 5, 10, 20 … from a value on."""
+    """Return the next round number from a value on."""
     power = 10.0 ** math.floor(math.log10(value))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= value)
+    return next(step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= value)
 
 
 def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:

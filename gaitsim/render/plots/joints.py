@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.intervals import Floats
+from gaitsim.gait.of_individual import frames_before_fall
 from gaitsim.individual import Individual
 from gaitsim.render.colours import MIDDLE, sides
 from gaitsim.render.plots.channels import Signal, read_signal, read_values
@@ -38,7 +39,8 @@ def joints_figure(request: Request) -> "Figure":
     individual, theme = request.individual, request.theme
     require_joints(individual)
     signal = _signal_of(individual, request.channel or "joint_angles")
-    part = window_slice(len(signal.values), signal.rate, request.window, USUAL)
+    frames = len(signal.values) if request.window else frames_before_fall(individual)
+    part = window_slice(frames, signal.rate, request.window, USUAL)
     values, unit = finite(signal.values[part]), signal.channel.units
     if unit.startswith("rad"):
         values, unit = np.degrees(values), unit.replace("rad", "°")
