@@ -16,8 +16,13 @@ ELEMENTS = 300_000
 LARGEST = 1e6  # of a number
 
 
-def parse(data: bytes, where: str) -> Element:
+def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
     """Return the root element of an XML document.
+
+    Args:
+        data: the document.
+        where: its file, for messages.
+        encoding: of the document, instead of what it declares.
 
     Raises:
         RobotError: it is not XML, or declares entities, or is too deep or too long.
@@ -49,7 +54,7 @@ def parse(data: bytes, where: str) -> Element:
             remedy="remove the <!DOCTYPE …> declaration",
         )
 
-    parser = expat.ParserCreate()
+    parser = expat.ParserCreate(encoding)
     parser.buffer_text = True
     parser.StartElementHandler = start
     parser.EndElementHandler = end

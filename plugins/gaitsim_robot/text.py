@@ -26,6 +26,7 @@ from gaitsim_robot.markup import parse
 
 LARGEST = 2**20  # characters
 BODIES = 500
+GEOMS = 2000
 VERTICES = 64  # of a mesh
 WHERE = "the robot's text"
 
@@ -38,7 +39,6 @@ def _count(least: int, most: int | None = None) -> tuple[int, int]:
     return least, least if most is None else most
 
 
-_SWITCH = frozenset({"true", "false"})
 _PLACE: dict[str, _Kind] = {"name": _NAME, "pos": _count(3), "quat": _count(4)}
 _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
     ("mujoco",): {"model": _NAME},
@@ -89,7 +89,8 @@ def check_text(text: str) -> None:
             where=WHERE,
             allowed=f"{LARGEST:,} characters",
         )
-    root = parse(text.encode(errors="replace"), WHERE)
+    # MuJoCo reads UTF-8 whatever the declaration says, so the check must, too.
+    root = parse(text.encode(errors="replace"), WHERE, encoding="utf-8")
     bodies = _check(root)
     trunks = root.findall("worldbody/body")
     if len(trunks) != 1 or len(bodies) > BODIES:
@@ -99,6 +100,9 @@ def check_text(text: str) -> None:
         )
     for body in bodies:
         _check_body(body, body is trunks[0])
+    for tag, most in (("geom", GEOMS), ("mesh", GEOMS), ("joint", BODIES)):
+        if (count := sum(1 for _ in root.iter(tag))) > most:
+            raise _wrong(f"the robot's text has {count} elements {tag!r}", f"at most {most}")
     if len(root.findall("keyframe/key")) > 1:
         raise _wrong("the robot's text has several keyframes", "one keyframe, 'stand'")
 
@@ -121,12 +125,9 @@ def _check(root: Element) -> list[Element]:
                     ", ".join(kinds),
                 )
         for child in element:
-            inner = ("body",) if child.tag == "body" and path[-1] in _HOLDERS else (child.tag,)
-            waiting.append((child, inner if inner == ("body",) else (*path, *inner)))
+            nested = child.tag == "body" and path[-1] in ("worldbody", "body")
+            waiting.append((child, ("body",) if nested else (*path, child.tag)))
     return bodies
-
-
-_HOLDERS = ("worldbody", "body")
 
 
 def _valid(value: str, kind: _Kind) -> bool:

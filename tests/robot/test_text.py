@@ -25,6 +25,8 @@ TEXT = """<mujoco model="one">
 def test_robots_texts_pass_and_compile():
     assert compiled(TEXT).nq == 8
     assert compiled(TEXT) is compiled(TEXT)
+    # A declaration does not make gaitsim read other characters than MuJoCo.
+    check_text(f'<?xml version="1.0" encoding="cp037"?>{TEXT}')
     for name in ("quadruped", "hexapod", "spider-physics"):
         check_text((files("gaitsim_robot") / "models" / f"{name}.xml").read_text("utf-8"))
 
@@ -54,6 +56,8 @@ def test_robots_texts_pass_and_compile():
         ('<body name="leg">', '<body name="leg"><frame/>'),
         ('name="leg"', 'name="trunk"'),  # MuJoCo refuses this one
         ('diaginertia="1 1 1"', 'diaginertia="1 1 9"'),  # and this one
+        ('<geom type="sphere" size="0.1"/>', '<geom type="sphere" size="0.1"/>' * 2001),
+        (TEXT, f'<?xml version="1.0" encoding="utf-16"?>{TEXT}'.encode("utf-16").decode("latin1")),
         (TEXT, ""),
         (TEXT, "<robot/>"),
         (TEXT, TEXT + " " * 2**21),
