@@ -1,0 +1,67 @@
+"""Robots of the presets, 10 s each, on one core and on all; beside them the physics engine alone.
+
+The floor is `mj_step` of the same world, with the same commands from the same start, each robot
+alone, and nothing read or recorded. Only individuals of the first population that do not fall take
+part; the others would end their work early.
+"""
+
+import mujoco
+import numpy as np
+from timing import medians, milliseconds, print_figure, print_machine, times
+
+from gaitsim.evaluation import Evaluator, evaluate
+from gaitsim.evolution import first_population
+from gaitsim.experiment import load_experiment
+from gaitsim_robot.loading import encoding_of
+from gaitsim_robot.organism import Robot
+
+LEAST = 0.85  # of the physics engine's speed, on each core
+COUNT = 16
+PRESETS = ("quadruped", "hexapod", "spider-physics")
+
+
+def main() -> None:
+    """Print the figures."""
+    print_machine()
+    for preset in PRESETS:
+        walking(preset)
+
+
+def walking(preset: str) -> None:
+    """Print the figures of the first population's individuals that do not fall."""
+    experiment = load_experiment(preset)
+    robot = experiment.organism
+    assert isinstance(robot, Robot)
+    genomes = first_population(experiment)
+    lasting = genomes[robot.move(genomes)["lasted"] == robot.duration]
+    whole = np.resize(lasting, (COUNT, genomes.shape[1]))
+    commands = encoding_of(robot.world).commands(whole, robot.frames)
+    seconds = COUNT * robot.duration
+    with Evaluator(experiment) as every:
+        every.prepare()
+        alone, together, floor = medians(
+            lambda: evaluate(experiment, whole),
+            lambda: every.evaluate(whole),
+            lambda: plain(robot, commands),
+            repeats=1,
+        )
+    print_figure(f"{preset}, scores, one core", times(seconds / alone), "real time")
+    print_figure("share of mj_step's speed", f"{floor / alone:.2f}", f"at least {LEAST}")
+    print_figure("all cores", times(seconds / together), f"{alone / together:.2f} × one core")
+    print_figure("mj_step alone, 10 s", milliseconds(floor / COUNT), times(seconds / floor))
+
+
+def plain(robot: Robot, commands: np.ndarray) -> None:
+    """Step each robot through its commands, which are held for a frame."""
+    world = robot.world
+    data = mujoco.MjData(world.model)
+    for frames in commands:
+        mujoco.mj_setState(world.model, data, world.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+        data.ctrl[:] = world.rest
+        for frame in frames[:-1]:
+            data.ctrl[world.ctrl] = frame
+            mujoco.mj_step(world.model, data, world.steps)
+
+
+if __name__ == "__main__":
+    main()
