@@ -55,8 +55,11 @@ def main() -> None:
             for path, package in robots(unpacked, files):
                 found.append(load(path, package))
                 print_row(str(path.relative_to(package)), found[-1])
-            count = sum(one.right for one in found)
-            print(f"{count} of {len(found)} load, with the mass right to {RIGHT:.0%}")
+            count = sum(not one.refused for one in found)
+            known = [one for one in found if one.expected is not None]
+            right = sum(one.right for one in known)
+            print(f"{count} of {len(found)} load", end="; ")
+            print(f"of {len(known)} whose mass is known {right} have it right to {RIGHT:.0%}")
 
 
 def load(path: Path, package: Path) -> Loaded:
