@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from gaitsim.contracts import Facts
 from gaitsim_robot.anatomy import Anatomy, Leg
 from gaitsim_robot.servos import SERVOS, Servo
@@ -21,7 +23,7 @@ def facts(world: World, servos: Mapping[str, Servo]) -> Facts:
     found = {
         "Body": _body(model, anatomy),
         "Legs": {leg.name: _leg(leg) for leg in anatomy.legs},
-        "Servos": _servos(servos),
+        "Servos": {**_servos(servos), "standing": _standing(world)},
         "Standing pose": _pose(model, anatomy),
     }
     if anatomy.notes:
@@ -78,6 +80,18 @@ def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
     if len(groups) == 1:
         return {"all": next(iter(groups))}
     return {_list(joints, 3): limits for limits, joints in groups.items()}
+
+
+def _standing(world: World) -> str:
+    """Return whether the servos hold the robot up, and the share of their torque that it takes."""
+    hardest = int(np.argmax(world.effort))
+    most = f"{world.effort[hardest]:.0%} of the torque of {world.anatomy.joints[hardest]}"
+    if world.stands:
+        return f"takes up to {most}"
+    return (
+        f"the robot does not stay up: it would take {most}; try a stronger servo, by "
+        "organism.servo or organism.torque_limit, or another pose, by organism.stance"
+    )
 
 
 def _limits(servo: Servo) -> str:

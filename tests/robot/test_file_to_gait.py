@@ -26,6 +26,7 @@ def test_a_check_shows_what_was_found(gaitsim, robot, tmp_path):
     assert list(found["facts"]["Legs"]) == ["L1", "R1", "L2", "R2"]
     assert found["facts"]["Body"]["mass"].startswith("1.7")
     assert "N m" in found["facts"]["Servos"]["all"]
+    assert "% of the torque" in found["facts"]["Servos"]["standing"]
     assert load_experiment(str(tmp_path / "whole.xml")).organism.joint_names() == (
         load_experiment("robot").organism.joint_names()
     )

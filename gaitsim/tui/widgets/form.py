@@ -47,6 +47,7 @@ class Field(Vertical):
         super().__init__()
         self.option = option
         self._choices = options.choices(option.field)
+        self.set_class(options.allowed(option.field) == "a text", "-text")
 
     def compose(self) -> ComposeResult:
         option = self.option
