@@ -40,7 +40,8 @@ def in_child(task: str, argument: Mapping[str, Any], *, where: str) -> dict[str,
     Raises:
         RobotError: the function raised a GaitsimError, crashed, timed out or ran out of memory.
     """
-    request = {"path": sys.path, "task": task, "argument": dict(argument)}
+    path = [os.path.abspath(entry) for entry in sys.path]  # noqa: PTH100 (the child runs elsewhere)
+    request = {"path": path, "task": task, "argument": dict(argument)}
     # One thread: its limits count the address space of every thread's stack and arena.
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as folder:  # MuJoCo writes its log into the current folder

@@ -216,6 +216,16 @@ def test_impossible_inertias_and_missing_masses_are_repaired_and_reported(tmp_pa
     assert "a capsule assumed: 'b'" in repairs
 
 
+def test_a_chain_of_many_links_is_refused(tmp_path):
+    path = tmp_path / "chain.urdf"
+    names = "".join(f'<link name="{index}">{inertial(1, 1, 1, 1)}</link>' for index in range(3000))
+    joint = '<joint name="{0}" type="continuous"><parent link="{0}"/><child link="{1}"/></joint>'
+    joints = "".join(joint.format(index, index + 1) for index in range(2999))
+    path.write_text(f"<robot>{names}{joints}</robot>")
+    with pytest.raises(RobotError, match="3000 moving bodies"):
+        read(path)
+
+
 def test_a_massless_link_between_two_joints_becomes_a_universal_joint(tmp_path):
     more = '<link name="c">{}</link><joint name="k" type="continuous"><parent link="b"/>'
     more += '<child link="c"/><origin xyz="0 0 0" rpy="0 0 1"/><axis xyz="1 0 0"/></joint>'

@@ -7,6 +7,7 @@ import numpy as np
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.tree import Body, Floats, Robot, listed
 from gaitsim_robot.markup import LARGEST
+from gaitsim_robot.text import BODIES
 
 ASSUMED = math.pi / 2  # rad, of a joint without limits
 TURN = 2 * math.pi  # rad; a wider range on one side is that of a joint that turns freely
@@ -33,6 +34,10 @@ def repair_joints(robot: Robot) -> None:
         body.joints = [joint for joint in body.joints if joint.kind == "hinge"]
     _fuse(robot)
     _merge_massless(robot)
+    if (count := sum(1 for _ in root.walk())) > BODIES:
+        raise RobotError(
+            f"the robot has {count} moving bodies", where=robot.name, allowed=f"at most {BODIES}"
+        )
     if not robot.joints:
         raise RobotError(
             "the robot has no joint that turns",
