@@ -84,7 +84,8 @@ class Finder:
         stand = Stand(self.model, limbs, _partners(limbs, sides))
         for joint, angle in (self.stance or {}).items():
             rest[self.model.joint(joint).qposadr[0]] = angle
-        standing = self._stand(stand, rest)
+        standing, found_instead = self._stand(stand, rest)
+        notes += found_instead
         return self._anatomy(stand, sides, standing, notes)
 
     def _tree(self, rest: Floats) -> Tree:
@@ -106,7 +107,10 @@ class Finder:
         centre = tree.data.subtree_com[1]
         depth = [centre[2] - limb.tips[:, 2].min() for limb in alike]
         deepest = max(depth, default=0.0)
-        hangs = [centre[2] - limb.tips[0, 2] for limb in alike]
+        hangs = [
+            centre[2] - min(other.tips[0, 2] for other in alike if _alike(limb, other))
+            for limb in alike
+        ]
         # Arms of a robot that stands upright at zero could reach the ground, but do not there.
         hanging = LOW * max(hangs, default=0.0)
         legs = [
@@ -127,10 +131,11 @@ class Finder:
             )
         return legs
 
-    def _stand(self, stand: Stand, rest: Floats) -> Floats:
+    def _stand(self, stand: Stand, rest: Floats) -> tuple[Floats, tuple[str, ...]]:
+        """The standing pose, and a note where it is not the keyframe of the file."""
         problem = stand.problem(rest, bent=not self.given)
         if not problem:
-            return stand.on_ground(rest)
+            return stand.on_ground(rest), ()
         if self.stance:
             raise GaitsimError(
                 f"the robot cannot stand in the given pose: {problem}",
@@ -144,7 +149,8 @@ class Finder:
                 remedy="set organism.stance to angles of joints in which it stands, or name its "
                 "feet in organism.feet",
             )
-        return found
+        instead = f"the keyframe is not the standing pose, because {problem}"
+        return found, (instead,) if self.given else ()
 
     def _anatomy(
         self, stand: Stand, sides: list[Side], standing: Floats, notes: tuple[str, ...]
@@ -225,9 +231,12 @@ def _front(limbs: Sequence[Limb], default: int) -> float:
     Two feet point ahead. Of several, a robot that faces along y does so along `default` · y.
     """
     along_y = _faces_y(limbs)
-    toes = np.mean([limb.chain.tip - limb.chain.anchors[-1] for limb in limbs], axis=0)
-    ahead = toes[1 if along_y else 0] / limbs[0].length
-    sign = (default if along_y else 1) if len(limbs) > 2 or abs(ahead) < 0.02 else np.sign(ahead)
+    axis, sign = (1, float(default)) if along_y else (0, 1.0)
+    for joint, least in ((-1, 0.02), (0, 0.08)) if len(limbs) == 2 else ():
+        toes = [(one.chain.tip - one.chain.anchors[joint])[axis] / one.length for one in limbs]
+        if abs(np.mean(toes)) > least:  # From the ankle, or else from the hip.
+            sign = float(np.sign(np.mean(toes)))
+            break
     return float(sign * np.pi / 2 if along_y else (1 - sign) * np.pi / 2)
 
 

@@ -26,6 +26,7 @@ STRAIGHT = 0.96  # share of its length from which a leg is straight
 UNEVEN = 0.03  # lengths of a leg between the heights of two feet on the ground
 CLEARANCE = 0.1  # lengths of a leg from the ground to the trunk, its arms and its head
 GRAZE = 0.01  # the same of knees, and of all in a given pose
+MARGIN = 0.2  # share of the support that the centre of mass is from its edges, if not given
 LEVEL = 0.03  # rad, largest angle between a sole and the ground
 STARTS = 24
 
@@ -95,20 +96,22 @@ class Stand:
                 return f"the leg that ends at {self.model.body(limb.foot).name!r} is straight"
             if bent and limb.sole.any() and self._tilt(limb, qpos) > LEVEL:
                 return f"the sole of {self.model.body(limb.foot).name!r} is not level"
-        return self._balance(qpos)
+        return self._balance(qpos, MARGIN if bent else 0.0)
 
     def _tilt(self, limb: Limb, qpos: Floats) -> float:
         """Angle between a sole and the ground, rad."""
         turn = limb.chain.rotation(self._angles(limb, qpos))
         return float(np.arccos(np.clip(turn[2, 2], -1, 1)))
 
-    def _balance(self, qpos: Floats) -> str:
+    def _balance(self, qpos: Floats, margin: float) -> str:
         contacts = np.vstack(self.contacts(qpos))[:, :2]
+        middle = (contacts.min(axis=0) + contacts.max(axis=0)) / 2
+        contacts = middle + (1 - 2 * margin) * (contacts - middle)
         self.pose(qpos)
         centre = self.data.subtree_com[1][:2]
         outside = _distance_outside(contacts, centre)
         if outside > 0.02 * self.reach:
-            return f"its centre of mass is {1000 * outside:.0f} mm outside its feet"
+            return f"its centre of mass is {1000 * outside:.0f} mm from where its feet support it"
         return ""
 
     def search(self, rest: Floats) -> tuple[Floats | None, str]:

@@ -54,6 +54,30 @@ def test_a_robot_that_faces_y_is_turned():
     assert anatomy.notes
 
 
+def test_a_robot_that_is_drawn_y_up_is_turned_upright():
+    lying = HUMANOID.replace("<freejoint/>", '<freejoint/><frame euler="-1.5708 0 0">')
+    anatomy = found(lying.replace("</body></worldbody>", "</frame></body></worldbody>"))
+    assert feet(anatomy) == feet(found(HUMANOID))
+    assert anatomy.stance[2] == pytest.approx(found(HUMANOID).stance[2], abs=1e-3)
+
+
+def test_two_feet_point_ahead():
+    backward = HUMANOID.replace("<freejoint/>", '<freejoint/><frame euler="0 0 3.14159265">')
+    anatomy = found(backward.replace("</body></worldbody>", "</frame></body></worldbody>"))
+    assert feet(anatomy) == feet(found(HUMANOID))
+    assert np.abs(anatomy.stance[3:7]) == pytest.approx([0, 0, 0, 1], abs=1e-6)
+
+
+def test_a_keyframe_is_the_standing_pose_if_the_robot_stands_in_it():
+    bent = [0, 0, 0.5, 1, 0, 0, 0] + 4 * [0, 0.6, -1.2] + [0, 0]
+    for knee, used in ((-1.2, True), (-2.2, False)):
+        bent[9] = knee
+        key = f'<keyframe><key name="stand" qpos="{" ".join(map(str, bent))}"/></keyframe>'
+        anatomy = found(QUADRUPED.replace("</worldbody>", "</worldbody>" + key))
+        assert (anatomy.stance[7:] == pytest.approx(bent[7:])) == used
+        assert bool(anatomy.notes) != used
+
+
 @pytest.mark.parametrize("text", KINDS.values(), ids=KINDS)
 def test_the_robot_stands_for_two_seconds(text):
     anatomy = found(text)
