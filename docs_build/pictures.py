@@ -19,6 +19,7 @@ import gaitsim as gs
 from gaitsim.render.encoder import cells, encode, palette
 from gaitsim.render.plots.style import LIGHT, picture
 from gaitsim.render.scene import THEMES
+from gaitsim.render.still import write_still
 from gaitsim.render.video import RenderSettings, Video
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.app import GaitsimApp
@@ -47,6 +48,7 @@ RUNS: tuple[tuple[str, str, int, dict[str, float]], ...] = (
     ("millipede", "millipede", 1, {}),
     ("walker", "walker", 0, {}),
     ("spider-front", "spider-front", 0, {}),
+    ("quadruped", "quadruped", 0, {"evolution.generations": 50}),
     ("spider-bold", "spider", 0, {"evolution.generations": 300, "mutation.rate": 0.3}),
     *((f"spider-{seed}", "spider", seed, {"evolution.generations": 300}) for seed in (2, 3, 4, 5)),
 )
@@ -99,9 +101,13 @@ def _smaller(image: Image.Image, path: Path) -> None:
 
 def bodies() -> None:
     """Stills and short films of the champions."""
-    for name, seconds in (("spider", 4.2), ("millipede", 0.75)):
+    for name, seconds in (("spider", 4.2), ("millipede", 0.75), ("quadruped", 2.2)):
         still = gs.picture(gs.load(name).champion, seconds, size=(640, 360))
         _smaller(still, HERE / f"{name}.png")
+    standing = HERE / "robot-standing.png"
+    skeleton = gs.load("quadruped").champion.skeleton
+    write_still(skeleton, standing, "quadruped", size=(640, 360))
+    _smaller(Image.open(standing), standing)
     _film("spider", RenderSettings("gif", (400, 240), 15, intro=False), 40)
     _film("fly", RenderSettings("gif", (400, 240), 25, intro=False), 75)
     _film("walker", RenderSettings("gif", (400, 240), 15, 0.5, "side", intro=False), 45)
