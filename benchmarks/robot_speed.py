@@ -12,7 +12,6 @@ from timing import medians, milliseconds, print_figure, print_machine, times
 from gaitsim.evaluation import Evaluator, evaluate
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
-from gaitsim_robot.loading import encoding_of
 from gaitsim_robot.organism import Robot
 
 LEAST = 0.85  # of the physics engine's speed, on each core
@@ -35,7 +34,7 @@ def walking(preset: str) -> None:
     genomes = first_population(experiment)
     lasting = genomes[robot.move(genomes)["lasted"] == robot.duration]
     whole = np.resize(lasting, (COUNT, genomes.shape[1]))
-    commands = encoding_of(robot.world).commands(whole, robot.frames)
+    commands = robot.move(whole)["joint_angles"]
     seconds = COUNT * robot.duration
     with Evaluator(experiment) as every:
         every.prepare()
