@@ -240,6 +240,8 @@ def test_a_massless_link_between_two_joints_becomes_a_universal_joint(tmp_path):
     assert model.jnt_axis[1] == pytest.approx([np.sin(1), np.cos(1), 0], abs=1e-6)
 
 
+TWO = """<mujoco><worldbody><body><geom size='1' density='9'/>
+<body><joint/><geom size='1'/></body></body></worldbody></mujoco>"""
 BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/>'
 
 
@@ -266,6 +268,7 @@ BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/
         ("<mujoco/>", "no bodies"),
         ("<mujoco><worldbody><body><geom/></body></worldbody></mujoco>", "cannot compile"),
         ("<mujoco><worldbody><body><nonsense/></body></worldbody></mujoco>", "cannot compile"),
+        (TWO.replace("density='9'", "pos='nan 0 0'"), "not finite"),
         ("<mujoco><include file='../secret.xml'/></mujoco>", "outside its folder"),
         ("<mujoco><include file='gone.xml'/></mujoco>", "missing"),
         ("<mujoco><include file='robot.xml'/></mujoco>", "included twice"),

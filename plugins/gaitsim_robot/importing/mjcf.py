@@ -20,11 +20,18 @@ from gaitsim_robot.importing.tree import (
     Shape,
     listed,
 )
+from gaitsim_robot.quiet import silence
 
 _TINY = 1e-9  # kg and kg·m², so that MuJoCo compiles massless bodies, which repairs see as such
 _JOINTS = ("free", "ball", "slide", "hinge")  # the order of mjtJoint
 _GEOMS = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+_FINITE = (
+    "body_pos", "body_quat", "body_mass", "body_ipos", "body_iquat", "body_inertia", "geom_pos",
+    "geom_quat", "geom_size", "mesh_vert", "jnt_pos", "jnt_axis", "jnt_range", "jnt_stiffness",
+    "dof_damping", "dof_armature", "dof_frictionloss", "qpos0", "qpos_spring", "key_qpos",
+    "site_pos", "site_quat", "eq_data",
+)  # fmt: skip
 _STANDING = ("stand", "home")
 
 
@@ -39,12 +46,16 @@ def read_mjcf(root: Element, files: Files, where: str) -> Robot:
     modernise(root, where, repairs)
     assets = take_files(root, files, where, repairs)
     model = _compiled(tostring(root, "unicode"), assets, where)
+    # MuJoCo compiles values that are not numbers.
+    if not all(np.isfinite(getattr(model, name)).all() for name in _FINITE):
+        raise RobotError("the model has values that are not finite", where=where)
     return _Reader(model, where, repairs).robot()
 
 
 def _compiled(text: str, assets: dict[str, bytes], where: str) -> Any:
     import mujoco
 
+    silence()
     try:
         spec = mujoco.MjSpec.from_string(text, assets=assets)
         spec.compiler.balanceinertia = True
