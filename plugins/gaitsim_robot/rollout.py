@@ -119,15 +119,21 @@ def _record(
     record.qpos[active, span] = at_frames[..., 1 : 1 + nq]
     record.qvel[active, span] = at_frames[..., 1 + nq : 1 + nq + nv]
     record.feet[active, span] = sensors[:, ::steps, world.feet]
-    during = sensors[:, :-1].reshape(len(active), count, steps, -1)
     after = slice(first + 1, last + 1)
-    torque = np.abs(during[..., world.torque])
+
+    def during(indices: NDArray[np.intp]) -> Floats:
+        # Copies these columns alone, before the reshape would copy all of them.
+        taken = sensors[:, :-1, indices.ravel()]
+        return taken.reshape(len(active), count, steps, *indices.shape)
+
+    torque = np.abs(during(world.torque))
     record.torque[active, after] = torque.mean(axis=2)
-    record.load[active, after] = during[..., world.load].mean(axis=2)
-    slide = during[..., world.slide[:, 1:]]
+    record.load[active, after] = during(world.load).mean(axis=2)
+    slide = during(world.slide[:, 1:])
     step = model.opt.timestep
     record.slide[active, after] = np.hypot(slide[..., 0], slide[..., 1]).sum(axis=2) * step
-    speeds = np.concatenate([before[:, None], states[:, :-2]], axis=1)[..., 1 + nq + world.dof]
+    column = 1 + nq + world.dof
+    speeds = np.concatenate([before[:, None, column], states[:, :-2, column]], axis=1)
     power = (torque * np.abs(speeds.reshape(torque.shape))).sum(axis=(2, 3)) * step
     record.work[active, after] = record.work[active, first, None] + np.cumsum(power, axis=1)
 
