@@ -39,6 +39,7 @@ class Encoding:
             the sines of coupled oscillators.
         symmetry: of the legs; see `symmetry.phases`.
         fastest: upper bound of the gene for the frequency, Hz.
+        heading: of the strides of `steps` from forward to the left, rad.
     """
 
     model: Any
@@ -47,6 +48,7 @@ class Encoding:
     kind: Kind = "steps"
     symmetry: Symmetry = "none"
     fastest: float = 2.5
+    heading: float = 0.0
 
     @cached_property
     def groups(self) -> tuple[GeneGroup, ...]:
@@ -148,8 +150,9 @@ class Encoding:
         ahead, high = path(time, duty)
         side = {"left": 1.0, "right": -1.0, "middle": 0.0}[self.anatomy.legs[leg].side]
         place = np.empty((*time.shape, 3))
-        place[..., 0] = values["shift"] + values["stride"][:, [own]] * ahead
-        place[..., 1] = side * values["spread"]
+        ahead = values["stride"][:, [own]] * ahead
+        place[..., 0] = values["shift"] + math.cos(self.heading) * ahead
+        place[..., 1] = side * values["spread"] + math.sin(self.heading) * ahead
         place[..., 2] = values["lift"][:, [own]] * high - values["height"]
         if "sway" in values:
             # The trunk is farthest to the left in the middle of the left foot's stance.

@@ -99,10 +99,12 @@ def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Ser
 
 
 @lru_cache(maxsize=16)
-def encoding_of(world: World, kind: Kind, symmetry: Symmetry, fastest: float) -> Encoding:
+def encoding_of(
+    world: World, kind: Kind, symmetry: Symmetry, fastest: float, heading: float
+) -> Encoding:
     """Return the encoding of a robot, whose commands keep its servos' speed."""
     top_speed = SPEED_SHARE * world.top_speed
-    return Encoding(world.model, world.anatomy, top_speed, kind, symmetry, fastest)
+    return Encoding(world.model, world.anatomy, top_speed, kind, symmetry, fastest, heading)
 
 
 def specification(text: str) -> Any:

@@ -66,6 +66,13 @@ class Robot(Organism):
     fastest_stride: float = option(
         2.5, "upper bound of the gene for strides a second", unit="Hz", gt=0.5, le=5
     )
+    heading: float = option(
+        0.0,
+        "direction of the strides of the encoding steps, from forward to the left",
+        unit="°",
+        ge=-180,
+        le=180,
+    )
     duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
     feet: tuple[str, ...] = option(
         (), "names of the bodies at the ends of the legs; none finds the legs"
@@ -241,7 +248,8 @@ class Robot(Organism):
 
     @property
     def _encoding(self) -> Encoding:
-        return encoding_of(self.world, self.encoding, self.symmetry, self.fastest_stride)
+        heading = math.radians(self.heading)
+        return encoding_of(self.world, self.encoding, self.symmetry, self.fastest_stride, heading)
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk, each individual in a world of its own."""

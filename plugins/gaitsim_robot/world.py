@@ -16,6 +16,7 @@ NEAR = 0.01  # of the trunk's length: bodies as near as this in the standing pos
 SUNK = 0.8  # share of the standing height below which it does not stand
 STILL = 0.2  # standing heights a second, of the trunk; what falls over is faster after a second
 STRONG = 100.0  # times their torque, servos that show what standing needs
+GROUND = "world: ground"  # a name that no geom of a robot is likely to have
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,21 +98,21 @@ def build(
     for geom in spec.geoms:
         geom.friction[0] = friction
     spec.worldbody.add_geom(
-        name="ground",
+        name=GROUND,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[0, 0, 1],
         friction=[friction, 0.005, 0.0001],
     )
     for leg in anatomy.legs:
         foot = spec.body(leg.foot)
-        foot.add_site(name=f"foot {leg.name}", pos=leg.point)
+        foot.add_site(name=f"world: foot {leg.name}", pos=leg.point)
         _contact(spec, f"load {leg.name}", foot.name, ("FOUND", "FORCE"), _NETFORCE)
         _contact(spec, f"slide {leg.name}", foot.name, ("LINVEL",), _MAXFORCE)
         spec.add_sensor(
             name=f"foot {leg.name}",
             type=mujoco.mjtSensor.mjSENS_FRAMEPOS,
             objtype=mujoco.mjtObj.mjOBJ_SITE,
-            objname=f"foot {leg.name}",
+            objname=f"world: foot {leg.name}",
         )
     _contact(spec, "belly", trunk.name, ("FOUND",), _NETFORCE)
     for joint in anatomy.joints:
@@ -181,7 +182,7 @@ def _contact(spec: Any, name: str, body: str, fields: tuple[str, ...], reduce: i
         name=name,
         type=mujoco.mjtSensor.mjSENS_CONTACT,
         objtype=mujoco.mjtObj.mjOBJ_GEOM,
-        objname="ground",
+        objname=GROUND,
         reftype=mujoco.mjtObj.mjOBJ_BODY,
         refname=body,
     )

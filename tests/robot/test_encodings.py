@@ -1,6 +1,7 @@
 """Commands to the servos: kinematics against MuJoCo's, limits and symmetries of any genome."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import mujoco
@@ -89,6 +90,18 @@ def test_inverse_kinematics_reach_what_is_in_reach(robot):
         found = cycle(chain, targets, level=False)
         error = np.linalg.norm(chain.place(found) - targets, axis=-1)
         assert error.max() < 1e-4, leg.name
+
+
+def test_strides_have_the_heading():
+    ahead = encoding("hexapod", symmetry="trot")
+    stepping = genome(ahead, stride=0.03, lift=0.01, duty=0.5, frequency=0.5)
+    swept = [
+        np.ptp(feet(coder, coder.commands(stepping, 200)[0, 50:]), axis=0)
+        for coder in (ahead, replace(ahead, heading=math.pi / 2))
+    ]
+    assert swept[1][:, 1] == pytest.approx(swept[0][:, 0], abs=1e-3)
+    assert swept[0][:, 1].max() < 1e-3
+    assert swept[1][:, 0].max() < 1e-3
 
 
 def test_a_sole_stays_level():

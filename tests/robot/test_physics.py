@@ -9,6 +9,7 @@ from stick import quadruped_spec, standing_quadruped, trot, world_of
 
 from gaitsim_robot.motion import walked
 from gaitsim_robot.organism import Robot
+from gaitsim_robot.world import GROUND
 
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 GRAVITY = 9.81
@@ -172,7 +173,7 @@ def test_bodies_that_overlap_in_the_standing_pose_never_collide_and_others_do():
     world, _ = world_of(spec, "sts3215")
     data = started(world)
     assert world.stands
-    assert {contact.geom1 for contact in data.contact} <= {world.model.geom("ground").id}
+    assert {contact.geom1 for contact in data.contact} <= {world.model.geom(GROUND).id}
     thighs = [world.model.joint(f"{side}1 hip roll").qposadr[0] for side in "LR"]
     data.qpos[thighs] = [-0.8, 0.8]
     mujoco.mj_forward(world.model, data)
