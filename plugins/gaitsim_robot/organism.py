@@ -22,7 +22,7 @@ from gaitsim.contracts import (
     folder_of,
     option,
 )
-from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
+from gaitsim.encoding import check_joint_angles, genome_space
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.encodings import Encoding, Kind
@@ -235,16 +235,11 @@ class Robot(Organism):
         Raises:
             RobotError: it cannot be read, or is not a robot.
         """
-        found = import_robot(path, roots)
-        return BodyFile(found.name, found.text, found.repairs)
+        return import_robot(path, roots)
 
     def genome_space(self) -> RealSpace:
         """Genes of the encoding."""
-        return genome_space(self._gene_groups)
-
-    @property
-    def _gene_groups(self) -> tuple[GeneGroup, ...]:
-        return self._encoding.groups
+        return genome_space(self._encoding.groups)
 
     @property
     def _encoding(self) -> Encoding:
@@ -284,7 +279,7 @@ class Robot(Organism):
         return measures(motion)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """The legs from joint to joint."""
+        """The solids of the body, and segments from joint to joint."""
         from gaitsim_robot.skeleton import skeleton
 
         return skeleton(self.world, motion, individual)
