@@ -106,9 +106,9 @@ def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:
         angles = []
         for name in leg.joints:
             joint = model.joint(name)
-            angle = math.degrees(anatomy.stance[joint.qposadr[0]])
-            low, high = (math.degrees(bound) for bound in joint.range)
-            angles.append(f"{angle + 0.0:.0f}° of {low:.0f} to {high:.0f}°")
+            bounds = anatomy.stance[joint.qposadr[0]], *joint.range
+            angle, low, high = (round(math.degrees(bound)) for bound in bounds)
+            angles.append(f"{angle}° of {low} to {high}°")
         lines[leg.name] = ", ".join(angles)
     return lines
 
