@@ -25,7 +25,6 @@ def walked(world: World, commands: Floats) -> Motion:
     torso = qpos[..., :3] - np.array([*world.start[1:3], 0.0])
     record.load[:, 0] = record.load[:, 1]  # it stands before the start
     stance = record.load[..., 2] > 0
-    stall = np.where(np.isfinite(world.stall_torque), world.stall_torque, 0.0)
     return Motion(
         FRAME_RATE,
         {
@@ -33,7 +32,7 @@ def walked(world: World, commands: Floats) -> Motion:
             "joint_positions": qpos[..., world.qpos],
             "joint_velocities": qvel[..., world.dof],
             "torque": record.torque,
-            "stall_torque": np.tile(stall, (len(commands), 1)),
+            "stall_torque": np.tile(world.stall_torque, (len(commands), 1)),
             "torso": torso,
             "torso_velocity": qvel[..., :3],
             "orientation": orientation(qpos[..., 3:7]),
