@@ -3,15 +3,12 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, unknown
-
-if TYPE_CHECKING:
-    from gaitsim_robot.limbs import Limb
 
 Floats = NDArray[np.float64]
 Side = Literal["left", "right", "middle"]
@@ -106,17 +103,6 @@ def name_legs(sides: Sequence[Side]) -> list[str]:
         number = 1 + sum(other == side for other in sides[:index])
         names.append(f"{letters[side]}{number}")
     return names
-
-
-def in_order(limbs: Sequence["Limb"], sides: Sequence[Side]) -> list[int]:
-    """Return the indices of legs in the order L1 R1 L2 R2 …, the middle ones last."""
-    rank: dict[int, tuple[int, int, int]] = {}
-    for column, side in enumerate(("left", "right", "middle")):
-        members = [index for index, one in enumerate(sides) if one == side]
-        members.sort(key=lambda index: -float(limbs[index].hip[0]))
-        for row, index in enumerate(members):
-            rank[index] = (side == "middle", row, column)
-    return sorted(rank, key=rank.__getitem__)
 
 
 def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -> None:

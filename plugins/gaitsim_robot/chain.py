@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from gaitsim_robot.anatomy import Anatomy, Floats
 
 ITERATIONS = 20
 PLANAR = 0.95  # share of y in the axes of a leg that moves in a plane along x
@@ -51,15 +50,6 @@ class Chain:
     def rotation(self, angles: Floats) -> Floats:
         """Return how the tip is turned from `zero`, (..., joints) rad -> (..., 3, 3)."""
         return self._pose(np.ascontiguousarray(angles - self.zero))[1]
-
-    def jacobian(self, angles: Floats) -> Floats:
-        """Return tip and rotation per angle, (..., joints) rad -> (..., 6, joints).
-
-        Three rows in m/rad, then the three of the axes.
-        """
-        turned = np.ascontiguousarray(angles - self.zero)
-        tips, _, anchors, axes = self._pose(turned)
-        return _jacobian(tips, anchors, axes)
 
     def weights(self, level: bool) -> Floats:
         """Return weights for `solve` of what the joints can set, (6,).
@@ -139,6 +129,29 @@ class Chain:
         return _times(rotation, self.tip) + shift, rotation, anchors, axes
 
 
+def posed(model: Any, qpos: Floats) -> Any:
+    """Return a robot in a pose, `mujoco.MjData`, with its kinematics and centres of mass."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    return data
+
+
+def standing_chains(model: Any, anatomy: Anatomy) -> tuple[Chain, ...]:
+    """Return the chains of the legs in the standing pose, with their tips at the contacts."""
+    data = posed(model, anatomy.stance)
+    chains = []
+    for leg in anatomy.legs:
+        foot = model.body(leg.foot).id
+        tip = data.xpos[foot] + data.xmat[foot].reshape(3, 3) @ leg.point
+        joints = np.array([model.joint(name).id for name in leg.joints])
+        chains.append(leg_chain(model, data, joints, tip))
+    return tuple(chains)
+
+
 def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
     """Return the chain of some joints, indices from the hip on, in the pose of `data`.
 
@@ -169,6 +182,7 @@ def _cross_matrix(axis: Floats) -> Floats:
 
 
 def _jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
+    """Tip and rotation per angle, (..., 6, joints): three rows in m/rad, then the axes."""
     lever = tips[..., None, :] - anchors
     columns = np.concatenate([_cross(axes, lever), axes], axis=-1)
     return columns.swapaxes(-1, -2)

@@ -1,7 +1,6 @@
 """How a genome becomes commands to the servos: the steps, sine and cpg encodings."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Genomes
 from gaitsim.encoding import GeneGroup, Oscillators, limit_steps, split_genomes
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.chain import Chain, leg_chain
+from gaitsim_robot.chain import Chain, standing_chains
 from gaitsim_robot.steps import SAMPLES, cycle, fastest_turn, interpolated, path
 from gaitsim_robot.symmetry import Symmetry, leaders, phases
 from gaitsim_robot.world import FRAME_RATE
@@ -93,20 +92,8 @@ class Encoding:
 
     @cached_property
     def chains(self) -> tuple[Chain, ...]:
-        """The chains of the legs in the frame of the standing trunk, tips at the contacts."""
-        import mujoco
-
-        data = mujoco.MjData(self.model)
-        data.qpos[:] = self.anatomy.stance
-        mujoco.mj_kinematics(self.model, data)
-        mujoco.mj_comPos(self.model, data)
-        chains = []
-        for leg in self.anatomy.legs:
-            foot = self.model.body(leg.foot).id
-            tip = data.xpos[foot] + data.xmat[foot].reshape(3, 3) @ leg.point
-            joints = np.array([self.model.joint(name).id for name in leg.joints])
-            chains.append(leg_chain(self.model, data, joints, tip))
-        return tuple(chains)
+        """The chains of the legs in the standing pose."""
+        return standing_chains(self.model, self.anatomy)
 
     def _of_steps(self, own: tuple[str, ...]) -> tuple[GeneGroup, ...]:
         size = float(np.mean([leg.length for leg in self.anatomy.legs]))
@@ -216,6 +203,5 @@ class Encoding:
 
     @cached_property
     def _limits(self) -> tuple[Floats, Floats]:
-        bounds: Sequence[tuple[Floats, Floats]] = [(one.lower, one.upper) for one in self.chains]
-        lower, upper = (np.concatenate(side) for side in zip(*bounds, strict=True))
-        return lower, upper
+        lower = np.concatenate([chain.lower for chain in self.chains])
+        return lower, np.concatenate([chain.upper for chain in self.chains])

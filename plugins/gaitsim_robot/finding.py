@@ -4,14 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim_robot.anatomy import Anatomy, Leg, Side, in_order, name_legs
-from gaitsim_robot.limbs import Limb, Tree
+from gaitsim_robot.anatomy import Anatomy, Floats, Leg, Side, name_legs
+from gaitsim_robot.chain import posed
+from gaitsim_robot.limbs import Limb, Tree, in_order
 from gaitsim_robot.standing import Stand
-
-Floats = NDArray[np.float64]
 
 LOW = 0.6  # share of the lowest limb's depth that a leg reaches at least
 UPRIGHT = 0.4  # share of the depth within reach to which legs hang, at least, at zero
@@ -89,13 +87,7 @@ class Finder:
         return self._anatomy(stand, sides, standing, notes)
 
     def _tree(self, rest: Floats) -> Tree:
-        import mujoco
-
-        data = mujoco.MjData(self.model)
-        data.qpos[:] = rest
-        mujoco.mj_kinematics(self.model, data)
-        mujoco.mj_comPos(self.model, data)
-        return Tree(self.model, data)
+        return Tree(self.model, posed(self.model, rest))
 
     def _legs(self, tree: Tree) -> list[Limb]:
         if self.feet:

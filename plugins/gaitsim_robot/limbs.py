@@ -1,5 +1,6 @@
 """Limbs of a robot: the chains of joints from the trunk to whatever could touch the ground."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -7,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim_robot.anatomy import Floats, Side
 from gaitsim_robot.chain import Chain, leg_chain
 from gaitsim_robot.shapes import Surfaces, surfaces
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 FINGERS = 0.35  # share of a limb's length: branches nearer to its end are fingers or toes
@@ -218,6 +219,17 @@ class Tree:
         ball = int(np.argmax(far))
         tip = points[farthest & (bodies == bodies[ball])].mean(axis=0)
         return tip, float(radius[ball]), int(bodies[ball]), np.zeros(2)
+
+
+def in_order(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
+    """Return the indices of legs in the order L1 R1 L2 R2 …, the middle ones last."""
+    rank: dict[int, tuple[int, int, int]] = {}
+    for column, side in enumerate(("left", "right", "middle")):
+        members = [index for index, one in enumerate(sides) if one == side]
+        members.sort(key=lambda index: -float(limbs[index].hip[0]))
+        for row, index in enumerate(members):
+            rank[index] = (side == "middle", row, column)
+    return sorted(rank, key=rank.__getitem__)
 
 
 def _farthest(chain: Chain, hip: int) -> float:

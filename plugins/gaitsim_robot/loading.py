@@ -26,7 +26,15 @@ ServoOptions = tuple[ServoName, float | None, float | None, float | None, float 
 
 
 def robot_text(model: str, folder: Path | None) -> str:
-    """Return the option `model` as an experiment keeps it: a bundled robot's name, or a text."""
+    """Return the option `model` as an experiment keeps it: a bundled robot's name, or a text.
+
+    Args:
+        model: a bundled robot's name, a robot's text, or the path of a file.
+        folder: where relative paths start; None where no file may be read.
+
+    Raises:
+        RobotError: there is no such robot or file, or it cannot be used.
+    """
     if model in BUNDLED:
         return model
     if model.lstrip().startswith("<"):
@@ -88,7 +96,7 @@ def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Ser
     """Return the servo of each driven joint by its name."""
     name, torque_limit, speed_limit, latency, stiffness = servo
     return joint_servos(
-        specification(text),
+        compiled(text),
         anatomy,
         name,
         torque_limit=torque_limit,

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from gaitsim_robot.anatomy import Anatomy
+from gaitsim_robot.chain import standing_chains
 
 BAND = 0.25  # rad, largest error at which an unknown servo asks for its full torque
 HOLD = 4.0  # of weight × reach of a leg per radian: its least stiffness, which balances a biped
@@ -133,7 +134,7 @@ ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"
 
 
 def joint_servos(
-    spec: Any,
+    model: Any,
     anatomy: Anatomy,
     name: ServoName = "model",
     *,
@@ -145,7 +146,7 @@ def joint_servos(
     """Return the servo of each driven joint.
 
     Args:
-        spec: MuJoCo's specification of the robot's text.
+        model: `mujoco.MjModel` of the robot's text.
         anatomy: of the robot.
         name: of the servo.
         torque_limit: in place of the servo's stall torque, N m.
@@ -153,7 +154,6 @@ def joint_servos(
         latency: in place of its own, s.
         stiffness: in place of its own, N m/rad.
     """
-    model = spec.copy().compile()
     weight = 9.81 * anatomy.mass * _reach(model, anatomy)
     servos = {}
     for joint in (*anatomy.joints, *anatomy.held):
@@ -247,15 +247,5 @@ def _unknown(name: str, torque: float, speed: float, weight: float, source: str)
 
 def _reach(model: Any, anatomy: Anatomy) -> float:
     """Largest distance of a foot from the first joint of its leg in the standing pose, m."""
-    import mujoco
-
-    data = mujoco.MjData(model)
-    data.qpos[:] = anatomy.stance
-    mujoco.mj_kinematics(model, data)
-    return max(
-        math.dist(
-            data.joint(leg.joints[0]).xanchor,
-            data.body(leg.foot).xpos + data.body(leg.foot).xmat.reshape(3, 3) @ leg.point,
-        )
-        for leg in anatomy.legs
-    )
+    chains = standing_chains(model, anatomy)
+    return max(math.dist(chain.anchors[0], chain.tip) for chain in chains)

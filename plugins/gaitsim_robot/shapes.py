@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from gaitsim_robot.anatomy import Floats
 
 
 @dataclass(frozen=True, eq=False)

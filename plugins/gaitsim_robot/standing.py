@@ -4,12 +4,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.limbs import Limb
 from gaitsim_robot.shapes import surfaces
-
-Floats = NDArray[np.float64]
 
 # Where a foot stands from its hip, outward and down, in lengths of the leg. First choice first.
 UPRIGHT = (
@@ -63,7 +61,7 @@ class Stand:
         return self.surfaces.place(self.data)
 
     def on_ground(self, qpos: Floats) -> Floats:
-        """Return the pose with its lowest foot on z = 0 and the centre of mass at x = y = 0."""
+        """Return the pose with its lowest foot on the ground z = 0."""
         points = self.pose(qpos)
         grounded = qpos.copy()
         grounded[2] -= min(self._lows(points))

@@ -3,11 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import Chain
-
-Floats = NDArray[np.float64]
 
 SAMPLES = 32  # of a cycle; joint angles between them are interpolated
 ITERATIONS = 12

@@ -6,9 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim_robot.anatomy import Anatomy
+from gaitsim_robot.anatomy import Anatomy, Floats
 
-Floats = NDArray[np.float64]
 Symmetry = Literal["none", "alternating", "trot", "bound", "wave"]
 
 

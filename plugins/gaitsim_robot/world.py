@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.chain import posed
 from gaitsim_robot.servos import Servo, add_servos
 
 FRAME_RATE = 50.0  # Hz, of commands and of what is recorded
 TIPPED = 0.5  # cosine of the trunk's tilt beyond which it has fallen: 60°
 NEAR = 0.01  # of the trunk's length: bodies as near as this in the standing pose never collide
 SUNK = 0.8  # share of the standing height below which it does not stand
+SETTLE = 1.0  # s, how long the robot stands before its start
 STILL = 0.2  # standing heights a second, of the trunk; what falls over is faster after a second
 STRONG = 100.0  # times their torque, servos that show what standing needs
 GROUND = "world: ground"  # a name that no geom of a robot is likely to have
@@ -74,7 +76,6 @@ def build(
     dt: float,
     friction: float,
     gravity: float,
-    settle: float = 1.0,
 ) -> World:
     """Return the world of a robot.
 
@@ -85,7 +86,6 @@ def build(
         dt: time step, s.
         friction: of the ground and all that touches it.
         gravity: m/s².
-        settle: how long the robot stands before its start, s.
     """
     import mujoco
 
@@ -138,13 +138,13 @@ def build(
     )
     ctrl = np.array([model.actuator(name).id for name in anatomy.joints], np.intp)
     belly = int(model.sensor("belly").adr[0])
-    settled, stands = _settled(model, anatomy.stance, rest, settle, belly)
+    settled, stands = _settled(model, anatomy.stance, rest, belly)
     needed = settled.actuator_force
     if not stands:
         strong = copy.copy(model)
         strong.actuator_forcerange *= STRONG
         strong.actuator_gainprm[:, _VOLTAGE] *= STRONG
-        needed = _settled(strong, anatomy.stance, rest, settle, belly)[0].actuator_force
+        needed = _settled(strong, anatomy.stance, rest, belly)[0].actuator_force
     start = _at_rest(model, settled.qpos if stands else anatomy.stance, rest)
     state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
     mujoco.mj_getState(model, start, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
@@ -200,10 +200,7 @@ def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
     for geom in near.geoms:
         geom.margin = NEAR * anatomy.length
     model = near.compile()
-    data = mujoco.MjData(model)
-    data.qpos[:] = anatomy.stance
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
+    data = posed(model, anatomy.stance)
     mujoco.mj_collision(model, data)
     pairs = {
         tuple(sorted(model.geom_bodyid[[contact.geom1, contact.geom2]])) for contact in data.contact
@@ -212,14 +209,12 @@ def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
         spec.add_exclude(bodyname1=model.body(first).name, bodyname2=model.body(second).name)
 
 
-def _settled(
-    model: Any, stance: Floats, rest: Floats, seconds: float, belly: int
-) -> tuple[Any, bool]:
+def _settled(model: Any, stance: Floats, rest: Floats, belly: int) -> tuple[Any, bool]:
     """Return the robot after it has stood for a while, and whether it is still up."""
     import mujoco
 
     data = _at_rest(model, stance, rest)
-    mujoco.mj_step(model, data, round(seconds / model.opt.timestep))
+    mujoco.mj_step(model, data, round(SETTLE / model.opt.timestep))
     upright = data.xmat[1, 8] > TIPPED and data.qpos[2] > SUNK * stance[2]
     still = np.linalg.norm(data.qvel[:3]) < STILL * stance[2]
     return data, bool(upright and still and data.sensordata[belly] == 0)

@@ -64,8 +64,9 @@ def standing_quadruped(
 
 def world_of(spec, servo, *, dt=0.004, friction=0.8, **options):
     """The world of any robot, and its servos."""
-    anatomy = find_anatomy(spec.copy().compile())
-    servos = joint_servos(spec, anatomy, servo, **options)
+    model = spec.copy().compile()
+    anatomy = find_anatomy(model)
+    servos = joint_servos(model, anatomy, servo, **options)
     return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=9.81), servos
 
 
