@@ -1,6 +1,6 @@
 """A robot while it is imported: a tree of bodies, which readers build and repairs change."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -164,9 +164,8 @@ class Robot:
         return [joint for body in self.root.walk() for joint in body.joints]
 
 
-def listed(names: "list[str] | set[str]", limit: int = 4) -> str:
+def listed(names: Sequence[str], limit: int = 4) -> str:
     """Return the first names and how many more there are."""
-    ordered = sorted(names) if isinstance(names, set) else names
-    more = len(ordered) - limit
-    shown = ", ".join(repr(name) for name in ordered[:limit])
+    more = len(names) - limit
+    shown = ", ".join(repr(name) for name in names[:limit])
     return f"{shown} and {more} more" if more > 0 else shown

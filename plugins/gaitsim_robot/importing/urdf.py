@@ -19,11 +19,11 @@ from gaitsim_robot.importing.tree import (
 )
 from gaitsim_robot.markup import number, numbers
 
-# URDF's kinds of joints, and whether they turn about an axis.
-_HINGES = ("revolute", "continuous")
-_KINDS = (*_HINGES, "prismatic", "fixed", "floating", "planar", "spherical")
-
-_SOLID = {"floating": "free", "planar": "ball", "spherical": "ball", "prismatic": "slide"}
+# URDF's kinds of joints that move, as MuJoCo's; repairs fix a ball, which a planar joint may be.
+_KINDS = {
+    "revolute": "hinge", "continuous": "hinge", "prismatic": "slide", "floating": "free",
+    "planar": "ball", "spherical": "ball",
+}  # fmt: skip
 
 
 def read_urdf(root: Element, files: Files, where: str) -> Robot:
@@ -49,7 +49,9 @@ class _Reader:
     def robot(self) -> Robot:
         links = {self._name(link): link for link in self._root.iterfind("link")}
         if not links:
-            raise RobotError("the URDF has no links", where=self._where)
+            raise RobotError(
+                "the URDF has no links", where=self._where, allowed="at least two <link>"
+            )
         bodies = {name: self._body(name, link) for name, link in links.items()}
         if turn_up(self._y_up):
             self._repairs.append("COLLADA meshes are turned from y up to z up")
@@ -67,7 +69,11 @@ class _Reader:
     def _topmost(self, bodies: dict[str, Body], parents: dict[str, str]) -> Body:
         tops = [bodies[name] for name in bodies if name not in parents]
         if sum(1 for top in tops for _ in top.walk()) < len(bodies):
-            raise RobotError("the links of the URDF form a loop", where=self._where)
+            raise RobotError(
+                "the links of the URDF form a loop",
+                where=self._where,
+                allowed="a tree of links, of which one is nobody's child",
+            )
         root = max(tops, key=lambda top: sum(1 for _ in top.walk()))
         if others := [top.name for top in tops if top is not root]:
             self._repairs.append(f"links not joined to the robot are dropped: {listed(others)}")
@@ -81,7 +87,9 @@ class _Reader:
             joint = body.joints[0].name
             if _hinges(body) == _hinges(root):
                 rest = {one.name for one in root.walk()} - {one.name for one in body.walk()}
-                self._repairs.append(f"links beside the floating robot are dropped: {listed(rest)}")
+                self._repairs.append(
+                    f"links beside the floating robot are dropped: {listed(sorted(rest))}"
+                )
                 body.joints, body.place = [], Place()
                 return body
             self._repairs.append(f"joint {joint!r} is fixed: floating within the robot")
@@ -115,7 +123,9 @@ class _Reader:
             mass = inertial.find("mass")
             body.mass = number(None if mass is None else mass.get("value"), 0.0, where)
             if body.mass < 0:
-                raise RobotError(f"the mass is negative: {body.mass:g} kg", where=where)
+                raise RobotError(
+                    f"the mass is negative: {body.mass:g} kg", where=where, allowed="0 kg or more"
+                )
             body.centre = place.position
             tensor = inertial.find("inertia")
             if tensor is not None:
@@ -206,12 +216,14 @@ class _Reader:
         body.place = self._place(element.find("origin"), where)
         bodies[parent].children.append(body)
         kind = element.get("type", "")
-        if kind not in _KINDS:
-            raise RobotError(
-                f"unknown type of joint {kind!r}", where=where, allowed=", ".join(_KINDS)
-            )
         if kind == "fixed":
             return
+        if kind not in _KINDS:
+            raise RobotError(
+                f"unknown type of joint {kind!r}",
+                where=where,
+                allowed=", ".join([*_KINDS, "fixed"]),
+            )
         joint = self._joint(element, name, kind, where)
         if joint is not None:
             body.joints.append(joint)
@@ -225,11 +237,10 @@ class _Reader:
         axis_element = element.find("axis")
         axis = numbers(None if axis_element is None else axis_element.get("xyz"), 3, "1 0 0", where)
         if not np.linalg.norm(axis) > 1e-6:
-            if kind in _HINGES:
-                raise RobotError("the axis is zero", where=where)
+            if _KINDS[kind] == "hinge":
+                raise RobotError("the axis is zero", where=where, allowed="such as 0 1 0")
             axis = np.array([1.0, 0.0, 0.0])
-        solid = _SOLID.get(kind, "hinge")
-        joint = Joint(name, solid, axis / np.linalg.norm(axis))
+        joint = Joint(name, _KINDS[kind], axis / np.linalg.norm(axis))
         limit = element.find("limit")
         if limit is not None:
 
