@@ -41,10 +41,8 @@ class Finder:
         """Return the anatomy."""
         first: GaitsimError | None = None
         for note, turn in TURNS.items():
-            rest = self.rest.copy()
-            rest[3:7] = _product(np.array(turn), rest[3:7])
             try:
-                return self._find(rest, (note,) if note else ())
+                return self._find(_turned(self.rest, turn), (note,) if note else ())
             except GaitsimError as error:
                 first = first or error
             if self.given:
@@ -73,7 +71,7 @@ class Finder:
         front = _front(limbs, default=-1 if notes else 1)
         if front:
             angle = -front / 2
-            rest[3:7] = _product(np.array([np.cos(angle), 0.0, 0.0, np.sin(angle)]), rest[3:7])
+            rest = _turned(rest, (np.cos(angle), 0.0, 0.0, np.sin(angle)))
             limbs = self._legs(self._tree(rest))
             notes = (*notes, FACING)
         sides = [_side(limb, limbs) for limb in limbs]
@@ -284,8 +282,10 @@ def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
     return partners
 
 
-def _product(left: Floats, right: Floats) -> Floats:
-    """Product of two quaternions, the turn `right` first."""
-    a, b = left[0], left[1:]
-    c, d = right[0], right[1:]
-    return np.concatenate([[a * c - b @ d], a * d + c * b + np.cross(b, d)])
+def _turned(rest: Floats, turn: Sequence[float]) -> Floats:
+    """Return a pose whose trunk is turned by a quaternion in the world's frame."""
+    import mujoco
+
+    turned = rest.copy()
+    mujoco.mju_mulQuat(turned[3:7], np.array(turn), rest[3:7])
+    return turned

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats
 
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+"""Corners of a box whose half lengths are 1, (8, 3)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Surfaces:
@@ -64,7 +67,7 @@ def _surface(model: Any, geom: int) -> tuple[Floats, float]:
     if kind == kinds.mjGEOM_CAPSULE:
         return np.array([[0.0, 0.0, -size[1]], [0.0, 0.0, size[1]]]), float(size[0])
     if kind == kinds.mjGEOM_BOX:
-        return size * _corners(), 0.0
+        return size * CORNERS, 0.0
     if kind == kinds.mjGEOM_CYLINDER:
         angle = np.arange(16) * (math.pi / 8)
         ring = np.stack([np.cos(angle), np.sin(angle), np.ones(16)], axis=1)
@@ -72,15 +75,16 @@ def _surface(model: Any, geom: int) -> tuple[Floats, float]:
     if kind == kinds.mjGEOM_ELLIPSOID:
         return size * _sphere(200), 0.0
     if kind == kinds.mjGEOM_MESH:
-        mesh = model.geom_dataid[geom]
-        first = model.mesh_vertadr[mesh]
-        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-        return np.asarray(vertices, np.float64), 0.0
+        return mesh_vertices(model, geom), 0.0
     return np.zeros((1, 3)), 0.0
 
 
-def _corners() -> Floats:
-    return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+def mesh_vertices(model: Any, geom: int) -> Floats:
+    """Return the vertices of a geom's mesh, (vertices, 3) m."""
+    mesh = model.geom_dataid[geom]
+    first = model.mesh_vertadr[mesh]
+    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+    return np.asarray(vertices, np.float64)
 
 
 def _sphere(points: int) -> Floats:

@@ -8,17 +8,15 @@ import numpy as np
 from gaitsim.contracts import Motion, Skeleton, Solid
 from gaitsim.contracts.solid import Shape
 from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.shapes import CORNERS, mesh_vertices
 from gaitsim_robot.world import World
 
 TRUNK = 1  # number of its body
-SMALLEST = (
-    0.004  # lengths of the body: geoms of a smaller radius, such as of a sensor, are left out
-)
+SMALLEST = 0.004  # lengths of the body: smaller geoms, such as those of sensors, are left out
 CHEST = 0.5  # of the trunk's length: parts that are drawn as boxes are longer
 SLENDER = 0.06  # radius of a limb without geoms, in its lengths
 NEAR = 0.01  # lengths of the body: joints nearer to each other are one point
-SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-EDGES = [(i, j) for i in range(8) for j in range(i) if (SIGNS[i] != SIGNS[j]).sum() == 1]
+EDGES = [(i, j) for i in range(8) for j in range(i) if (CORNERS[i] != CORNERS[j]).sum() == 1]
 
 
 def skeleton(world: World, motion: Motion, individual: int) -> Skeleton:
@@ -123,7 +121,7 @@ def _solids(model: Any, anatomy: Anatomy) -> tuple[list[Solid], list[int], list[
         shape, count = shapes[kind]
         name = _named(legs.get(body, ""), model.body(body).name)
         size = tuple(model.geom_size[geom, :count].tolist())
-        solids.append(Solid(name, shape, size, None if count else _vertices(model, geom)))
+        solids.append(Solid(name, shape, size, None if count else mesh_vertices(model, geom)))
         owners.append(body)
         offsets.append(np.concatenate([model.geom_pos[geom], model.geom_quat[geom]]))
     return solids, owners, offsets
@@ -141,14 +139,6 @@ def _turn_to(along: Floats) -> Floats:
         return np.array([0.0, 1.0, 0.0, 0.0])
     turn = np.array([1 + z, -y, x, 0.0])
     return np.asarray(turn / np.linalg.norm(turn))
-
-
-def _vertices(model: Any, geom: int) -> Floats:
-    """Return the vertices of a geom's mesh, (vertices, 3) m."""
-    mesh = model.geom_dataid[geom]
-    first = model.mesh_vertadr[mesh]
-    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-    return np.asarray(vertices, dtype=np.float64)
 
 
 def _legs(model: Any, anatomy: Anatomy) -> dict[int, str]:
@@ -233,7 +223,7 @@ def _corners(model: Any, body: int) -> Floats:
     """Return the corners of the boxes around the geoms of a body, in its frame, (corners, 3) m."""
     own = np.flatnonzero(model.geom_bodyid == body)
     middle, half = model.geom_aabb[own, None, :3], model.geom_aabb[own, None, 3:]
-    corners = _rotated(model.geom_quat[own, None], middle + SIGNS * half)
+    corners = _rotated(model.geom_quat[own, None], middle + CORNERS * half)
     return np.asarray((corners + model.geom_pos[own, None]).reshape(-1, 3))
 
 
@@ -250,7 +240,7 @@ def _reach(corners: Floats) -> float:
 def _edges(corners: Floats) -> list[tuple[Floats, Floats]]:
     """Return both ends of the twelve edges of the box around points."""
     low, high = _box(corners)
-    box = np.where(SIGNS < 0, low, high)
+    box = np.where(CORNERS < 0, low, high)
     return [(box[i], box[j]) for i, j in EDGES]
 
 

@@ -21,6 +21,7 @@ from gaitsim_robot.importing.tree import (
     listed,
 )
 from gaitsim_robot.quiet import silence
+from gaitsim_robot.shapes import mesh_vertices
 
 _TINY = 1e-9  # kg and kg·m², so that MuJoCo compiles massless bodies, which repairs see as such
 _JOINTS = ("free", "ball", "slide", "hinge")  # the order of mjtJoint
@@ -136,16 +137,11 @@ class _Reader:
         model = self._model
         place = Place(model.geom_pos[geom].copy(), matrix(model.geom_quat[geom]))
         contype, conaffinity = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
-        vertices = None
-        if kind == "mesh":
-            mesh = model.geom_dataid[geom]
-            start = model.mesh_vertadr[mesh]
-            vertices = model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)
         return Shape(
             kind,
             place,
             model.geom_size[geom][: _SIZES.get(kind, 0)].copy(),
-            vertices,
+            mesh_vertices(model, geom) if kind == "mesh" else None,
             bool(contype or conaffinity),
             contype,
             conaffinity,

@@ -7,6 +7,7 @@ import numpy as np
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.meshes import VERTICES, box, hull
 from gaitsim_robot.importing.tree import Body, Floats, Place, Robot, Shape, listed
+from gaitsim_robot.shapes import CORNERS
 
 DENSITY = 1000.0  # kg/m³, of a robot whose file has no masses
 SHARE = 0.005  # of the whole mass that all bodies without mass get together
@@ -208,8 +209,7 @@ def _corners(shape: Shape) -> Floats:
     """Return points that bound a shape, in its body, (n, 3)."""
     if shape.vertices is not None:
         return shape.place.point(shape.vertices)
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    return shape.place.point(signs * _half(shape))
+    return shape.place.point(CORNERS * _half(shape))
 
 
 def _half(shape: Shape) -> Floats:
