@@ -33,7 +33,7 @@ app = group(
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets.",
-        "robots": "Check the files of robots, and list what is there for them.",
+        "robots": "Check the files of robots, and list installed robots and servos.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
     name="gaitsim",

@@ -1,4 +1,4 @@
-"""What a body says of itself: lines of name and value below headings."""
+"""Print facts about a body: lines of name and value below headings."""
 
 from rich.table import Table
 

@@ -12,7 +12,7 @@ from gaitsim.contracts.space import Genomes, GenomeSpace
 from gaitsim.errors import GaitsimError
 
 Facts = Mapping[str, Mapping[str, str]]
-"""What people may want to know: lines of name and value below headings. A value may be ''."""
+"""Facts for people: lines of name and value below headings. A value may be ''."""
 
 
 @dataclass(frozen=True)

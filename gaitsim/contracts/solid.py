@@ -52,7 +52,7 @@ class Solid:
             )
         if (self.shape == "mesh") != (self.vertices is not None):
             raise SkeletonError(
-                f"solid {self.name!r} is a {self.shape}: a mesh has vertices, other shapes have not"
+                f"solid {self.name!r} is a {self.shape}: a mesh, and no other shape, has vertices"
             )
         points = self.vertices
         if points is None:

@@ -123,6 +123,7 @@ class Option:
         field: its declaration.
         preset: its text before any change; of a long one, the short form.
         text: its text now.
+        long: whether the text before any change is long.
     """
 
     key: str
@@ -130,7 +131,6 @@ class Option:
     preset: str
     text: str
     long: bool = False
-    """Whether the text before any change is long."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
-"""Work on files of others in a child process with limits on time and memory.
+"""Work on untrusted files in a child process with limits on time and memory.
 
-MuJoCo's compiler is C++ that reads data of strangers: what crashes, hangs or fills the memory in a
-child process is one message here.
+MuJoCo's compiler is C++: a file that crashes it, hangs it or fills the memory ends the child, and
+the user gets one message.
 """
 
 import json

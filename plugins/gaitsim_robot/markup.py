@@ -1,4 +1,4 @@
-"""Read XML of strangers: no entities, bounded depth and number of elements."""
+"""Read untrusted XML: no entities, bounded depth and number of elements."""
 
 from typing import Any
 from xml.etree.ElementTree import Element, TreeBuilder

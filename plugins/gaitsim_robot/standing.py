@@ -77,7 +77,7 @@ class Stand:
         return touching
 
     def problem(self, qpos: Floats, bent: bool) -> str:
-        """Return why the robot does not stand in this pose, with bent knees if so asked, or ''."""
+        """Return why the robot does not stand in this pose, or ''; `bent` asks for bent knees."""
         points = self.pose(qpos)
         lows = self._lows(points)
         if max(lows) - min(lows) > UNEVEN * self.reach:

@@ -5,7 +5,7 @@ from gaitsim.cli.help import group
 app = group(
     __name__,
     {
-        "list": "List the robots and servos that come with the installed packages.",
+        "list": "List the robots and servos that are installed.",
         "check": "Check whether a robot's file can be used, and show what was found in it.",
     },
     add_completion=False,
@@ -14,4 +14,4 @@ app = group(
 
 @app.callback()
 def robots() -> None:
-    """Check the files of robots, and list what is there for them."""
+    """Check the files of robots, and list the robots and servos that are installed."""

@@ -9,7 +9,7 @@ from gaitsim.registry import find, load_class, plugin_errors
 
 
 def list_(json: Json = False) -> None:
-    """List the robots and servos that come with the installed packages.
+    """List the robots and servos that are installed.
 
     [bold]Examples[/bold]
 
@@ -20,7 +20,7 @@ def list_(json: Json = False) -> None:
     for body, formats in readers().items():
         model, entry = load_class("organism", body), find("organism", body)
         assert issubclass(model, Organism)
-        with plugin_errors(entry, "listing what comes with it"):
+        with plugin_errors(entry, "listing its robots and servos"):
             facts = model.library()
         if json:
             print_json({"body": body, "formats": formats, **facts})

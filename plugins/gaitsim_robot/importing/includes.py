@@ -47,7 +47,11 @@ def inline_includes(root: Element, files: Files, where: str) -> None:
             part = parse(files.read(path, MODEL_BYTES), str(path))
             count += sum(1 for _ in part.iter())
             if count > ELEMENTS:
-                raise RobotError("the included files are too long", where=where)
+                raise RobotError(
+                    "the included files are too long",
+                    where=where,
+                    allowed=f"{ELEMENTS:,} elements",
+                )
             # An included file may include others: its elements are looked at again.
             inlined += part
         if any(child.tag == "include" for child in parent):
@@ -89,7 +93,12 @@ def take_files(root: Element, files: Files, where: str, repairs: list[str]) -> d
         _remove(root, lambda element: element.get("mesh") in missing)
     for element in root.iter():
         if any("file" in key for key in element.attrib) and element.get("file") not in loaded:
-            raise RobotError(f"<{element.tag}> names a file", where=where, allowed="meshes only")
+            raise RobotError(
+                f"<{element.tag}> names a file",
+                where=where,
+                allowed="files of meshes only",
+                remedy=f"remove <{element.tag}>",
+            )
     return loaded
 
 

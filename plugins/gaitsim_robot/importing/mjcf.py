@@ -49,7 +49,11 @@ def read_mjcf(root: Element, files: Files, where: str) -> Robot:
     model = _compiled(tostring(root, "unicode"), assets, where)
     # MuJoCo compiles values that are not numbers.
     if not all(np.isfinite(getattr(model, name)).all() for name in _FINITE):
-        raise RobotError("the model has values that are not finite", where=where)
+        raise RobotError(
+            "the model has values that are not finite",
+            where=where,
+            remedy="replace nan and inf in the file by numbers",
+        )
     return _Reader(model, where, repairs).robot()
 
 
@@ -69,7 +73,9 @@ def _compiled(text: str, assets: dict[str, bytes], where: str) -> Any:
             return spec.compile()
     except ValueError as error:
         raise RobotError(
-            f"MuJoCo cannot compile the model: {' '.join(str(error).split())[:300]}", where=where
+            f"MuJoCo cannot compile the model: {' '.join(str(error).split())[:300]}",
+            where=where,
+            remedy="correct what MuJoCo names; the file may be for another version of MuJoCo",
         ) from None
 
 
@@ -84,7 +90,9 @@ class _Reader:
     def robot(self) -> Robot:
         model = self._model
         if model.nbody < 2:
-            raise RobotError("the model has no bodies", where=self._where)
+            raise RobotError(
+                "the model has no bodies", where=self._where, allowed="a trunk with legs"
+            )
         joints = np.bincount(model.body_rootid, model.body_jntnum, model.nbody)
         joints[0] = -1
         root = int(joints.argmax())
