@@ -48,6 +48,7 @@ def test_every_public_name_is_there() -> None:
         gs.evovle  # noqa: B018
 
 
+@pytest.mark.slow
 def test_a_loop_records_the_run_that_the_command_records(
     tmp_path: Path, walked: gs.Search, monkeypatch: pytest.MonkeyPatch
 ) -> None:

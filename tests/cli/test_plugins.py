@@ -79,6 +79,7 @@ def test_findings_end_with_exit_code_1(gaitsim, install, working):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_advice_counts_only_when_asked(gaitsim, install, working):
     endless = "class X(Body):\n    legs: int = option(4, 'how many')\n"
     install("fake", working + endless, {"organism": {"x": "X"}})
@@ -100,6 +101,7 @@ def test_json_is_one_object_a_line_whatever_a_plugin_prints(gaitsim, install, wo
     assert second["kind"] == "mutation"
 
 
+@pytest.mark.slow
 def test_a_time_limit(gaitsim, install, working):
     loops = "class X(Still):\n    def mutate(self, *_):\n        while True: pass\n"
     install("fake", working + loops, {"mutation": {"x": "X"}})
@@ -175,6 +177,7 @@ def test_a_folder_goes_before_what_is_installed(gaitsim, install, working):
     assert "gaitsim-hopper 0.2" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_name_of_a_rival_is_found(gaitsim, install, working):
     gaitsim("plugins", "new", "hopper", "--kind", "mutation")
     install("fake", working, {"mutation": {"hopper": "Still"}})

@@ -58,6 +58,7 @@ def test_a_command_reports_progress_and_files(walk, records, tmp_path, command, 
     assert all((tmp_path / file).is_file() for file in written)
 
 
+@pytest.mark.slow
 def test_plots_that_a_body_lacks_are_notices(walk, records):
     found = records("plot", walk, "--kind", "all")
     assert len(found["notice"]) + len(files_of(found)) == found["progress"][-1]["total"]
@@ -103,6 +104,7 @@ def test_another_value_is_refused(gaitsim, monkeypatch):
     assert "GAITSIM_PROGRESS" in error
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 @pytest.mark.parametrize("environment", [{}, {"GAITSIM_PROGRESS": "json"}])
 def test_results_do_not_go_where_progress_is_drawn(start, environment):

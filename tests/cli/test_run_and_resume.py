@@ -300,6 +300,7 @@ def test_a_plugin_that_fails_midway_leaves_a_run_that_resumes(
     assert fingerprint("puppet") == fingerprint("whole")
 
 
+@pytest.mark.slow
 def test_a_missing_plugin_is_reported_with_its_package(program, puppet_file, tmp_path):
     program("run", puppet_file)
     paths = os.environ.get("PYTHONPATH", "")

@@ -145,6 +145,7 @@ def test_searches_and_populations_compare_by_evaluations(gaitsim, tmp_path):
         assert (tmp_path / "again" / name).read_text() == (folder / name).read_text()
 
 
+@pytest.mark.slow
 def test_compare_warns_of_scores_that_do_not_compare(gaitsim, tmp_path):
     backward = ("--set", "fitness.direction=backward")
     done = gaitsim("compare", "millipede", "millipede-random", *SHORT, *backward)
@@ -157,6 +158,7 @@ def test_compare_warns_of_scores_that_do_not_compare(gaitsim, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_study_continues_from_any_folder_after_its_files_are_deleted(
     gaitsim, tmp_path, monkeypatch
 ):

@@ -60,6 +60,7 @@ def test_the_end_of_the_process_is_reported(install, source, says):
     assert "importing it" in finding.actual
 
 
+@pytest.mark.slow
 def test_an_import_that_does_not_end(install):
     install("fake", "while True: pass\n", {"organism": {"x": "X"}})
     (finding,) = check("organism", "x", seconds=1).findings
@@ -77,6 +78,7 @@ class X(Still):
 '''
 
 
+@pytest.mark.slow
 def test_output_of_a_plugin_is_reported(install, working):
     points = {"mutation": {"loud": "X", "quiet": "Still"}}
     install("fake", working + PRINTS, points)
@@ -123,6 +125,7 @@ def test_options_reach_the_process(install, working):
     assert "greater than or equal to 1" in str(report)
 
 
+@pytest.mark.slow
 def test_a_name_of_two_packages(install, working):
     install("one", working, {"mutation": {"still": "Still"}})
     install("two", working, {"mutation": {"still": "Still"}})

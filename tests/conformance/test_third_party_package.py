@@ -29,6 +29,7 @@ def test_it_passes_before_it_is_installed():
         assert report.entry.source == "gaitsim-rower 2.3.0"
 
 
+@pytest.mark.slow
 def test_an_installed_package_passes_in_full(environment, tmp_path):
     listed = environment.run(["gaitsim", "plugins", "list"], tmp_path).stdout
     assert listed.count("gaitsim-rower 2.3.0") == 5

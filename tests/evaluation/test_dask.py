@@ -140,6 +140,7 @@ def test_runs_are_the_same_everywhere(gaitsim, fingerprint, address, shared):
     assert fingerprint("whole") == fingerprint("processes") == fingerprint("cluster")
 
 
+@pytest.mark.slow
 def test_a_run_is_the_same_when_a_worker_is_killed(gaitsim, fingerprint, address, client, shared):
     gaitsim(*RUN, "--out", "whole", "--workers", 1)
     pids = [*client.run(os.getpid).values()]
@@ -282,6 +283,7 @@ def test_a_scheduler_that_does_not_answer_is_reported(program, tmp_path):
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers_is_reported(monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     with local(0) as theirs, pytest.raises(GaitsimError, match="has no workers"):

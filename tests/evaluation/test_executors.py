@@ -79,6 +79,7 @@ def marks(folder, number, count):
         (folder / f"{number}-{mark}").touch()
 
 
+@pytest.mark.slow
 @posix
 def test_another_worker_repeats_the_task_of_a_killed_one(tmp_path):
     marks(tmp_path, 1, MAX_ATTEMPTS - 1)

@@ -39,7 +39,10 @@ def puppet_run(puppet, tmp_path, monkeypatch):
     return evolved(puppet(), tmp_path / "run")
 
 
-@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
+@pytest.mark.parametrize(
+    "settings",
+    [pytest.param(SETTINGS[name], id=name, marks=pytest.mark.slow) for name in SETTINGS],
+)
 def test_the_imitator_keeps_nine_tenths_of_the_way_forward(spider, settings):
     expert = spider.individual()
     result = imitate(expert, settings)

@@ -255,6 +255,7 @@ def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run)
 OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
 
 
+@pytest.mark.slow
 def test_users_settings_do_not_change_a_plot(spider_run):
     plain = picture(KINDS["terms"].draw(asked(spider_run)), "svg", LIGHT)
     with matplotlib.rc_context(OWN_SETTINGS):

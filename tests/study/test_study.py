@@ -177,6 +177,7 @@ def test_an_interrupted_study_resumes_to_the_same_table(tmp_path) -> None:
     assert float(rows[0]["q25"]) <= float(rows[0]["median"]) <= float(rows[0]["q75"])
 
 
+@pytest.mark.slow
 def test_the_cell_of_a_worker_that_dies_is_run_again(tmp_path) -> None:
     study = parse_study(SMALL, "small.toml")
     every = cells(study)

@@ -150,6 +150,7 @@ class TestTable:
 
 
 class TestFollowing:
+    @pytest.mark.slow
     def test_a_run_that_another_process_writes_is_followed(self, walk, drive):
         path = walk("walk", 1, "organism.pause=0.02", generations=40)
         command = [sys.executable, "-m", "gaitsim", "resume", str(path), "--json"]

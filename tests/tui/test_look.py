@@ -20,7 +20,7 @@ from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task
 
 NOW = 2e9
-SIZES = [(80, 24), (160, 48)]
+SIZES = [(80, 24), pytest.param((160, 48), marks=pytest.mark.slow)]
 NAMES = ("spider", "spider-walk", "genetic", "tournament", "uniform", "gaussian")
 SPIDER = dict(zip(KINDS, NAMES, strict=True))
 RUNS = [

@@ -121,6 +121,7 @@ class TestForms:
 
         fill(test, begin="./a.shape")
 
+    @pytest.mark.slow
     def test_an_option_that_chooses_among_words_offers_them(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "organism"))["organism.encoding"]
@@ -131,6 +132,7 @@ class TestForms:
 
         fill(test, begin="spider")
 
+    @pytest.mark.slow
     def test_an_option_that_is_not_set_says_so(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "evolution"))["evolution.target_score"]
@@ -146,6 +148,7 @@ class TestForms:
 
 
 class TestFinding:
+    @pytest.mark.slow
     @pytest.mark.parametrize("width", [80, 120])
     def test_all_tabs_are_seen_and_the_form_has_half_of_the_width(self, fill, width):
         async def test(driver, screen):
@@ -183,6 +186,7 @@ class TestFinding:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_the_file_follows_the_option_that_is_edited(self, fill):
         async def test(driver, screen):
             def marked():
@@ -211,6 +215,7 @@ class TestFinding:
 
 
 class TestDrafts:
+    @pytest.mark.slow
     def test_changes_are_kept_on_leaving_and_asked_for_on_quitting(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "evolution"))["evolution.population"]
@@ -248,6 +253,7 @@ class TestDrafts:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_what_is_saved_as_a_file_is_no_draft(self, fill):
         async def test(driver, screen):
             screen.query_one("#seed", Input).value = "5"
@@ -336,6 +342,7 @@ class TestPlugins:
 
 
 class TestBeginning:
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("begin", "what"),
         [
@@ -356,6 +363,7 @@ class TestBeginning:
 
         fill(test, begin=begin)
 
+    @pytest.mark.slow
     def test_another_preset_asks_before_changes_are_dropped(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "evolution"))["evolution.population"]
@@ -376,6 +384,7 @@ class TestBeginning:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_reset_takes_all_back(self, fill):
         async def test(driver, screen):
             field = (await part(driver, screen, "evolution"))["evolution.population"]
@@ -440,6 +449,7 @@ class TestLeaving:
 
         drive(test)
 
+    @pytest.mark.slow
     def test_the_name_that_the_run_will_have_is_told(self, fill):
         Path("runs/puppet").mkdir(parents=True)
         Path("runs/puppet-2").symlink_to("nowhere")
@@ -453,6 +463,7 @@ class TestLeaving:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_run_in_another_folder(self, fill):
         async def test(driver, screen):
             assert screen.command_line().endswith("--out elsewhere/puppet")
@@ -475,6 +486,7 @@ class TestLeaving:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_a_full_disk_is_told(self, fill, monkeypatch):
         async def test(driver, screen):
             def full(*_, **__):
@@ -505,6 +517,7 @@ class TestLeaving:
 
         fill(test, size=(160, 48))
 
+    @pytest.mark.slow
     def test_a_file_is_replaced_only_when_that_is_confirmed(self, fill):
         async def test(driver, screen):
             Path("puppet.toml").write_text("mine")
@@ -520,6 +533,7 @@ class TestLeaving:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_a_place_that_cannot_be_written_is_told(self, fill):
         async def test(driver, screen):
             await driver.press("ctrl+s")
@@ -530,6 +544,7 @@ class TestLeaving:
 
         fill(test)
 
+    @pytest.mark.slow
     def test_the_command_is_copied(self, fill):
         async def test(driver, screen):
             screen.query_one("#seed", Input).value = "5"

@@ -84,6 +84,7 @@ def test_no_width_breaks_a_word(width, puppets):
                 assert {*" ".join([*cells, options.allowed(field)]).split()} <= words, (name, cells)
 
 
+@pytest.mark.slow
 def test_the_list_is_filtered_by_words(look):
     async def test(driver):
         everything = keys(driver)
@@ -164,6 +165,7 @@ def test_the_command_that_shows_it_is_copied(look):
     look(test)
 
 
+@pytest.mark.slow
 def test_the_check_tells_its_verdict(look, install, working, monkeypatch):
     broken = "class X(Body):\n    def move(self, genomes):\n        return 'no [b]motion'\n"
     folder = install("odd", working + broken, {"organism": {"odd": "X"}})

@@ -272,6 +272,7 @@ class TestGenerations:
 
         replay(walk(), test, generation=1)
 
+    @pytest.mark.slow
     def test_a_number_goes_to_a_generation(self, walk):
         async def test(screen, pilot):
             await press(pilot, "g", "4", "enter")
@@ -379,6 +380,7 @@ class TestTwo:
 
         replay(walk("short", "organism.frames=11"), test, beside=walk("long"))
 
+    @pytest.mark.slow
     def test_split_shows_the_first_generation_beside_it(self, walk):
         async def test(screen, pilot):
             await press(pilot, "s")

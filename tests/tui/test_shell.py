@@ -190,6 +190,7 @@ class TestHelp:
 
 
 class TestViKeys:
+    @pytest.mark.slow
     def test_they_move_in_tables_and_lists_but_not_in_fields(self, walk, drive, config):
         for name in "abcd":
             walk(name, 0)

@@ -334,6 +334,7 @@ class TestMaking:
 
         drive(test)
 
+    @pytest.mark.slow
     def test_what_a_body_lacks_is_shown_and_not_made(self, walk, drive):
         path = walk()
 

@@ -79,6 +79,7 @@ print(hashed.hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_other_processes_find_the_same_bits():
     digests = {
         subprocess.run(

@@ -40,7 +40,8 @@ class LiveState:
     def take(self, snapshot: Snapshot) -> None:
         """Add a snapshot."""
         self.snapshot, self.known = snapshot, True
-        self.events.extend(snapshot.events)
+        # Those that the folder told already come once more if they were on their way.
+        self.events.extend(one for one in snapshot.events if one not in self.events)
         if not self.course.extend(snapshot.rows):
             self._early = joined(self._early, snapshot.rows)
         self.gap = len(self.course) < snapshot.generation
