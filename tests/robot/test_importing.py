@@ -52,6 +52,19 @@ def test_a_urdf_of_a_package_keeps_mass_joints_and_feet():
     assert model.eq_data[0, :2] == pytest.approx([0.1, -1.0])
 
 
+def test_a_footprint_on_the_ground_leaves_the_trunk_its_frame(tmp_path):
+    package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
+    file = package / "urdf" / "dog.urdf"
+    floating = '<joint name="floating" type="floating">'
+    on_ground = '<joint name="floating" type="fixed"><origin xyz="0.1 0 0.3"/>'
+    file.write_text(file.read_text().replace(floating, on_ground))
+    expected, found = read(DOG)[0], read(file)[0]
+    assert found.body_pos[1] == pytest.approx([0.1, 0, 0.3])
+    for name in ("body_pos", "body_ipos", "geom_pos"):
+        skip = 2 if name == "body_pos" else 0
+        assert getattr(found, name)[skip:] == pytest.approx(getattr(expected, name)[skip:])
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_meshes_become_hulls_of_few_vertices(tmp_path, turned):
     """In a file that says y up: as it is, or turned where the centre of mass says so."""

@@ -8,7 +8,7 @@ from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import Files, read
 from gaitsim_robot.importing.joints import repair_joints
 from gaitsim_robot.importing.mjcf import read_mjcf
-from gaitsim_robot.importing.solids import repair_masses, repair_shapes
+from gaitsim_robot.importing.solids import repair_masses, repair_origin, repair_shapes
 from gaitsim_robot.importing.urdf import read_urdf
 from gaitsim_robot.importing.writing import write
 from gaitsim_robot.markup import parse
@@ -38,6 +38,7 @@ def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
     robot.name = robot.name or file.stem
     repair_joints(robot)
     repair_shapes(robot)
+    repair_origin(robot)
     repair_masses(robot)
     text = write(robot)
     try:

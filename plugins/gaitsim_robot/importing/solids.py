@@ -133,6 +133,35 @@ def _capsule(body: Body, length: float) -> Shape | None:
     return Shape("capsule", Place(end / 2, turned), np.array([radius, far / 2]))
 
 
+def repair_origin(robot: Robot) -> None:
+    """Move an origin far from the trunk to its middle, whose height shows a fall.
+
+    That of `base_footprint`, for one, is on the ground.
+    """
+    trunk = robot.root
+    if not trunk.shapes:
+        return
+    points = np.vstack([_corners(shape) for shape in trunk.shapes])
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    if (np.abs(middle) <= np.ptp(points, axis=0)).all():
+        return
+    here = Place(middle)
+    back = here.inverse()
+    trunk.place = trunk.place @ here
+    trunk.centre = back.point(trunk.centre)
+    for shape in trunk.shapes:
+        shape.place = back @ shape.place
+    for child in trunk.children:
+        child.place = back @ child.place
+    trunk.sites = {name: back @ place for name, place in trunk.sites.items()}
+    if robot.stand is not None:
+        place, angles = robot.stand
+        robot.stand = place @ here, angles
+    robot.repairs.append(
+        f"the trunk's origin is moved to its middle, by {np.linalg.norm(middle):.3g} m"
+    )
+
+
 def repair_masses(robot: Robot) -> None:
     """Give every body a mass and an inertia that a solid can have."""
     bodies = list(robot.root.walk())
