@@ -143,12 +143,14 @@ def _faces(drawn: Drawn, frame: Frame, one: Surface, paint: int, piece: int) -> 
         return
     rays = np.stack([frame.across, frame.up, frame.ahead])
     gaps = ((one.places - frame.eye) * one.normals).sum(axis=1)
-    slopes = one.normals @ rays.T / gaps[:, None]
+    towards = gaps < 0
+    # Of a face seen edge-on the gap is 0: it is not drawn, and must not divide.
+    slopes = one.normals @ rays.T / np.where(towards, gaps, -np.inf)[:, None]
     tones = paint + shade(one.normals @ frame.light)
     # Where each point is: a combination of the three rays.
     seen = np.linalg.solve(rays.T, (one.points - frame.eye).T)
     outline = (seen[:2] / seen[2]).T
-    for number in np.flatnonzero(gaps < 0).tolist():
+    for number in np.flatnonzero(towards).tolist():
         rows, columns, inside = _polygon(outline[one.faces[number]], drawn.nearness.shape)
         if not inside.size:
             continue
