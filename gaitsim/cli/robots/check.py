@@ -64,6 +64,8 @@ def check(
     if picture is not None:
         file_format(None, picture, ("png",), "png", "pictures")
         check_folder(picture)
+    if model_out is not None:
+        check_folder(model_out)
     try:
         with status(f"Reading {file} …"):
             found, experiment = read_body(file, root or ())
