@@ -35,7 +35,7 @@ def walked(world: World, commands: Floats) -> Motion:
             "stall_torque": np.tile(world.stall_torque, (len(commands), 1)),
             "torso": torso,
             "torso_velocity": qvel[..., :3],
-            "orientation": orientation(qpos[..., 3:7]),
+            "orientation": orientation(world.turn(qpos[..., 3:7])),
             "height": torso[..., 2],
             "foot_positions": record.feet - np.array([*world.start[1:3], 0.0]),
             "stance": stance,
@@ -63,12 +63,12 @@ def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:
     return slip
 
 
-def orientation(quaternion: Floats) -> Floats:
-    """Roll, pitch and yaw of unit quaternions (w, x, y, z), (population, frames, 3) rad.
+def orientation(turn: Floats) -> Floats:
+    """Roll, pitch and yaw of turns from the standing pose, (population, frames, 3) rad.
 
     Roll is to the right, pitch nose down, yaw to the left and continuous over whole turns.
     """
-    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    w, x, y, z = np.moveaxis(turn, -1, 0)
     roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
     yaw = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), axis=1)

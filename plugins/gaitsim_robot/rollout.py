@@ -137,8 +137,8 @@ def _record(
     power = (torque * np.abs(speeds.reshape(torque.shape))).sum(axis=(2, 3)) * step
     record.work[active, after] = record.work[active, first, None] + np.cumsum(power, axis=1)
 
-    quaternion = at_frames[..., 4:8]
-    upward = 1 - 2 * (quaternion[..., 1] ** 2 + quaternion[..., 2] ** 2)
+    turn = world.turn(at_frames[..., 4:8])
+    upward = 1 - 2 * (turn[..., 1] ** 2 + turn[..., 2] ** 2)
     low = at_frames[..., 3] < LOW * world.start[3]
     belly = sensors[:, ::steps, world.belly] > 0
     expected = before[:, :1] + np.arange(count + 1) * steps * step

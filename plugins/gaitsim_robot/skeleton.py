@@ -8,6 +8,7 @@ import numpy as np
 from gaitsim.contracts import Motion, Skeleton, Solid
 from gaitsim.contracts.solid import Shape
 from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.quaternions import conjugate, product, rotated
 from gaitsim_robot.shapes import CORNERS, mesh_vertices
 from gaitsim_robot.world import World
 
@@ -52,7 +53,7 @@ def drawn(
     places, turns = _bodies(model, configuration)
     places[..., :2] -= start
     names, bodies, points = _segments(model, anatomy)
-    segments = places[:, bodies, None] + _rotated(turns[:, bodies, None], points)
+    segments = places[:, bodies, None] + rotated(turns[:, bodies, None], points)
     feet = [model.body(leg.foot).id for leg in anatomy.legs]
     soles = np.array([leg.point for leg in anatomy.legs])
     solids, owners, offsets = _solids(model, anatomy)
@@ -64,8 +65,8 @@ def drawn(
     placed = np.array(offsets).reshape(-1, 7)
     poses = np.concatenate(
         [
-            places[:, owners] + _rotated(turns[:, owners], placed[:, :3]),
-            _product(turns[:, owners], placed[:, 3:]),
+            places[:, owners] + rotated(turns[:, owners], placed[:, :3]),
+            product(turns[:, owners], placed[:, 3:]),
         ],
         axis=-1,
     )
@@ -73,7 +74,7 @@ def drawn(
         segments,
         names,
         frame_rate,
-        contacts=places[:, feet] + _rotated(turns[:, feet], soles),
+        contacts=places[:, feet] + rotated(turns[:, feet], soles),
         touching=touching,
         contact_names=tuple(leg.name for leg in anatomy.legs),
         centre=places[:, TRUNK],
@@ -173,8 +174,8 @@ def _segments(model: Any, anatomy: Anatomy) -> tuple[tuple[str, ...], list[int],
 
     def seen(point: Floats, body: int, frame: int) -> Floats:
         """Return a point of a body in the frame of another one, to which it does not move."""
-        away = home[body] + _rotated(turn[body], point) - home[frame]
-        return _rotated(turn[frame] * (1, -1, -1, -1), away)
+        away = home[body] + rotated(turn[body], point) - home[frame]
+        return rotated(conjugate(turn[frame]), away)
 
     hinged = [body for body in range(TRUNK + 1, model.nbody) if model.body_jntnum[body]]
     anchors = {body: model.jnt_pos[model.body_jntadr[body]] for body in hinged}
@@ -223,7 +224,7 @@ def _corners(model: Any, body: int) -> Floats:
     """Return the corners of the boxes around the geoms of a body, in its frame, (corners, 3) m."""
     own = np.flatnonzero(model.geom_bodyid == body)
     middle, half = model.geom_aabb[own, None, :3], model.geom_aabb[own, None, 3:]
-    corners = _rotated(model.geom_quat[own, None], middle + CORNERS * half)
+    corners = rotated(model.geom_quat[own, None], middle + CORNERS * half)
     return np.asarray((corners + model.geom_pos[own, None]).reshape(-1, 3))
 
 
@@ -242,18 +243,3 @@ def _edges(corners: Floats) -> list[tuple[Floats, Floats]]:
     low, high = _box(corners)
     box = np.where(CORNERS < 0, low, high)
     return [(box[i], box[j]) for i, j in EDGES]
-
-
-def _rotated(turns: Floats, points: Floats) -> Floats:
-    """Rotate points (…, 3) by quaternions (…, 4)."""
-    axis = turns[..., 1:]
-    twice = 2 * np.cross(axis, points)
-    return np.asarray(points + turns[..., :1] * twice + np.cross(axis, twice))
-
-
-def _product(one: Floats, other: Floats) -> Floats:
-    """Return the products of quaternions (…, 4): the turn `other`, then `one`."""
-    scalar, axis = one[..., :1], one[..., 1:]
-    second, along = other[..., :1], other[..., 1:]
-    real = scalar * second - (axis * along).sum(axis=-1, keepdims=True)
-    return np.concatenate([real, scalar * along + second * axis + np.cross(axis, along)], axis=-1)

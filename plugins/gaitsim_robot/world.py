@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import posed
+from gaitsim_robot.quaternions import conjugate, product
 from gaitsim_robot.servos import Servo, add_servos
 
 FRAME_RATE = 50.0  # Hz, of commands and of what is recorded
@@ -66,6 +67,13 @@ class World:
     slide: Any
     feet: Any
     belly: int
+
+    def turn(self, quaternions: Floats) -> Floats:
+        """Return the turns of the trunk from the standing pose, (…, 4).
+
+        Its quaternion there is not the identity where its file has another axis up or forward.
+        """
+        return product(quaternions, conjugate(self.anatomy.stance[3:7]))
 
 
 def build(
@@ -215,7 +223,9 @@ def _settled(model: Any, stance: Floats, rest: Floats, belly: int) -> tuple[Any,
 
     data = _at_rest(model, stance, rest)
     mujoco.mj_step(model, data, round(SETTLE / model.opt.timestep))
-    upright = data.xmat[1, 8] > TIPPED and data.qpos[2] > SUNK * stance[2]
+    standing = np.empty(9)
+    mujoco.mju_quat2Mat(standing, stance[3:7])
+    upright = data.xmat[1, 6:] @ standing[6:] > TIPPED and data.qpos[2] > SUNK * stance[2]
     still = np.linalg.norm(data.qvel[:3]) < STILL * stance[2]
     return data, bool(upright and still and data.sensordata[belly] == 0)
 

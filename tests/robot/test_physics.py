@@ -5,10 +5,13 @@ from concurrent.futures import ThreadPoolExecutor
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from small_robots import FACING_Y
 from stick import quadruped_spec, standing_quadruped, trot, world_of
 
-from gaitsim_robot.motion import walked
+from gaitsim_robot.motion import orientation, walked
 from gaitsim_robot.organism import Robot
+from gaitsim_robot.quaternions import conjugate, product
 from gaitsim_robot.world import GROUND
 
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -190,3 +193,20 @@ def test_a_robot_too_weak_to_stand_starts_in_its_standing_pose_and_says_what_sta
     assert strong.effort.max() < 0.5
     assert weak.effort.max() > 1
     np.testing.assert_allclose(0.1 * weak.effort, 1.912 * strong.effort, atol=0.1)
+
+
+def test_orientation_counts_from_the_standing_pose():
+    upright = Rotation.from_euler("zyx", [0.4, -1.1, 1.5])
+    angles = np.array([[0.1, -0.2, 0.3], [0.5, 0.4, -1.2], [-0.3, 0.9, -0.4]])  # roll, pitch, yaw
+    turned = Rotation.from_euler("ZYX", angles[:, ::-1]) * upright
+    trunk, standing = (np.roll(turn.as_quat(), 1, axis=-1) for turn in (turned, upright))
+    found = orientation(product(trunk, conjugate(standing))[None])
+    assert found[0] == pytest.approx(angles, abs=1e-12)
+
+
+def test_a_robot_that_faces_y_in_its_file_stands_upright():
+    world, _ = world_of(mujoco.MjSpec.from_string(FACING_Y), "model")
+    motion = walked(world, np.repeat(world.rest[world.ctrl][None, None], 101, axis=1))
+    assert world.stands
+    assert motion["lasted"][0] == 2.0
+    assert np.abs(motion["orientation"]).max() < 0.05

@@ -1,0 +1,25 @@
+"""Unit quaternions (w, x, y, z)."""
+
+import numpy as np
+
+from gaitsim_robot.anatomy import Floats
+
+
+def conjugate(turns: Floats) -> Floats:
+    """Return the turns back of quaternions (…, 4)."""
+    return np.asarray(turns * (1.0, -1.0, -1.0, -1.0))
+
+
+def rotated(turns: Floats, points: Floats) -> Floats:
+    """Rotate points (…, 3) by quaternions (…, 4)."""
+    axis = turns[..., 1:]
+    twice = 2 * np.cross(axis, points)
+    return np.asarray(points + turns[..., :1] * twice + np.cross(axis, twice))
+
+
+def product(one: Floats, other: Floats) -> Floats:
+    """Return the products of quaternions (…, 4): the turn `other`, then `one`."""
+    scalar, axis = one[..., :1], one[..., 1:]
+    second, along = other[..., :1], other[..., 1:]
+    real = scalar * second - (axis * along).sum(axis=-1, keepdims=True)
+    return np.concatenate([real, scalar * along + second * axis + np.cross(axis, along)], axis=-1)
