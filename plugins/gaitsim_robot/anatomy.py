@@ -110,6 +110,10 @@ def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -
     for name in feet:
         if name not in bodies:
             raise unknown("body", name, bodies, key="feet")
+    if len(set(feet)) < len(feet):
+        raise GaitsimError(
+            f"the same foot more than once: {', '.join(feet)}", key="feet", allowed="each body once"
+        )
     joints = [model.joint(index).name for index in range(1, model.njnt)]
     for name, angle in stance.items():
         if name not in joints:

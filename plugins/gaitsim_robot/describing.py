@@ -88,6 +88,11 @@ def _standing(world: World) -> str:
     most = f"{world.effort[hardest]:.0%} of the torque of {world.anatomy.joints[hardest]}"
     if world.stands:
         return f"takes up to {most}"
+    if world.effort[hardest] < 1:
+        return (
+            f"the robot tips over, although it takes only {most}; try another pose, by "
+            "organism.stance, or stiffer servos, by organism.stiffness"
+        )
     return (
         f"the robot does not stay up: it would take {most}; try a stronger servo, by "
         "organism.servo or organism.torque_limit, or another pose, by organism.stance"

@@ -155,6 +155,10 @@ def _check_body(body: Element, trunk: bool) -> None:
     for joint in joints:
         if not joint.get("name") or "range" not in joint.attrib:
             raise _wrong(f"a joint of body {name!r} has no name or no range")
+        for key in ("range", "actuatorfrcrange"):
+            lower, upper = map(float, joint.get(key, "-1 1").split())
+            if lower >= upper:
+                raise _wrong(f"the {key} {joint.get(key)!r} of a joint does not ascend")
     for mesh in body.findall("geom"):
         if (mesh.get("type") == "mesh") != ("mesh" in mesh.attrib):
             raise _wrong(f"a geom of body {name!r} has the wrong mesh")

@@ -127,6 +127,8 @@ def test_feet_by_name():
     with pytest.raises(GaitsimError, match="FL_shin") as failure:
         found(QUADRUPED, feet=["FL_shin"])
     assert "FL_shank" in failure.value.allowed
+    with pytest.raises(GaitsimError, match="more than once"):
+        found(QUADRUPED, feet=["FL_shank", "FL_shank"])
 
 
 def test_a_standing_pose_by_joints():

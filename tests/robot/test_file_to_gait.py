@@ -31,6 +31,10 @@ def test_a_check_shows_what_was_found(gaitsim, robot, tmp_path):
         load_experiment("robot").organism.joint_names()
     )
     assert "quadruped" in gaitsim("robots", "list").stdout
+    before = robot.read_bytes()
+    for out in (robot, "whole.xml", "notes.txt"):
+        assert gaitsim("robots", "check", robot, "--model-out", out, code=2).stderr
+    assert robot.read_bytes() == before
 
 
 @pytest.mark.parametrize("text", ["", "<mujoco/>", "<robot name='r'><link name='a'/></robot>"])

@@ -52,6 +52,14 @@ def test_a_urdf_of_a_package_keeps_mass_joints_and_feet():
     assert model.eq_data[0, :2] == pytest.approx([0.1, -1.0])
 
 
+def test_joints_of_one_name_are_told_apart(tmp_path):
+    package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
+    file = package / "urdf" / "dog.urdf"
+    file.write_text(file.read_text().replace('"FR_hip"', '"FL_hip"'))
+    _, repairs, _ = read(file)
+    assert "a joint 'FL_hip' is called 'FL_hip 2'" in repairs
+
+
 def test_a_footprint_on_the_ground_leaves_the_trunk_its_frame(tmp_path):
     package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
     file = package / "urdf" / "dog.urdf"

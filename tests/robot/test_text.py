@@ -46,6 +46,7 @@ def test_robots_texts_pass_and_compile():
         ('range="-1 1"', 'range="-1 nan"'),
         ('range="-1 1"', 'range="-1 1e9"'),
         ('range="-1 1"', 'range="-1"'),
+        ('range="-1 1"', 'range="1 -1"'),
         ('range="-1 1"', ""),
         ('axis="0 1 0"', 'type="slide" axis="0 1 0"'),
         ('type="sphere"', 'type="plane"'),

@@ -1,5 +1,6 @@
 """`gaitsim robots check`."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -15,11 +16,11 @@ from gaitsim.cli.streams import machine_readable
 from gaitsim.contracts import BodyFile, Facts, RealSpace, Skeleton
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Experiment
-from gaitsim.experiment.body_files import reader_of
+from gaitsim.experiment.body_files import is_body_file, reader_of
 from gaitsim.experiment.loading import read_body
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Individual
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import FILES, entries, plugin_errors
 from gaitsim.render.still import write_still
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
@@ -65,7 +66,7 @@ def check(
         file_format(None, picture, ("png",), "png", "pictures")
         check_folder(picture)
     if model_out is not None:
-        check_folder(model_out)
+        _check_model_out(model_out)
     try:
         with status(f"Reading {file} …"):
             found, experiment = read_body(file, root or ())
@@ -105,6 +106,21 @@ def check(
     for path in written:
         echo(path)
     echo(f"\nLet it walk: {command('run', file if model_out is None else model_out)}")
+
+
+def _check_model_out(path: Path) -> None:
+    """Check that a robot may be written to a new file, of a name by which it is read again."""
+    if not is_body_file(str(path)):
+        raise GaitsimError(
+            f"{path} is no name of a robot's file",
+            where="--model-out",
+            allowed=", ".join(f".{suffix}" for suffix in entries(FILES)),
+        )
+    if os.path.lexists(path):
+        raise GaitsimError(
+            f"{path} exists", where="--model-out", remedy="choose another name, or remove it first"
+        )
+    check_folder(path)
 
 
 def _described(experiment: Experiment) -> Facts:

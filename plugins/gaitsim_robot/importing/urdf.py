@@ -50,7 +50,10 @@ class _Reader:
         links = {self._name(link): link for link in self._root.iterfind("link")}
         if not links:
             raise RobotError(
-                "the URDF has no links", where=self._where, allowed="at least two <link>"
+                "the URDF has no links",
+                where=self._where,
+                allowed="at least two <link>",
+                remedy="expand a xacro file first: xacro robot.xacro > robot.urdf",
             )
         bodies = {name: self._body(name, link) for name, link in links.items()}
         if turn_up(self._y_up):

@@ -9,7 +9,7 @@ from gaitsim_robot.importing.tree import Body, Floats, Joint, Place, Robot, Shap
 
 
 def write(robot: Robot) -> str:
-    """Return the robot's text."""
+    """Return the robot's text; joints that it must rename are repairs of the robot."""
     return _Writer(robot).text()
 
 
@@ -58,6 +58,11 @@ class _Writer:
         SubElement(element, "inertial", inertial | _inertia(body.inertia))
         for joint in body.joints:
             joints[joint.name] = self._name("joint", joint.name)
+            if joints[joint.name] != joint.name:
+                self._robot.repairs.append(
+                    f"a joint {_clean(joint.name)!r} is called {joints[joint.name]!r}: names are "
+                    "printable, and each occurs once"
+                )
             SubElement(element, "joint", {"name": joints[joint.name]} | _joint(joint))
         for shape in body.shapes:
             self._shape(element, shape)
