@@ -94,7 +94,7 @@ def plot(
 
     gaitsim plot spider --kind footfall --window 4:7
 
-    gaitsim plot walker --kind joints --channel torque
+    gaitsim plot quadruped --kind joints --channel torque
 
     gaitsim plot spider --kind runs --beside spider-2
 

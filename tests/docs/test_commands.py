@@ -72,13 +72,15 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     import gaitsim as gs
 
     folder = tmp_path_factory.mktemp("docs") / "runs"
-    for preset, population in (
-        ("spider", 4),
-        ("fly", 8),
-        ("spider-front", 8),
-        ("spider-atlas", 10),
+    for preset, population, generations in (
+        ("spider", 4, None),
+        ("fly", 8, None),
+        ("spider-front", 8, None),
+        ("spider-atlas", 10, None),
+        ("quadruped", 4, 2),
     ):
-        for _ in gs.evolve(preset, population=population, out=folder / preset):
+        options = {"population": population, "generations": generations}
+        for _ in gs.evolve(preset, **options, out=folder / preset):
             pass
     shutil.copytree(folder / "spider", folder / "spider-2")
     return folder
