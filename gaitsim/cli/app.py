@@ -33,7 +33,7 @@ app = group(
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets.",
-        "robots": "Check the files of robots, and list installed robots and servos.",
+        "robots": "Check the files of robots, and list the robots and servos that are installed.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
     name="gaitsim",

@@ -125,8 +125,8 @@ class TestTask:
     def test_stopped_like_by_ctrl_c(self, here, monkeypatch):
         Path("gaitsim.py").write_text(
             "import time\n"
-            "print('begun', flush=True)\n"
             "try:\n"
+            "    print('begun', flush=True)\n"
             "    time.sleep(60)\n"
             "except KeyboardInterrupt:\n"
             "    print('mopped up', flush=True)\n"
