@@ -6,7 +6,12 @@ each group, and `Oscillators.sine` or `Oscillators.cpg` turns them into joint an
 """
 
 from gaitsim.encoding.genes import GeneGroup, genome_space, split_genomes
-from gaitsim.encoding.limits import amplitude_limit, check_joint_angles, limit_steps
+from gaitsim.encoding.limits import (
+    amplitude_limit,
+    check_joint_angles,
+    check_time_step,
+    limit_steps,
+)
 from gaitsim.encoding.oscillators import Oscillators
 
 __all__ = [
@@ -14,6 +19,7 @@ __all__ = [
     "Oscillators",
     "amplitude_limit",
     "check_joint_angles",
+    "check_time_step",
     "genome_space",
     "limit_steps",
     "split_genomes",

@@ -1,4 +1,4 @@
-"""Limits of joints: valid angles, the largest amplitude, and how far a servo turns in a frame."""
+"""Limits: valid joint angles and time steps, amplitudes, and how far a servo turns in a frame."""
 
 import math
 from typing import Any
@@ -40,6 +40,24 @@ def check_joint_angles(joint_angles: NDArray[Any], joints: int) -> None:
         )
     if not np.isfinite(joint_angles).all():
         raise ValueError("joint_angles holds values that are not finite")
+
+
+def check_time_step(dt: float, frame_rate: float) -> None:
+    """Check that a frame has a whole number of a simulation's time steps.
+
+    Args:
+        dt: time step, s.
+        frame_rate: frames a second, Hz.
+
+    Raises:
+        ValueError: it has not; names a time step near it that fits.
+    """
+    steps = 1 / (frame_rate * dt)
+    if not math.isclose(steps, round(steps), rel_tol=1e-3):
+        near = 1 / (frame_rate * round(steps))
+        raise ValueError(
+            f"dt {dt:g} s does not divide 1/{frame_rate:g} s into whole steps; {near:.4g} s does"
+        )
 
 
 def limit_steps(

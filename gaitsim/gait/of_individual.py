@@ -13,6 +13,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.gait.intervals import Floats
 from gaitsim.gait.report import GaitAnalysis, analyse_gait
 from gaitsim.gait.support import stability_margin
+from gaitsim.gait.travel import frames_in
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error, plugin_errors
 
@@ -64,8 +65,6 @@ def weight_of(individual: Individual) -> float | None:
 def frames_before_fall(individual: Individual) -> int:
     """Return the number of frames before a fall, by the channel `lasted`, s; without it, of all.
 
-    At least two, between which things change.
-
     Raises:
         PluginError: the body cannot compute the channel, or it is not as declared.
     """
@@ -74,7 +73,7 @@ def frames_before_fall(individual: Individual) -> int:
     if channel is None or channel.axes or channel.unit != "s":
         return frames
     lasted = float(_channel(individual, "lasted"))
-    return min(frames, max(round(lasted * individual.skeleton.frame_rate) + 1, 2))
+    return min(frames, frames_in(lasted, individual.skeleton.frame_rate))
 
 
 def _carried(individual: Individual) -> Floats | None:

@@ -14,7 +14,7 @@ from gaitsim.gait.layout import body_order, in_body_frame
 from gaitsim.gait.naming import Name, name_of
 from gaitsim.gait.phases import phases_of
 from gaitsim.gait.support import stability_margin
-from gaitsim.gait.travel import NONE, Slip, Travel, lying, slip_of, travel_of
+from gaitsim.gait.travel import NONE, Slip, Travel, frames_in, lying, slip_of, travel_of
 from gaitsim.gait.trunk import heading, size, trunk
 
 
@@ -111,8 +111,8 @@ def analyse_gait(
     order = body_order(relative)
     relative, contacts = relative[:, order], skeleton.contacts[:, order].astype(np.float64)
     upright = slice(None)
-    if travel.lasted is not None:  # at least two frames, between which things change
-        upright = slice(max(round(travel.lasted * skeleton.frame_rate) + 1, 2))
+    if travel.lasted is not None:
+        upright = slice(frames_in(travel.lasted, skeleton.frame_rate))
     touching = skeleton.touching[upright, order]
     given = skeleton.contact_names or tuple(f"foot {n + 1}" for n in range(len(order)))
     names = tuple(given[index] for index in order)

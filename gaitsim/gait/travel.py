@@ -150,3 +150,8 @@ def lying(skeleton: Skeleton) -> float:
     """Return the share of time that the trunk is on the ground, z = 0 ± 1 % of the body's size."""
     lowest = half_way(trunk(skeleton)[..., 2]).min(axis=1)
     return float(np.mean(lowest < 0.01 * size(skeleton)))
+
+
+def frames_in(lasted: float, frame_rate: float) -> int:
+    """Return the frames before a fall at `lasted`, s: at least two, between which things change."""
+    return max(round(lasted * frame_rate) + 1, 2)

@@ -22,7 +22,7 @@ from gaitsim.contracts import (
     folder_of,
     option,
 )
-from gaitsim.encoding import check_joint_angles, genome_space
+from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.encodings import Encoding, Kind
@@ -172,12 +172,7 @@ class Robot(Organism):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        steps = 1 / (FRAME_RATE * self.dt)
-        if not math.isclose(steps, round(steps), rel_tol=1e-3):
-            near = 1 / (FRAME_RATE * round(steps))
-            raise ValueError(
-                f"dt {self.dt:g} s does not divide 1/50 s into whole steps; {near:.4g} s does"
-            )
+        check_time_step(self.dt, FRAME_RATE)
         try:
             _ = self.anatomy
         except GaitsimError as error:

@@ -1,6 +1,5 @@
 """The walker: a torso on two or four legs, seen from the side."""
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import ClassVar, Literal, Self
 
@@ -18,7 +17,7 @@ from gaitsim.contracts import (
     Skeleton,
     option,
 )
-from gaitsim.encoding import GeneGroup, check_joint_angles, genome_space
+from gaitsim.encoding import GeneGroup, check_joint_angles, check_time_step, genome_space
 from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, Plan
 from gaitsim_walker.encodings import commands, groups
 from gaitsim_walker.ground import ground
@@ -103,12 +102,7 @@ class Walker(Organism):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        steps = 1 / (FRAME_RATE * self.dt)
-        if not math.isclose(steps, round(steps), rel_tol=1e-3):
-            near = 1 / (FRAME_RATE * round(steps))
-            raise ValueError(
-                f"dt {self.dt:g} s does not divide 1/60 s into whole steps; {near:.4g} s does"
-            )
+        check_time_step(self.dt, FRAME_RATE)
         return self
 
     @property
