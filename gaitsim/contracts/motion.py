@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -130,19 +131,25 @@ class Motion(Mapping[str, Array]):
         return len(next(iter(self._channels.values())))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Measure:
     """One quantity that describes how a body moved, for people.
 
     Args:
-        values: one number an individual, (population,).
+        source: one number an individual, (population,); or a function that computes them, which
+            is called when they are first read.
         unit: its unit as printed, `''` for a pure number.
         help: what it is, one sentence.
     """
 
-    values: Array
+    source: Array | Callable[[], Array]
     unit: str
     help: str
+
+    @cached_property
+    def values(self) -> Array:
+        """One number an individual, (population,)."""
+        return self.source() if callable(self.source) else self.source
 
 
 @dataclass(frozen=True, eq=False)

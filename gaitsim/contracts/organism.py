@@ -124,3 +124,12 @@ class Organism(Plugin):
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the joints of the channel `joint_angles`; empty without it."""
         return ()
+
+    def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
+        """Return the names of the joints of each leg by its name; {} for a body without legs.
+
+        A body with legs measures the `duty factor` of each, as `gaitsim.legged.stepping` does, by
+        which an atlas tells gaits apart. If it has an option `damage`, whose texts
+        `gaitsim.legged.parse_damage` reads, its gaits can be adapted to damage.
+        """
+        return {}

@@ -24,8 +24,7 @@ class Foot:
 
     Attributes:
         name: of the foot.
-        duty_factor: share of the time on the ground, over whole strides where it steps,
-            including chatter.
+        duty_factor: share of the time on the ground, including chatter.
         touch_downs: frames in which it touches down, without chatter.
         stance, swing: mean duration of complete stances and swings, s; None where there are
             none.
@@ -110,10 +109,9 @@ def _foot(name: str, raw: Contacts, tidy: Contacts, frame_rate: float) -> Foot:
     def mean(chosen: Contacts) -> float | None:
         return float(lengths[chosen].mean()) / frame_rate if chosen.any() else None
 
-    strides = raw[touch_downs[0] : touch_downs[-1]] if len(touch_downs) >= _STEPS else raw
     return Foot(
         name,
-        float(strides.mean()),
+        float(raw.mean()),
         tuple(touch_downs.tolist()),
         mean(whole & stance),
         mean(whole & ~stance),

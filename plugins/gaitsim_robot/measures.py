@@ -52,7 +52,7 @@ def measures(motion: Motion) -> Mapping[str, Measure]:
             "",
             "slide of the stance feet over path",
         ),
-        "stance share": Measure(
+        "duty factor": Measure(
             _mean(motion["stance"].mean(axis=2), upright), "", "of the time, mean of the feet"
         ),
         "torso height": Measure(

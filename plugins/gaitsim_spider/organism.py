@@ -18,6 +18,7 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim.encoding import check_joint_angles, limit_steps
+from gaitsim.legged import stepping
 from gaitsim_spider import body
 from gaitsim_spider.encodings import ENCODINGS, Angles
 from gaitsim_spider.layout import time_last, time_second
@@ -93,6 +94,10 @@ class Spider(Organism):
         """'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
         return body.JOINTS
 
+    def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
+        """L1 … R4, each with its coxa, femur and tibia."""
+        return {leg: tuple(f"{leg} {segment}" for segment in body.SEGMENTS) for leg in body.LEGS}
+
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Travel, heading, slip, stability and stance over the whole gait."""
         pose, slip = motion["pose"], motion["slip"][:, :-1]
@@ -111,9 +116,7 @@ class Spider(Organism):
                 "mm",
                 "static stability, worst moment: centre of mass to the edge of support",
             ),
-            "stance share": Measure(
-                motion["stance"].mean(axis=(1, 2)), "", "of the whole time, mean of the feet"
-            ),
+            **stepping(motion["stance"], body.LEGS),
         }
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:

@@ -37,7 +37,7 @@ def measures(motion: Motion) -> Mapping[str, Measure]:
             "",
             "slide of the stance feet over path",
         ),
-        "stance share": Measure(
+        "duty factor": Measure(
             motion["stance"].mean(axis=(1, 2)),
             "",
             "of the whole time, mean of the feet",

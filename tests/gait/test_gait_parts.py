@@ -32,7 +32,7 @@ def test_steps_are_counted_by_hand():
     touching = contacts("..####..####..####..", "##..####..####..####", "#" * 20)
     (one, two, always), stride = feet_of(touching, ("a", "b", "c"), 10.0)
     assert (one.touch_downs, two.touch_downs) == ((2, 8, 14), (4, 10, 16))
-    assert (one.stance, one.swing, one.duty_factor) == pytest.approx((0.4, 0.2, 4 / 6))
+    assert (one.stance, one.swing, one.duty_factor) == pytest.approx((0.4, 0.2, 12 / 20))
     assert (always.touch_downs, always.stance, always.swing) == ((), None, None)
     assert always.duty_factor == 1
     assert not always.steps

@@ -63,7 +63,7 @@ TIPPED[:, 0], TIPPED[:, 1], TIPPED[:, 2] = np.pi / 3, np.pi / 3, TIME
                 "torso": np.minimum(WALK, WALK[50]),
                 "energy": np.minimum(20 * TIME, 20),
             },
-            {"lasted": 1.0, "torso height": 0.2, "stance share": 0.5, "mean power": 20.0},
+            {"lasted": 1.0, "torso height": 0.2, "duty factor": 0.5, "mean power": 20.0},
         ),
         ({}, {"cost of transport": np.inf, "slip ratio": np.inf, "speed": 0.0}),
         ({"lasted": np.array(0.0)}, {"speed": 0.0, "mean power": 0.0, "torso height": 0.2}),

@@ -227,8 +227,8 @@ class TestMaking:
              "video 'runs/a b' --generations 1,50 --no-intro"),
             ("Channel over time", {"component": "x, L1 coxa", "window": "2:5"},
              "plot 'runs/a b' --kind channel --window 2:5 --component=x '--component=L1 coxa'"),
-            ("Archive of elites", {"axes": " stance share,yaw"},
-             "plot 'runs/a b' --kind archive --axes 'stance share' yaw"),
+            ("Archive of elites", {"axes": " duty factor,yaw"},
+             "plot 'runs/a b' --kind archive --axes 'duty factor' yaw"),
             ("Analysis", {"figure": "pdf", "generation": "4"},
              "analyse 'runs/a b' --generation 4 "
              "--figure 'runs/a b/exports/analysis-generation-4.pdf'"),

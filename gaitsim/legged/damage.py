@@ -1,0 +1,115 @@
+"""Damage to legs and joints, as a user writes it: 'L2 lost', 'R1 femur stuck 20'."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from gaitsim.errors import GaitsimError, unknown
+
+Kind = Literal["lost", "stuck", "weak", "slow"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+HALF = 0.5  # share of torque or speed that is left where none is given
+
+DAMAGE_HELP = (
+    "legs and joints that are damaged, such as 'L2 lost', 'R1 femur stuck 20' (°), "
+    "'R1 femur weak 0.5' or 'R1 femur slow 0.5' (share of torque or speed that is left)"
+)
+
+
+@dataclass(frozen=True)
+class Damage:
+    """One leg or joint that does not work.
+
+    Attributes:
+        part: name of a leg if it is lost, else of a joint.
+        kind: lost; stuck at an angle; weak, with less torque; or slow, with less speed.
+        value: the angle of a stuck joint in rad, None for its angle in the standing pose; the
+            share of torque or speed that is left, 0 to 1; None for a lost leg.
+    """
+
+    part: str
+    kind: Kind
+    value: float | None = None
+
+    def __str__(self) -> str:
+        if self.value is None:
+            return f"{self.part} {self.kind}"
+        value = math.degrees(self.value) if self.kind == "stuck" else self.value
+        return f"{self.part} {self.kind} {value:.6g}"
+
+
+def parse_damage(
+    texts: Sequence[str], legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind] = KINDS
+) -> tuple[Damage, ...]:
+    """Return the damage that texts describe.
+
+    Args:
+        texts: a text for each damaged part.
+        legs: the joints of each leg of the body, by the name of the leg.
+        kinds: of damage that the body can have.
+
+    Raises:
+        GaitsimError: a text is not a damage, a part is not one of the body's or is damaged twice,
+            or no leg is left.
+    """
+    found = [_parsed(text, legs, kinds) for text in texts]
+    parts = [damage.part for damage in found]
+    for damage in found:
+        leg = next((leg for leg, joints in legs.items() if damage.part in joints), "")
+        if parts.count(damage.part) > 1 or (damage.kind != "lost" and leg in parts):
+            raise GaitsimError(
+                f"{damage.part!r} is damaged twice"
+                if leg not in parts
+                else f"{damage.part!r} is a joint of {leg!r}, which is lost",
+                key="damage",
+                allowed="one damage for each leg or joint",
+            )
+    if legs and all(leg in parts for leg in legs):
+        raise GaitsimError(
+            "all legs are lost", key="damage", allowed=f"at most {len(legs) - 1} lost legs"
+        )
+    return tuple(found)
+
+
+def _parsed(text: str, legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind]) -> Damage:
+    words = text.split()
+    value = _number(words[-1]) if len(words) > 2 else None
+    if value is not None:
+        words.pop()
+    kind = next((kind for kind in kinds if words[-1:] == [kind]), None)
+    part = " ".join(words[:-1])
+    if kind is None or not part or (kind == "lost" and value is not None):
+        raise GaitsimError(
+            f"{text!r} is not a damage of this body", key="damage", allowed=_allowed(legs, kinds)
+        )
+    joints = [joint for names in legs.values() for joint in names]
+    known = [*legs] if kind == "lost" else joints
+    if part not in known:
+        raise unknown("leg" if kind == "lost" else "joint", part, known, key="damage")
+    if kind == "stuck" and value is not None and not abs(value) <= 360:
+        raise GaitsimError(f"{text!r}: invalid angle", key="damage", allowed="-360 to 360 degrees")
+    if kind in ("weak", "slow") and not 0 <= (value := HALF if value is None else value) <= 1:
+        raise GaitsimError(
+            f"{text!r}: invalid share", key="damage", allowed="0 (nothing is left) to 1"
+        )
+    return Damage(part, kind, math.radians(value) if kind == "stuck" and value else value)
+
+
+def _number(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+def _allowed(legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind]) -> str:
+    leg = next(iter(legs), "LEG")
+    joint = next((joint for joints in legs.values() for joint in joints), "JOINT")
+    examples: dict[Kind, str] = {
+        "lost": f"'{leg} lost'",
+        "stuck": f"'{joint} stuck 20' (degrees)",
+        "weak": f"'{joint} weak 0.5'",
+        "slow": f"'{joint} slow 0.5' (share that is left)",
+    }
+    return ", ".join(examples[kind] for kind in kinds)
