@@ -1,16 +1,15 @@
 """Plot an archive: the best score that a search has found in each cell of its axes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Members
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member
+from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
 from gaitsim.render.plots.request import NothingToPlotError, Request, require_kept
 from gaitsim.render.plots.style import WIDTH, Theme, styled
@@ -23,48 +22,8 @@ if TYPE_CHECKING:
 
 MOST = 4  # axes: six panels
 _COLOURS = "viridis"
+_PARTS = 1_000, 1_000  # most cells along both axes of a panel
 _MOST_VECTORS = 20_000  # cells of a panel; more are a picture in SVG and PDF, too
-
-
-@dataclass(frozen=True, eq=False)
-class _Archive:
-    """An archive whose members have cells."""
-
-    members: Members
-    cells: NDArray[np.int64]
-    borders: dict[str, NDArray[np.float64]]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(self.borders)
-
-    @property
-    def total(self) -> int:
-        """Number of cells, empty ones too."""
-        centroids = self.members.centroids
-        if centroids is not None:
-            return len(centroids)
-        return int(np.prod([len(borders) - 1 for borders in self.borders.values()]))
-
-    def along(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Return borders along an axis, and between which each member is, (members,).
-
-        Cells of a tessellation are divided into equal parts of the axis.
-        """
-        borders = self.borders[name]
-        if self.members.centroids is None:
-            return borders, self.cells[:, self.names.index(name)]
-        parts = round(1.5 * self.total ** (1 / len(self.names)))
-        borders = np.linspace(borders[0], borders[-1], min(max(parts, 8), 60) + 1)
-        places = np.searchsorted(borders[1:-1], self.members.values[name], side="right")
-        return borders, places
-
-    def best(self, *names: str) -> NDArray[np.float64]:
-        """Return the best score over all other axes, with an axis for each name; NaN if none."""
-        borders, places = zip(*map(self.along, names), strict=True)
-        scores = np.full([len(one) - 1 for one in borders], -np.inf)
-        np.maximum.at(scores, tuple(places), self.members.scores)
-        return np.where(np.isfinite(scores), scores, np.nan)
 
 
 def archive_figure(request: Request) -> "Figure":
@@ -84,7 +43,9 @@ def archive_figure(request: Request) -> "Figure":
     run, theme = request.run, request.theme
     individual = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
     require_kept(individual, "archive")
-    archive = _archive(run.members)
+    archive = ArchiveView.of(run.members)
+    if archive is None:
+        raise NothingToPlotError("the search does not say where the cells of its archive are")
     panels = _panels(archive.names, request.axes)
     labels = {name: _label(name, individual.unit_of(name)) for name in archive.names}
     score = _label("score", individual.experiment.fitness.unit)
@@ -132,12 +93,6 @@ def archive_figure(request: Request) -> "Figure":
     return figure
 
 
-def _archive(members: Members | None) -> _Archive:
-    if members is None or members.cells is None or members.borders is None:
-        raise NothingToPlotError("the search does not say where the cells of its archive are")
-    return _Archive(members, members.cells, dict(members.borders))
-
-
 def _panels(known: Sequence[str], asked: Sequence[str]) -> list[tuple[str, ...]]:
     """Return the axes of each panel."""
     unknown = [name for name in asked if name not in known]
@@ -169,7 +124,9 @@ def _lowest(scores: NDArray[np.float64]) -> tuple[float, bool]:
     return float(usual if few else least), bool(few)
 
 
-def _draw_cells(axes: "Axes", archive: _Archive, names: tuple[str, ...], norm: "Normalize") -> Any:
+def _draw_cells(
+    axes: "Axes", archive: ArchiveView, names: tuple[str, ...], norm: "Normalize"
+) -> Any:
     """Draw the cells of two axes; return what the colour bar explains."""
     across, up = names
     axes.grid(visible=False)
@@ -187,24 +144,24 @@ def _draw_cells(axes: "Axes", archive: _Archive, names: tuple[str, ...], norm: "
         drawn.set(edgecolor="face", linewidth=0.2, rasterized=len(cells) > _MOST_VECTORS)
         axes.add_collection(drawn, autolim=False)
         return drawn
-    scores = archive.best(across, up)
+    panel = archive.panel(across, up, most=_PARTS)
     return axes.pcolormesh(
-        archive.along(across)[0],
-        archive.along(up)[0],
-        np.ma.masked_invalid(scores.T),
+        *panel.borders,
+        np.ma.masked_invalid(panel.scores.T),
         norm=norm,
         cmap=_COLOURS,
-        rasterized=scores.size > _MOST_VECTORS,
+        rasterized=panel.scores.size > _MOST_VECTORS,
     )
 
 
-def _draw_steps(axes: "Axes", archive: _Archive, name: str, theme: Theme) -> None:
+def _draw_steps(axes: "Axes", archive: ArchiveView, name: str, theme: Theme) -> None:
     """Draw the score in each cell of one axis."""
-    axes.stairs(archive.best(name), archive.along(name)[0], baseline=None, color=theme.colours[0])
+    panel = archive.panel(name, most=_PARTS)
+    axes.stairs(panel.scores, *panel.borders, baseline=None, color=theme.colours[0])
     axes.set_xlim(*archive.borders[name][[0, -1]])
 
 
-def _mark_best(axes: "Axes", archive: _Archive, names: tuple[str, ...], theme: Theme) -> None:
+def _mark_best(axes: "Axes", archive: ArchiveView, names: tuple[str, ...], theme: Theme) -> None:
     members = archive.members
     best = int(np.argmax(members.scores))
     ends = [archive.borders[name][[0, -1]] for name in names]

@@ -1,0 +1,157 @@
+"""An archive seen along a few of its axes: the best elite in each cell of a panel."""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Members
+
+EMPTY = -1  # in place of a member's number
+MOST = 60  # parts of an axis in a panel, unless the caller says otherwise
+_FEWEST = 8  # parts of an axis of a tessellation
+_SPREAD = 25  # Voronoi cells of many axes for each cell of a panel, on average
+_ALL_PAIRS = 4  # axes: six pairs
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """The best elites in the cells of some axes, over all other axes.
+
+    Attributes:
+        names: of the axes, one or two.
+        borders: of the cells along each axis, ascending, (cells + 1,) each.
+        scores: best score in each cell, with an axis for each name; NaN in empty cells.
+        members: number of the member with that score, from 1, int64; `EMPTY` in empty cells.
+    """
+
+    names: tuple[str, ...]
+    borders: tuple[NDArray[np.float64], ...]
+    scores: NDArray[np.float64]
+    members: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class ArchiveView:
+    """An archive whose members have cells.
+
+    Attributes:
+        members: the elites.
+        cells: index of each one's cell, as `Members.cells`.
+        borders: of the cells along each axis, by its name, as `Members.borders`.
+    """
+
+    members: Members
+    cells: NDArray[np.int64]
+    borders: dict[str, NDArray[np.float64]]
+
+    @classmethod
+    def of(cls, members: Members | None) -> "ArchiveView | None":
+        """Return the view of an archive; None where members have no cells, as those of a front."""
+        if members is None or members.cells is None or members.borders is None:
+            return None
+        return cls(members, members.cells, dict(members.borders))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the axes."""
+        return tuple(self.borders)
+
+    @property
+    def total(self) -> int:
+        """Number of cells, empty ones too."""
+        centroids = self.members.centroids
+        if centroids is not None:
+            return len(centroids)
+        return int(np.prod([len(borders) - 1 for borders in self.borders.values()]))
+
+    @property
+    def best(self) -> int | None:
+        """Number of the member with the highest score, from 1; None for an empty archive."""
+        scores = self.members.scores
+        return int(np.argmax(scores)) + 1 if len(scores) else None
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """The pairs of axes, those to show first in front.
+
+        Of more than four axes, an axis of the first half is paired with one of the second, which
+        is the opposite leg where legs are named L1, L2 … R1, R2 …; the other pairs follow.
+        """
+        names, half = self.names, (len(self.names) + 1) // 2
+        pairs = tuple(combinations(names, 2))
+        if len(names) <= _ALL_PAIRS:
+            return pairs
+        opposite = tuple(zip(names[:half], names[half:], strict=False))
+        return opposite + tuple(pair for pair in pairs if pair not in opposite)
+
+    def panel(self, *names: str, most: tuple[int, ...] = (MOST, MOST)) -> Panel:
+        """Return the best elites along one or two axes, over all others.
+
+        A grid keeps its cells; where they are more than `most`, equal numbers of neighbours are
+        one. Axes of a tessellation are divided into equal parts. Where it has no further axis, each
+        part shows the Voronoi cell around its middle; otherwise, the best elite within.
+
+        Args:
+            names: one axis or two.
+            most: cells along each.
+        """
+        borders = tuple(self._parts(name, count) for name, count in zip(names, most, strict=False))
+        shape = tuple(len(one) - 1 for one in borders)
+        if self.members.centroids is not None and len(names) == len(self.names):
+            numbers = self._around_middles(names, borders)
+        else:
+            numbers = self._best_within(names, borders, shape)
+        scores = np.full(shape, np.nan)
+        known = numbers != EMPTY
+        scores[known] = self.members.scores[numbers[known] - 1]
+        return Panel(names, borders, scores, numbers)
+
+    def _parts(self, name: str, most: int) -> NDArray[np.float64]:
+        """Return the borders between parts of an axis, (parts + 1,)."""
+        borders = self.borders[name]
+        if self.members.centroids is None:
+            together = -(-(len(borders) - 1) // most)
+            inner = borders[:-1:together]
+            return np.append(inner, borders[-1])
+        along = 1.5 * self.total ** (1 / len(self.names)), (self.total / _SPREAD) ** 0.5
+        return np.linspace(borders[0], borders[-1], min(max(round(max(along)), _FEWEST), most) + 1)
+
+    def _best_within(
+        self,
+        names: tuple[str, ...],
+        borders: tuple[NDArray[np.float64], ...],
+        shape: tuple[int, ...],
+    ) -> NDArray[np.int64]:
+        places = []
+        for name, ends in zip(names, borders, strict=True):
+            known = self.members.values[name]
+            if self.members.centroids is None:  # values may be beyond the ends of the axis
+                known = self.borders[name][self.cells[:, self.names.index(name)]]
+            places.append(np.searchsorted(ends[1:-1], known, side="right"))
+        numbers = np.full(shape, EMPTY, np.int64)
+        # Of several members in a cell, the last assignment remains: the best, of equals the first.
+        order = np.argsort(self.members.scores[::-1], kind="stable")
+        order = len(order) - 1 - order
+        numbers[tuple(place[order] for place in places)] = order + 1
+        return numbers
+
+    def _around_middles(
+        self, names: tuple[str, ...], borders: tuple[NDArray[np.float64], ...]
+    ) -> NDArray[np.int64]:
+        from scipy.spatial import KDTree
+
+        centroids = self.members.centroids
+        assert centroids is not None
+        columns = [self.names.index(name) for name in names]
+        ends = np.array([self.borders[name][[0, -1]] for name in names])
+        low, width = ends[:, 0], ends[:, 1] - ends[:, 0]
+        middles = np.stack(
+            np.meshgrid(*((one[:-1] + one[1:]) / 2 for one in borders), indexing="ij"), axis=-1
+        )
+        tree = KDTree((centroids[:, columns] - low) / width)
+        _, nearest = tree.query((middles - low) / width)
+        held = np.full(len(centroids), EMPTY, np.int64)
+        held[self.cells[:, 0]] = np.arange(1, len(self.cells) + 1)
+        return held[nearest]
