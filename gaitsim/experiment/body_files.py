@@ -25,10 +25,16 @@ def reader_of(path: Path) -> tuple[str, str]:
         GaitsimError: there is no such file, or no body reads it.
         PluginError: the packages contradict one another.
     """
+    if not is_body_file(str(path)):
+        raise GaitsimError(
+            f"{path} is not a file that describes a body",
+            allowed=", ".join(f".{suffix}" for suffix in entries(FILES)),
+        )
     entry = find(FILES, path.suffix[1:].lower())
     # os.path, unlike pathlib, answers for names that no file can have, too.
     if not os.path.isfile(path):  # noqa: PTH113
-        raise GaitsimError(f"file not found: {path}", remedy="check the path")
+        found = "it is not a file" if os.path.lexists(path) else "file not found"
+        raise GaitsimError(f"{found}: {path}", remedy="check the path")
     if body := _body_of(entry):
         return body, entry.target.rpartition(".")[2]
     raise contract_error(
