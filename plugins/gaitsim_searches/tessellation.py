@@ -1,4 +1,4 @@
-"""Cells of an archive: a grid, or the Voronoi cells of centroids that lie evenly."""
+"""Cells of an archive: a grid, or the Voronoi cells of quasi-random centroids."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,10 +10,6 @@ from scipy.spatial import cKDTree
 _ROUNDING = 1e-9
 """Share of a cell by which a value may fall short of a border, so that 0.3 begins the fourth of
 ten cells between 0 and 1 although 0.3 · 10 is less than 3 in floating point."""
-
-_SAMPLES = 20  # for each cell
-_LEAST_SAMPLES = 2_000
-_ROUNDS = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,19 +82,12 @@ def _tree(centroids: bytes, axes: int) -> cKDTree:
 
 
 def even_centroids(cells: int, axes: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return centroids of a centroidal Voronoi tessellation of the unit cube, (cells, axes).
+    """Return the first points of a scrambled Sobol sequence in the unit cube, (cells, axes).
 
-    Lloyd's algorithm on uniform samples, as in Vassiliades, Chatzilygeroudis and Mouret 2018,
-    "Using centroidal Voronoi tessellations to scale up the multidimensional archive of phenotypic
-    elites algorithm".
+    Mouret 2023, "Fast generation of centroids for MAP-Elites", finds no difference to Lloyd's
+    algorithm in what a search finds; that takes a minute for 15,625 cells over eight axes.
     """
-    samples = rng.random((max(_SAMPLES * cells, _LEAST_SAMPLES), axes))
-    centroids = samples[:cells].copy()
-    for _ in range(_ROUNDS):
-        _, nearest = cKDTree(centroids).query(samples)
-        members = np.bincount(nearest, minlength=cells)
-        sums = [np.bincount(nearest, column, cells) for column in samples.T]
-        centroids = np.where(
-            members[:, None] > 0, np.stack(sums, 1) / np.maximum(members, 1)[:, None], centroids
-        )
-    return centroids
+    from scipy.stats import qmc  # imports for half a second
+
+    size = (cells - 1).bit_length()  # SciPy warns of other numbers than powers of two
+    return np.asarray(qmc.Sobol(axes, rng=rng).random_base2(size)[:cells], np.float64)

@@ -99,7 +99,11 @@ def test_a_point_belongs_to_the_nearest_centroid_in_shares_of_the_ranges(axes):
     np.testing.assert_array_equal(cells.cells(points), distances.argmin(1))
 
 
-def test_centroids_lie_evenly():
-    # The best quantiser of [0, 1] has its points at (2 i + 1) / (2 n) (Gersho 1979).
-    found = np.sort(even_centroids(4, 1, np.random.default_rng(1))[:, 0])
-    np.testing.assert_allclose(found, np.array([1, 3, 5, 7]) / 8, atol=0.02)
+@pytest.mark.parametrize(("cells", "axes"), [(4, 1), (1_024, 8), (1_000, 8)])
+def test_centroids_lie_evenly(cells, axes):
+    # A digital net in base 2 has as many points in each of 2^k equal parts of an axis (Sobol 1967).
+    found = even_centroids(cells, axes, np.random.default_rng(1))
+    parts = 1 << (cells.bit_length() - 1)
+    for axis in found.T:
+        counts = np.bincount((axis * parts).astype(int), minlength=parts)
+        assert counts.max() == -(-cells // parts)
