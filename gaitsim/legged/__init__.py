@@ -1,6 +1,6 @@
 """What legged bodies share: damage to legs and joints, and measures of how legs step."""
 
-from gaitsim.legged.damage import DAMAGE_HELP, Damage, parse_damage
+from gaitsim.legged.damage import DAMAGE_HELP, Damage, Kind, parse_damage
 from gaitsim.legged.stepping import stepping
 
-__all__ = ["DAMAGE_HELP", "Damage", "parse_damage", "stepping"]
+__all__ = ["DAMAGE_HELP", "Damage", "Kind", "parse_damage", "stepping"]

@@ -10,7 +10,8 @@ import numpy as np
 
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
 SEGMENTS = ("coxa", "femur", "tibia")
-JOINTS = tuple(f"{leg} {segment}" for leg in LEGS for segment in SEGMENTS)
+LEG_JOINTS = {leg: tuple(f"{leg} {segment}" for segment in SEGMENTS) for leg in LEGS}
+JOINTS = tuple(joint for joints in LEG_JOINTS.values() for joint in joints)
 
 FRAMES = 300
 FRAME_RATE = 30.0  # Hz
@@ -26,7 +27,6 @@ AZIMUTH = np.radians([45.0, 15.0, -15.0, -45.0] * 2).astype(np.float32)
 
 COXA, FEMUR, TIBIA = 0.03, 0.08, 0.12  # m
 COXA_MASS, FEMUR_MASS, TIBIA_MASS = 0.01, 0.02, 0.02  # kg
-MASS = BODY_MASS + len(LEGS) * (COXA_MASS + FEMUR_MASS + TIBIA_MASS)
 
 # Pitch at rest against the horizontal. Joint angles are offsets from this pose.
 FEMUR_PITCH = math.radians(30.0)

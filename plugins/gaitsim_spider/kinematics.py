@@ -8,6 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gaitsim_spider import body
+from gaitsim_spider.damage import Legs
 
 _f = np.float32
 _HIP_X, _SIDE = body.HIP_X, body.SIDE
@@ -15,11 +16,6 @@ _HIP_Y = _f(body.HIP_Y)
 _SIN_AZIMUTH, _COS_AZIMUTH = np.sin(body.AZIMUTH), np.cos(body.AZIMUTH)
 _SIN_FEMUR, _COS_FEMUR = _f(math.sin(body.FEMUR_PITCH)), _f(math.cos(body.FEMUR_PITCH))
 _SIN_TIBIA, _COS_TIBIA = _f(math.sin(body.TIBIA_PITCH)), _f(math.cos(body.TIBIA_PITCH))
-_COXA, _FEMUR, _TIBIA = _f(body.COXA), _f(body.FEMUR), _f(body.TIBIA)
-# Share of the whole mass; the segments' own masses lie at their middles.
-_COXA_SHARE = _f(body.COXA_MASS / body.MASS)
-_FEMUR_SHARE = _f(body.FEMUR_MASS / body.MASS)
-_TIBIA_SHARE = _f(body.TIBIA_MASS / body.MASS)
 _HALF, _ONE = _f(0.5), _f(1.0)
 
 # Taylor coefficients; to the last bit of float32 for |x| ≤ 60°, which the joint limits
@@ -42,7 +38,10 @@ def _cos(x: Any) -> Any:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def place_feet(
-    angles: NDArray[np.float32], feet: NDArray[np.float32], centre: NDArray[np.float32]
+    angles: NDArray[np.float32],
+    legs: Legs,
+    feet: NDArray[np.float32],
+    centre: NDArray[np.float32],
 ) -> None:
     """Compute feet and centre of mass in the body's frame.
 
@@ -52,16 +51,21 @@ def place_feet(
     Args:
         angles: (population, 24, frames) float32, radians from the pose at rest, each
             within ±30°.
-        feet: filled, (population, 3, 8, frames) float32, metres: centre of the foot.
+        legs: what damage leaves of them.
+        feet: filled, (population, 3, 8, frames) float32, metres: centre of the foot; of a lost
+            leg, the hip.
         centre: filled, (population, 3, frames) float32, metres: centre of mass.
     """
     for individual in range(angles.shape[0]):
         for axis in range(3):
             for frame in range(angles.shape[2]):
-                centre[individual, axis, frame] = _f(0.0)
+                centre[individual, axis, frame] = legs.hips[axis]
         for leg in range(8):
             sin_azimuth, cos_azimuth = _SIN_AZIMUTH[leg], _COS_AZIMUTH[leg]
             hip_x, side = _HIP_X[leg], _SIDE[leg]
+            coxa_length, coxa_share = legs.lengths[leg, 0], legs.shares[leg, 0]
+            femur_length, femur_share = legs.lengths[leg, 1], legs.shares[leg, 1]
+            tibia_length, tibia_share = legs.lengths[leg, 2], legs.shares[leg, 2]
             for frame in range(angles.shape[2]):
                 yaw = angles[individual, 3 * leg, frame]
                 femur = angles[individual, 3 * leg + 1, frame]
@@ -71,24 +75,24 @@ def place_feet(
                 sin_tibia, cos_tibia = _sin(tibia), _cos(tibia)
                 forward = sin_azimuth * cos_yaw + cos_azimuth * sin_yaw
                 sideways = side * (cos_azimuth * cos_yaw - sin_azimuth * sin_yaw)
-                femur_out = _FEMUR * (_COS_FEMUR * cos_femur - _SIN_FEMUR * sin_femur)
-                femur_up = _FEMUR * (_SIN_FEMUR * cos_femur + _COS_FEMUR * sin_femur)
-                tibia_out = _TIBIA * (_COS_TIBIA * cos_tibia - _SIN_TIBIA * sin_tibia)
-                tibia_up = _TIBIA * (_SIN_TIBIA * cos_tibia + _COS_TIBIA * sin_tibia)
-                reach = _COXA + femur_out + tibia_out
+                femur_out = femur_length * (_COS_FEMUR * cos_femur - _SIN_FEMUR * sin_femur)
+                femur_up = femur_length * (_SIN_FEMUR * cos_femur + _COS_FEMUR * sin_femur)
+                tibia_out = tibia_length * (_COS_TIBIA * cos_tibia - _SIN_TIBIA * sin_tibia)
+                tibia_up = tibia_length * (_SIN_TIBIA * cos_tibia + _COS_TIBIA * sin_tibia)
+                reach = coxa_length + femur_out + tibia_out
                 feet[individual, 0, leg, frame] = hip_x + reach * forward
                 feet[individual, 1, leg, frame] = side * _HIP_Y + reach * sideways
                 feet[individual, 2, leg, frame] = femur_up + tibia_up
-                # First moments of the leg's mass about its hip; the hips cancel in pairs.
+                # First moments of the leg's mass about its hip.
                 moment = (
-                    _COXA_SHARE * _HALF * _COXA
-                    + _FEMUR_SHARE * (_COXA + _HALF * femur_out)
-                    + _TIBIA_SHARE * (_COXA + femur_out + _HALF * tibia_out)
+                    coxa_share * _HALF * coxa_length
+                    + femur_share * (coxa_length + _HALF * femur_out)
+                    + tibia_share * (coxa_length + femur_out + _HALF * tibia_out)
                 )
                 centre[individual, 0, frame] += moment * forward
                 centre[individual, 1, frame] += moment * sideways
-                centre[individual, 2, frame] += _FEMUR_SHARE * _HALF * femur_up
-                centre[individual, 2, frame] += _TIBIA_SHARE * (femur_up + _HALF * tibia_up)
+                centre[individual, 2, frame] += femur_share * _HALF * femur_up
+                centre[individual, 2, frame] += tibia_share * (femur_up + _HALF * tibia_up)
 
 
 def leg_points(angles: NDArray[np.float32]) -> NDArray[np.float64]:

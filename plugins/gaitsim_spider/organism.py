@@ -18,8 +18,9 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim.encoding import check_joint_angles, limit_steps
-from gaitsim.legged import stepping
+from gaitsim.legged import DAMAGE_HELP, stepping
 from gaitsim_spider import body
+from gaitsim_spider.damage import Legs, anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles
 from gaitsim_spider.layout import time_last, time_second
 
@@ -43,6 +44,7 @@ class Spider(Organism):
         "alternating: the right legs do what the left ones do, half a stride later, and the "
         "genome has half as many genes; not with the recurrence",
     )
+    damage: tuple[str, ...] = option((), DAMAGE_HELP)
 
     threads: ClassVar[bool] = True
     twin: ClassVar[str] = "spider-physics"
@@ -63,6 +65,7 @@ class Spider(Organism):
     def _check(self) -> Self:
         if self.encoding == "recurrence" and self.symmetry != "none":
             raise ValueError("symmetry 'alternating' needs the encoding 'sine' or 'cpg'")
+        anatomy(self.damage)
         return self
 
     def genome_space(self) -> GenomeSpace:
@@ -70,13 +73,13 @@ class Spider(Organism):
         return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
 
     def move(self, genomes: Genomes) -> Motion:
-        """Decode to joint angles, and walk."""
-        return _walked(
-            ENCODINGS[self.encoding].angles(genomes, self.frequency, self.symmetry == "alternating")
-        )
+        """Decode to joint angles, as far as damaged joints reach them, and walk."""
+        alternating, left = self.symmetry == "alternating", anatomy(self.damage)
+        angles = ENCODINGS[self.encoding].angles(genomes, self.frequency, alternating)
+        return _walked(left.restrict(angles), left.legs)
 
     def play(self, joint_angles: Array) -> Motion:
-        """Walk by given joint angles, held to ±30° and, from frame to frame, to 5°.
+        """Walk by given joint angles, held to ±30° and, from frame to frame, to 5° or less if slow.
 
         Args:
             joint_angles: (population, frames, 24), radians from the pose at rest, of any
@@ -88,7 +91,9 @@ class Spider(Organism):
         check_joint_angles(joint_angles, len(body.JOINTS))
         limit = np.float32(body.ANGLE_LIMIT)
         angles = np.clip(joint_angles, -limit, limit).astype(np.float32)
-        return _walked(limit_steps(time_last(angles), body.STEP_LIMIT))
+        left = anatomy(self.damage)
+        angles = limit_steps(time_last(angles), left.step_limits)
+        return _walked(left.restrict(angles), left.legs)
 
     def joint_names(self) -> tuple[str, ...]:
         """'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
@@ -96,7 +101,7 @@ class Spider(Organism):
 
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
         """L1 … R4, each with its coxa, femur and tibia."""
-        return {leg: tuple(f"{leg} {segment}" for segment in body.SEGMENTS) for leg in body.LEGS}
+        return body.LEG_JOINTS
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Travel, heading, slip, stability and stance over the whole gait."""
@@ -123,7 +128,9 @@ class Spider(Organism):
         """Body outline and legs in the world, standing on z = 0."""
         from gaitsim_spider.kinematics import leg_points
 
+        left = anatomy(self.damage)
         points = leg_points(motion["joint_angles"][individual])
+        points[:, left.lost, 1:] = points[:, left.lost, :1]
         x, y, yaw = (motion["pose"][individual, :, axis].astype(float) for axis in range(3))
         length, width = body.BODY_LENGTH / 2, body.BODY_WIDTH / 2
         corners = np.array([[length, width], [length, -width], [-length, -width], [-length, width]])
@@ -150,10 +157,11 @@ class Spider(Organism):
         world[..., 2] += body.FOOT_RADIUS - world[:, :-1, 2].min(axis=1)[:, None]
         segments = world[:, :-1].reshape(len(points), -1, 2, 3)
         feet = segments[:, 4:].reshape(len(points), 8, 3, 2, 3)[:, :, 2, 1]
-        sides = ("front", "right side", "back", "left side")
+        names = np.array(["front", "right side", "back", "left side", *body.JOINTS])
+        drawn = np.repeat([True, *~left.lost], [4, *[3] * 8])
         return Skeleton(
-            segments=segments,
-            names=(*sides, *body.JOINTS),
+            segments=segments[:, drawn],
+            names=tuple(names[drawn].tolist()),
             frame_rate=motion.frame_rate,
             contacts=feet,
             touching=motion["stance"][individual],
@@ -162,7 +170,7 @@ class Spider(Organism):
         )
 
 
-def _walked(angles: Angles) -> Motion:
+def _walked(angles: Angles, legs: Legs) -> Motion:
     """The motion by joint angles; feet, contact and travel are worked out when first read."""
     population, _, frames = angles.shape
 
@@ -171,7 +179,7 @@ def _walked(angles: Angles) -> Motion:
 
         feet = np.empty((population, 3, 8, frames), dtype=np.float32)
         centre = np.empty((population, 3, frames), dtype=np.float32)
-        place_feet(angles, feet, centre)
+        place_feet(angles, legs, feet, centre)
         return {"feet": time_second(feet), "centre_of_mass": time_second(centre)}
 
     def travel() -> dict[str, Array]:
@@ -180,7 +188,7 @@ def _walked(angles: Angles) -> Motion:
         pose = np.empty((population, 3, frames), dtype=np.float32)
         stance = np.empty((population, 8, frames), dtype=np.bool_)
         slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
-        walk(angles, pose, stance, slip, margin, slope)
+        walk(angles, legs, pose, stance, slip, margin, slope)
         return {
             "pose": time_second(pose),
             "stance": time_second(stance),

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gaitsim_spider.damage import Legs
 from gaitsim_spider.intervals import BLOCK, SIZE
 from gaitsim_spider.kinematics import place_feet
 from gaitsim_spider.resting import find_feet, find_normal
@@ -165,6 +166,7 @@ def travel(
 @njit(nogil=True, cache=True, error_model="numpy")
 def walk(
     angles: NDArray[np.float32],
+    legs: Legs,
     pose: NDArray[np.float32],
     stance: NDArray[np.bool_],
     slip: NDArray[np.float32],
@@ -175,6 +177,7 @@ def walk(
 
     Args:
         angles: (population, 24, frames) float32, radians from the pose at rest, each within ±30°.
+        legs: what damage leaves of them.
         pose: filled, (population, 3, frames) float32: x, y in metres and yaw in radians
             of the body in the world, starting from zero.
         stance: filled, (population, 8, frames) bool: feet on the ground in the interval
@@ -189,5 +192,5 @@ def walk(
     feet, centre = np.empty((1, 3, 8, frames), _f), np.empty((1, 3, frames), _f)
     block = np.zeros(1, BLOCK)[0]
     for n in range(population):
-        place_feet(angles[n : n + 1], feet, centre)
+        place_feet(angles[n : n + 1], legs, feet, centre)
         travel(feet[0], centre[0], block, pose[n], stance[n], slip[n], margin[n], slope[n])

@@ -106,7 +106,7 @@ def test_every_option_is_reached_from_the_command_line(parsed):
             shown = f'"{value}"' if isinstance(value, str) else str(value)
             again = with_overrides(experiment, parse_assignments([f"{section}.{name}={shown}"]))
             found = getattr(again, section)
-            assert getattr(found, name) == value
+            assert getattr(found, name) == (tuple(value) if isinstance(value, list) else value)
     assert parsed("seed=7", "name=n", "description=d").seed == 7
 
 

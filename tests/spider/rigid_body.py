@@ -140,6 +140,23 @@ def feet(joint_angles: ArrayLike) -> Array:
     return np.array(places)
 
 
+def links(joint_angles: ArrayLike, without: tuple[str, ...] = ()) -> tuple[Array, Array]:
+    """Masses (links,) kg and centres of mass (frames, links, 3) m of all links but some legs'."""
+    model = _model()
+    data = mujoco.MjData(model)
+    data.qpos[:3] = 0.0
+    places = []
+    for pose in np.atleast_2d(joint_angles):
+        data.qpos[7:] = pose
+        mujoco.mj_kinematics(model, data)
+        places.append(data.xipos[1:].copy())
+    masses: Array = model.body_mass[1:].copy()
+    for leg in without:
+        first = 3 * LEGS.index(leg) + 1  # the trunk, then three links for each leg
+        masses[first : first + 3] = 0
+    return masses, np.array(places)
+
+
 def commands(angles: Array, frame_rate: float, timestep: float, delay: float, hold: bool) -> Array:
     """What the servos are told at each step, (steps, 24), from the first frame to the last."""
     last = len(angles) - 1

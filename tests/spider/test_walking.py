@@ -9,11 +9,13 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from gaitsim_spider import body
+from gaitsim_spider.damage import anatomy
 from gaitsim_spider.intervals import BLOCK
 from gaitsim_spider.kinematics import leg_points, place_feet
 from gaitsim_spider.organism import Spider
 from gaitsim_spider.walking import STANCE_TOLERANCE, travel
 
+INTACT = anatomy(()).legs
 FEET = np.zeros((8, 3))
 FEET[:, 0] = [0.16, 0.056, -0.056, -0.16] * 2
 FEET[:, 1] = [0.155, 0.186, 0.186, 0.155, -0.155, -0.186, -0.186, -0.155]
@@ -120,7 +122,7 @@ def random_poses(count: int) -> tuple[np.ndarray, np.ndarray]:
     angles = np.random.default_rng(0).uniform(-0.35, 0.35, (count, 24, 2)).astype(np.float32)
     angles[..., 1] = angles[..., 0]  # standing: both ends of the interval alike
     feet, centre = np.empty((count, 3, 8, 2), np.float32), np.empty((count, 3, 2), np.float32)
-    place_feet(angles, feet, centre)
+    place_feet(angles, INTACT, feet, centre)
     return feet, centre
 
 

@@ -1,0 +1,105 @@
+"""Damaged spiders: legs that are lost, and joints that are stuck or slow."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.encoding import limit_steps
+from gaitsim.errors import GaitsimError
+from gaitsim.legged import Kind, parse_damage
+from gaitsim_spider import body
+
+KINDS: tuple[Kind, ...] = ("lost", "stuck", "slow")
+_MASSES = (body.COXA_MASS, body.FEMUR_MASS, body.TIBIA_MASS)
+
+
+class Legs(NamedTuple):
+    """What the kernels know of the legs; a lost leg has no length and no mass.
+
+    Attributes:
+        lengths: of coxa, femur and tibia, (8, 3) float32, m.
+        shares: of each in the mass of the whole body, (8, 3) float32.
+        hips: first moment of all legs' masses, each at its hip, over the mass of the whole body,
+            (3,) float32, m; exactly 0 for an intact body, whose hips cancel in pairs.
+    """
+
+    lengths: NDArray[np.float32]
+    shares: NDArray[np.float32]
+    hips: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Anatomy:
+    """What damage leaves of the body.
+
+    Attributes:
+        legs: for the kernels.
+        lost: legs that are lost, (8,) bool.
+        held: angles of the joints that do not move, by index, rad; 0 in lost legs.
+        step_limits: how far each joint can turn in a frame, (24,) rad.
+        damaged: names of the stuck and slow joints.
+    """
+
+    legs: Legs
+    lost: NDArray[np.bool_]
+    held: Mapping[int, float]
+    step_limits: NDArray[np.float64]
+    damaged: tuple[str, ...]
+
+    def restrict(self, angles: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return `angles`, (population, 24, frames) rad, changed to what damaged joints reach."""
+        slow = np.flatnonzero(self.step_limits < body.STEP_LIMIT)
+        if len(slow):
+            angles[:, slow] = limit_steps(angles[:, slow], self.step_limits[slow])
+        for joint, angle in self.held.items():
+            angles[:, joint] = angle
+        return angles
+
+
+@cache
+def anatomy(damage: tuple[str, ...]) -> Anatomy:
+    """Return what damage leaves of the body.
+
+    Raises:
+        GaitsimError: the damage is invalid, needs forces, or is an angle out of reach.
+    """
+    for text in damage:
+        if "weak" in text.split():
+            raise GaitsimError(
+                f"{text!r}: the spider moves without forces, so its joints cannot be weak",
+                key="damage",
+                allowed=", ".join(KINDS),
+                remedy="the spider in rigid-body physics, the preset spider-physics",
+            )
+    found = parse_damage(damage, body.LEG_JOINTS, KINDS)
+    lost = np.isin(body.LEGS, [one.part for one in found])
+    held = dict.fromkeys(np.flatnonzero(np.repeat(lost, len(body.SEGMENTS))).tolist(), 0.0)
+    step_limits = np.full(len(body.JOINTS), body.STEP_LIMIT)
+    joints = [one for one in found if one.kind != "lost"]
+    for one in joints:
+        joint, value = body.JOINTS.index(one.part), one.value or 0.0
+        if one.kind == "slow":
+            step_limits[joint] *= value
+        elif abs(value) <= body.ANGLE_LIMIT:
+            held[joint] = value
+        else:
+            raise GaitsimError(
+                f"{str(one)!r}: the joint does not reach this angle",
+                key="damage",
+                allowed="-30 to 30 degrees from the pose at rest",
+            )
+    return Anatomy(_legs(lost), lost, held, step_limits, tuple(one.part for one in joints))
+
+
+def _legs(lost: NDArray[np.bool_]) -> Legs:
+    mass = body.BODY_MASS + int((~lost).sum()) * sum(_MASSES)
+    lengths, shares = np.zeros((2, len(lost), 3), np.float32)
+    lengths[~lost] = (body.COXA, body.FEMUR, body.TIBIA)
+    shares[~lost] = np.divide(_MASSES, mass)
+    hips = np.stack([body.HIP_X, body.SIDE * body.HIP_Y, np.zeros(len(lost))], axis=1)
+    moment = hips[~lost].sum(axis=0) * sum(_MASSES) / mass
+    return Legs(lengths, shares, moment.astype(np.float32))
