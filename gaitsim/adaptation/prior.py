@@ -1,0 +1,163 @@
+"""The map of an atlas: how each of its gaits behaves, and how it performs on the intact body."""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim.adaptation.performance import MEASURE, Floats, performance, unit_of
+from gaitsim.contracts import Genomes, Members
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.evaluator import IN_CACHE
+from gaitsim.evaluation.processes import OnWarning
+from gaitsim.experiment import Experiment
+from gaitsim.individual import Individual, Member
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.snapshot import RunSnapshot
+
+_CHUNKS = 20  # between two reports of the progress
+
+OnProgress = Callable[[int], None]
+"""Called with the number of gaits that were evaluated since the last call."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """The gaits of an atlas, with what is expected of them before any is tried.
+
+    Attributes:
+        experiment: of the intact body.
+        source: the run's folder.
+        generation: of the archive.
+        measure: name of the measure that is the performance; more is better.
+        unit: of that measure.
+        genomes: (members, genes).
+        scores: of the members in the search, (members,).
+        axes: names of the axes of the archive.
+        behaviour: the axes in shares of their ranges, (members, axes).
+        performance: on the intact body, (members,); 0 for a gait that fails.
+    """
+
+    experiment: Experiment
+    source: Path
+    generation: int
+    measure: str
+    unit: str
+    genomes: Genomes
+    scores: Floats
+    axes: tuple[str, ...]
+    behaviour: Floats
+    performance: Floats
+
+    @property
+    def best(self) -> float:
+        """The best performance on the intact body, above 0."""
+        return float(self.performance.max())
+
+    @property
+    def checksum(self) -> str:
+        """The SHA-256 of the genomes and their behaviour."""
+        digest = hashlib.sha256(np.ascontiguousarray(self.genomes).tobytes())
+        digest.update(np.ascontiguousarray(self.behaviour).tobytes())
+        return digest.hexdigest()
+
+    def individual(self, member: int) -> Individual:
+        """Return the gait of a member, by its number from 1, on the intact body; without terms."""
+        index = member - 1
+        return Individual(
+            self.experiment,
+            float(self.scores[index]),
+            {},
+            self.generation,
+            self.genomes[index],
+            self.source,
+            member=Member(member),
+        )
+
+
+def read_prior(
+    run: RunSnapshot,
+    measure: str = MEASURE,
+    *,
+    workers: int | None = None,
+    on_progress: OnProgress = lambda done: None,
+    on_warning: OnWarning = lambda text: None,
+) -> Prior:
+    """Evaluate all members of an atlas on the intact body.
+
+    Args:
+        run: of a search that keeps an archive.
+        measure: name of the measure that is the performance.
+        workers: how many work at a time; None for what suits the body. Does not change the result.
+        on_progress: called with the number of gaits that were evaluated since the last call.
+        on_warning: called with a message for the user.
+
+    Raises:
+        GaitsimError: the body has no such measure, or no gait has a performance above 0.
+        PluginError: the body fails or breaks its contract.
+        RunError: the run is not an atlas, or has no members.
+    """
+    members = atlas_members(run)
+    experiment, genomes = run.experiment_at(run.generation), members.genomes
+    unit = unit_of(experiment, genomes, measure)
+    chunks = np.split(genomes, range(IN_CACHE, len(genomes), IN_CACHE))
+    found: list[Floats] = []
+    with Evaluator(experiment, workers, on_warning) as evaluator:
+        for first in range(0, len(chunks), _CHUNKS):
+            some = chunks[first : first + _CHUNKS]
+            found += evaluator.map(partial(performance, measure=measure), some)
+            on_progress(sum(map(len, some)))
+    performed = np.concatenate(found)
+    if not performed.max() > 0:
+        raise GaitsimError(
+            f"no gait of the atlas {run.path} has a measure {measure!r} above 0",
+            allowed="a measure of which more is better",
+            remedy=f"choose another measure, or continue the atlas: {command('resume', run.path)}",
+        )
+    return Prior(
+        experiment,
+        run.path,
+        run.generation,
+        measure,
+        unit,
+        genomes,
+        members.scores,
+        tuple(members.values),
+        _shares(members),
+        performed,
+    )
+
+
+def atlas_members(run: RunSnapshot) -> Members:
+    """Return the members of an atlas.
+
+    Raises:
+        RunError: the run is not an atlas, or has no members.
+    """
+    if run.experiment.search.keeps != "archive":
+        raise RunError(
+            f"the run {run.path} is not an atlas: its search keeps no archive",
+            allowed="a run of the search map-elites",
+            remedy=f"evolve an atlas: {command('run', 'spider-atlas')}",
+        )
+    members = run.members
+    if members is None or not len(members.scores):
+        raise RunError(
+            f"the atlas {run.path} is empty: every individual failed",
+            remedy=f"see why: {command('show', run.path)}",
+        )
+    return members
+
+
+def _shares(members: Members) -> Floats:
+    ends = {name: (borders[0], borders[-1]) for name, borders in (members.borders or {}).items()}
+    shares = [
+        (values - ends[name][0]) / (ends[name][1] - ends[name][0])
+        for name, values in members.values.items()
+    ]
+    # Cells at the border hold the values beyond it, too.
+    return np.asarray(np.clip(np.stack(shares, axis=1), 0.0, 1.0))

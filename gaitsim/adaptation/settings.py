@@ -1,0 +1,46 @@
+"""How gaits are tried on a damaged body."""
+
+import math
+from dataclasses import dataclass
+
+from gaitsim.errors import GaitsimError
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The settings of an adaptation, with the values of the experiments of the source.
+
+    Source: Cully, Clune, Tarapore and Mouret 2015, "Robots that can adapt like animals".
+    Performance is counted in shares of the map's best, distances of behaviour in shares of the
+    axes' ranges.
+
+    Attributes:
+        trials: the greatest number of trials.
+        kappa: weight of the uncertainty in the choice of a trial; 0 always tries the gait that
+            is expected to be best.
+        length_scale: distance over which a trial informs about other gaits.
+        noise: variance of a measured performance.
+        stop: the trials end when the best measured performance is this share of the best that
+            is still expected.
+
+    Raises:
+        GaitsimError: a value is out of range.
+    """
+
+    trials: int = 20
+    kappa: float = 0.05
+    length_scale: float = 0.4
+    noise: float = 0.001
+    stop: float = 0.9
+
+    def __post_init__(self) -> None:
+        lowest = {"trials": 1, "kappa": 0, "length_scale": 1e-3, "noise": 1e-9, "stop": 0}
+        highest = {"trials": 1000, "kappa": 1e3, "length_scale": 1e3, "noise": 1e3, "stop": 1e3}
+        for name, low in lowest.items():
+            value, high = getattr(self, name), highest[name]
+            if not (low <= value <= high and math.isfinite(value)):
+                raise GaitsimError(
+                    f"invalid {name} of an adaptation: {value}",
+                    key=name,
+                    allowed=f"{low} to {high}",
+                )

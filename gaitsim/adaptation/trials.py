@@ -1,0 +1,160 @@
+"""Intelligent trial and error: which gait a damaged body tries next, and when it has found one.
+
+    map ─▶ propose ─▶ a gait ─▶ measured on the damaged body ─▶ belief ─▶ propose …
+
+Source: the map-based Bayesian optimisation (M-BOA) of Cully, Clune, Tarapore and Mouret 2015,
+"Robots that can adapt like animals". A member is tried once: the same gait again would teach next
+to nothing, as the noise is small.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitsim.adaptation.gaussian_process import Belief, posterior
+from gaitsim.adaptation.prior import Prior
+from gaitsim.adaptation.settings import Settings
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.scoring import LARGEST_SCORE
+from gaitsim.individual import Individual
+
+Measured = Callable[[Individual], float]
+"""Returns the performance of a gait on the damaged body, in the unit of the prior."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A gait to try.
+
+    Attributes:
+        number: of the trial, from 1.
+        member: of the atlas, from 1.
+        expected: its performance by all trials before.
+        deviation: standard deviation of `expected`.
+    """
+
+    number: int
+    member: int
+    expected: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class Trial(Proposal):
+    """A gait that was tried.
+
+    Attributes:
+        measured: its performance on the damaged body.
+    """
+
+    measured: float
+
+
+def believe(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Belief:
+    """Return the performance that each member is believed to have after some trials.
+
+    Returns:
+        Mean and standard deviation in the unit of the prior, (members,) each.
+    """
+    tried = np.array([trial.member - 1 for trial in trials], np.intp)
+    measured = np.array([trial.measured for trial in trials], np.float64)
+    best = prior.best
+    mean, deviation = posterior(
+        prior.performance / best,
+        prior.behaviour,
+        tried,
+        measured / best,
+        settings.length_scale,
+        settings.noise,
+    )
+    return Belief(mean * best, deviation * best)
+
+
+def propose(prior: Prior, trials: Sequence[Trial], settings: Settings) -> Proposal | None:
+    """Return the gait to try next; None where the adaptation has ended.
+
+    It is the one with the highest sum of mean and `kappa` standard deviations among those that
+    were not tried; of equal ones the first in the atlas.
+    """
+    belief = believe(prior, trials, settings)
+    if _ending(prior, trials, settings, belief):
+        return None
+    bound = belief.mean + settings.kappa * belief.deviation
+    bound[[trial.member - 1 for trial in trials]] = -np.inf
+    chosen = int(np.argmax(bound))
+    return Proposal(
+        len(trials) + 1, chosen + 1, float(belief.mean[chosen]), float(belief.deviation[chosen])
+    )
+
+
+def ending(prior: Prior, trials: Sequence[Trial], settings: Settings) -> str:
+    """Return why the adaptation has ended, a sentence, or '' while it has not."""
+    return _ending(prior, trials, settings, believe(prior, trials, settings))
+
+
+def best_of(trials: Sequence[Trial]) -> Trial | None:
+    """Return the trial with the best measured performance, the first of equal ones."""
+    return max(trials, key=lambda trial: trial.measured, default=None)
+
+
+def adapt(
+    prior: Prior, measured: Measured, settings: Settings, trials: Sequence[Trial] = ()
+) -> Iterator[Trial]:
+    """Try gaits on the damaged body until one is good enough.
+
+    Several threads may adapt by one prior at a time.
+
+    Args:
+        prior: the map of the intact body.
+        measured: returns the performance of a gait on the damaged body.
+        settings: of the adaptation.
+        trials: which were made before, to continue from.
+
+    Yields:
+        Each further trial.
+
+    Raises:
+        GaitsimError: a measured performance is not a finite number.
+    """
+    made = [*trials]
+    while (proposal := propose(prior, made, settings)) is not None:
+        trial = tried(proposal, measured(prior.individual(proposal.member)))
+        made.append(trial)
+        yield trial
+
+
+def tried(proposal: Proposal, measured: float) -> Trial:
+    """Return the trial of a proposal.
+
+    Raises:
+        GaitsimError: the measured performance is not a finite number.
+    """
+    try:
+        value = float(measured)
+    except (TypeError, ValueError):
+        value = np.nan
+    if not abs(value) < LARGEST_SCORE:
+        raise GaitsimError(
+            f"{measured!r:.80} is not a measured performance",
+            where=f"trial {proposal.number}",
+            allowed="a finite number",
+        )
+    return Trial(proposal.number, proposal.member, proposal.expected, proposal.deviation, value)
+
+
+def _ending(prior: Prior, trials: Sequence[Trial], settings: Settings, belief: Belief) -> str:
+    best = best_of(trials)
+    if best is None:
+        return ""
+    expected, unit = float(belief.mean.max()), f" {prior.unit}".rstrip()
+    if best.measured >= settings.stop * expected:
+        return (
+            f"trial {best.number} reached {best.measured:.3g}{unit}, at least "
+            f"{settings.stop:.0%} of the {expected:.3g}{unit} that is expected of the best gait"
+        )
+    if len(trials) >= settings.trials:
+        return f"{len(trials)} trials were made, of at most {settings.trials}"
+    if len(trials) >= len(prior.performance):
+        return f"all {len(trials)} gaits of the atlas were tried"
+    return ""

@@ -1,0 +1,164 @@
+"""Intelligent trial and error against the textbook, closed forms, and the rules of its ending."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gaitsim.adaptation import Prior, Settings, adapt, best_of, ending, propose, read_prior
+from gaitsim.adaptation.gaussian_process import posterior
+from gaitsim.adaptation.trials import Trial, believe, tried
+from gaitsim.errors import GaitsimError
+
+SETTINGS = Settings()
+
+
+def prior_of(performance, behaviour):
+    count = len(performance)
+    return Prior(
+        SimpleNamespace(name="none"),
+        Path("atlas"),
+        1,
+        "forward",
+        "m",
+        np.arange(count, dtype=float)[:, None],
+        np.zeros(count),
+        ("a",),
+        np.asarray(behaviour, float).reshape(count, -1),
+        np.asarray(performance, float),
+    )
+
+
+def drawn(members=60, axes=3, seed=1):
+    rng = np.random.default_rng(seed)
+    return prior_of(rng.random(members) * 2, rng.random((members, axes)))
+
+
+def textbook(prior, points, tried, measured, length, noise):
+    """Rasmussen and Williams 2006, eq. 2.25 and 2.26, by inverses and loops, eq. 4.17."""
+
+    def k(a, b):
+        r = math.dist(a, b) * math.sqrt(5) / length
+        return (1 + r + r * r / 3) * math.exp(-r)
+
+    known = np.array([[k(points[a], points[b]) for b in tried] for a in tried])
+    inverse = np.linalg.inv(known + noise * np.eye(len(tried)))
+    means, deviations = [], []
+    for point, expected in zip(points, prior, strict=True):
+        row = np.array([k(point, points[one]) for one in tried])
+        means.append(expected + row @ inverse @ (measured - prior[tried]))
+        deviations.append(math.sqrt(max(1 - row @ inverse @ row, 0)))
+    return np.array(means), np.array(deviations)
+
+
+def test_the_posterior_is_that_of_the_textbook():
+    rng = np.random.default_rng(2)
+    prior, points, tried = rng.random(50), rng.random((50, 4)), np.array([3, 17, 44, 8, 20])
+    measured = rng.random(5)
+    found = posterior(prior, points, tried, measured, 0.4, 0.001)
+    mean, deviation = textbook(prior, points, tried, measured, 0.4, 0.001)
+    np.testing.assert_allclose(found.mean, mean, atol=1e-10)
+    np.testing.assert_allclose(found.deviation, deviation, atol=1e-7)
+
+
+def test_one_trial_has_a_closed_form():
+    prior = prior_of([1.0, 0.8], [[0.0], [0.4]])  # one length scale apart
+    belief = believe(prior, [Trial(1, 1, 1.0, 1.0, 0.5)], SETTINGS)
+    r = math.sqrt(5)
+    k = (1 + r + r * r / 3) * math.exp(-r)
+    assert belief.mean == pytest.approx([1 - 0.5 / 1.001, 0.8 - 0.5 * k / 1.001])
+    assert belief.deviation == pytest.approx(
+        [math.sqrt(1 - 1 / 1.001), math.sqrt(1 - k * k / 1.001)]
+    )
+
+
+def test_units_do_not_matter():
+    prior = drawn()
+    scaled = replace(prior, performance=1000 * prior.performance)
+    one = [*adapt(prior, lambda gait: 0.1 * gait.genome[0] / 60, SETTINGS)]
+    other = [*adapt(scaled, lambda gait: 100 * gait.genome[0] / 60, SETTINGS)]
+    assert [trial.member for trial in one] == [trial.member for trial in other]
+
+
+def test_the_first_proposal_is_the_best_of_the_map_and_the_first_of_equal_ones():
+    assert propose(prior_of([1, 3, 3], [[0], [0.5], [1]]), [], SETTINGS).member == 2
+
+
+def test_a_wrong_map_is_left_behind():
+    # The map's peak and its surroundings fail; further away, gaits keep what the map promises.
+    behaviour = np.linspace(0, 3, 31)
+    promised = 1 - 0.1 * behaviour
+    real = np.where(behaviour < 1, 0.0, promised)
+    trials = [*adapt(prior_of(promised, behaviour), lambda g: real[int(g.genome[0])], SETTINGS)]
+    assert best_of(trials).measured >= 0.9 * real.max()
+    assert len(trials) < 8
+    assert len({trial.member for trial in trials}) == len(trials)
+
+
+def test_trials_end_when_one_is_good_enough():
+    prior = drawn()
+    trials = [*adapt(prior, lambda gait: prior.performance[int(gait.genome[0])], SETTINGS)]
+    assert len(trials) == 1
+    assert "90%" in ending(prior, trials, SETTINGS)
+    assert propose(prior, trials, SETTINGS) is None
+    assert propose(prior, trials, replace(SETTINGS, stop=10.0)).number == 2
+
+
+def test_trials_end_at_their_number_and_when_all_gaits_were_tried():
+    prior = drawn(5)
+    failed = [*adapt(prior, lambda gait: 0.0, replace(SETTINGS, trials=3))]
+    assert len(failed) == 3
+    every = [*adapt(prior, lambda gait: -1.0, SETTINGS)]
+    assert sorted(trial.member for trial in every) == [1, 2, 3, 4, 5]
+    assert "all 5" in ending(prior, every, SETTINGS)
+
+
+def test_an_adaptation_continues_as_if_it_had_never_stopped_in_any_thread():
+    prior = drawn()
+
+    def measured(gait):
+        return 0.3 * math.sin(gait.genome[0])
+
+    whole = [*adapt(prior, measured, SETTINGS)]
+    assert len(whole) > 7
+    for cut in (0, 1, 7, len(whole)):
+        assert [*adapt(prior, measured, SETTINGS, whole[:cut])] == whole[cut:]
+    with ThreadPoolExecutor(4) as pool:
+        others = pool.map(lambda _: [*adapt(prior, measured, SETTINGS)], range(4))
+        assert all(other == whole for other in others)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, "far", None])
+def test_a_value_that_is_not_a_number_is_refused(value):
+    with pytest.raises(GaitsimError, match="finite"):
+        tried(propose(drawn(), [], SETTINGS), value)
+
+
+@pytest.mark.parametrize("wrong", [{"trials": 0}, {"kappa": -1}, {"noise": 0}, {"stop": math.nan}])
+def test_invalid_settings_are_refused(wrong):
+    with pytest.raises(GaitsimError, match=next(iter(wrong))):
+        Settings(**wrong)
+
+
+def test_the_prior_of_an_atlas_holds_its_members_measured_on_the_intact_body(puppet_run):
+    axes = "{ reach = [-3, 3], price = [-0.2, 0] }"
+    run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=30")
+    done = []
+    prior = read_prior(run, "reach", on_progress=done.append)
+    members = run.members
+    assert sum(done) == len(members.scores) == len(prior.performance)
+    np.testing.assert_allclose(prior.performance, np.sin(members.genomes).sum(axis=1))
+    np.testing.assert_allclose(prior.behaviour[:, 0], (members.values["reach"] + 3) / 6)
+    np.testing.assert_allclose(prior.behaviour[:, 1].min(), 0)  # a cell at the border
+    assert prior.individual(2).measures["reach"] == prior.performance[1]
+    with pytest.raises(GaitsimError, match="unknown measure 'forward'"):
+        read_prior(run)
+
+
+def test_a_run_without_an_archive_is_not_an_atlas(puppet_run):
+    with pytest.raises(GaitsimError, match="is not an atlas"):
+        read_prior(puppet_run(), "reach")
