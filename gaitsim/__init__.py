@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from gaitsim.errors import GaitsimError as GaitsimError
     from gaitsim.evolution import Generation as Generation
     from gaitsim.experiment import Experiment as Experiment
+    from gaitsim.experiment import load_atlas as load_atlas
     from gaitsim.experiment import load_experiment as load_experiment
     from gaitsim.individual import Individual as Individual
     from gaitsim.individual import Member as Member
@@ -30,6 +31,7 @@ _PLACES = {
     "compare": "gaitsim.comparing",
     "evolve": "gaitsim.api",
     "load": "gaitsim.api",
+    "load_atlas": "gaitsim.experiment",
     "load_experiment": "gaitsim.experiment",
     "picture": "gaitsim.api",
 }
@@ -45,6 +47,7 @@ __all__ = [
     "compare",
     "evolve",
     "load",
+    "load_atlas",
     "load_experiment",
     "picture",
 ]

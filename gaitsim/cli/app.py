@@ -10,6 +10,7 @@ app = group(
     "gaitsim.cli",
     {
         "run": "Evolve a gait and keep the run on disk.",
+        "atlas": "Fill an atlas of the gaits of a body: the best one for each way to use the legs.",
         "resume": "Continue a run exactly as if it had never stopped, or with other options.",
         "attach": "Watch a run that evolves in the background, or in another program.",
         "stop": "Stop runs that evolve in the background, after their current generation, and save "

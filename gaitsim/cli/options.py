@@ -24,6 +24,17 @@ ExperimentName = Annotated[
 ]
 Generations = Annotated[int | None, typer.Option(help="How many generations.")]
 Population = Annotated[int | None, typer.Option(help="Individuals a generation.")]
+Seed = Annotated[int | None, typer.Option(help="Seed of all randomness.")]
+From = Annotated[
+    str | None,
+    typer.Option(
+        "--from",
+        metavar="FILE|RUN[@N]",
+        help="Start from an individual: a champion's file, a run's champion, or the best of a "
+        "run's generation N. The others are its mutations.",
+    ),
+]
+RunFolder = Annotated[Path | None, typer.Option(help="Folder of the run. Default: runs/<name>.")]
 ExportFile = Annotated[
     Path | None, typer.Option(help="File to write. Default: in the run's exports folder.")
 ]

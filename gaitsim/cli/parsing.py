@@ -134,3 +134,60 @@ def pixels(text: str | None) -> tuple[int, int] | None:
             allowed="width x height in pixels, such as 1280x720",
         )
     return int(parts[0]), int(parts[1])
+
+
+def by_name(text: str, option: str, allowed: str) -> dict[str, str]:
+    """Return the texts of a list NAME=TEXT,… by name; '' for a name alone.
+
+    Raises:
+        GaitsimError: a name is missing, or is there twice.
+    """
+    found: dict[str, str] = {}
+    for part in text.split(","):
+        name, _, value = (one.strip() for one in part.partition("="))
+        if not name or name in found:
+            what = f"{name!r} is there twice" if name else f"{text!r} lacks a name"
+            raise GaitsimError(what, where=option, allowed=allowed)
+        found[name] = value
+    return found
+
+
+def axis_ends(text: str | None) -> dict[str, tuple[float, float] | None] | None:
+    """Return the ends of each axis of `--axes NAME=LOW:HIGH,…`; None for a name alone.
+
+    Raises:
+        GaitsimError: they are not two numbers, the lower one first.
+    """
+    if text is None:
+        return None
+    allowed = "NAME=LOW:HIGH, the lower number first, with commas between axes: forward=0:2"
+    found: dict[str, tuple[float, float] | None] = {}
+    for name, ends in by_name(text, "--axes", allowed).items():
+        try:
+            low, high = (float(end) for end in ends.split(":")) if ends else (0.0, 1.0)
+            if not -math.inf < low < high < math.inf:
+                raise ValueError
+        except ValueError:
+            raise GaitsimError(
+                f"{ends!r} are not the ends of the axis {name!r}", where="--axes", allowed=allowed
+            ) from None
+        found[name] = (low, high) if ends else None
+    return found
+
+
+def counts(text: str | None) -> int | tuple[int, ...] | None:
+    """Return the number of cells of `--cells 5000`, or the counts of `--cells 40x30`.
+
+    Raises:
+        GaitsimError: it is neither.
+    """
+    if text is None:
+        return None
+    parts = text.lower().replace("×", "x").split("x")
+    if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
+        raise GaitsimError(
+            f"{text!r} is not a number of cells",
+            where="--cells",
+            allowed="a number of Voronoi cells, as 5000, or a count for each axis, as 40x30",
+        )
+    return int(text) if len(parts) == 1 else tuple(map(int, parts))

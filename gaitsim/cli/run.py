@@ -1,48 +1,32 @@
 """`gaitsim run`."""
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from gaitsim.cli.cluster import cluster
-from gaitsim.cli.detaching import check_detachable, evolve_detached
-from gaitsim.cli.evolving import evolve_run
 from gaitsim.cli.options import (
     Dask,
     Detach,
     ExperimentName,
+    From,
     Generations,
     Json,
     Population,
+    RunFolder,
+    Seed,
     Set,
     Workers,
 )
-from gaitsim.experiment import load_experiment, parse_assignments
-from gaitsim.runs.files.folder import create_run
-from gaitsim.runs.start import check_start, kept_individual
+from gaitsim.cli.starting import begin_run, given_options
+from gaitsim.experiment import load_experiment
 
 
 def run(
     experiment: ExperimentName,
     generations: Generations = None,
     population: Population = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of all randomness.")] = None,
+    seed: Seed = None,
     set_: Set = None,
     workers: Workers = None,
     dask: Dask = None,
-    from_: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="FILE|RUN[@N]",
-            help="Start from an individual: a champion's file, a run's champion, or the best of a "
-            "run's generation N. The others are its mutations.",
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the run. Default: runs/<name>.")
-    ] = None,
+    from_: From = None,
+    out: RunFolder = None,
     detach: Detach = False,
     json: Json = False,
 ) -> None:
@@ -72,20 +56,5 @@ def run(
 
     gaitsim run walker --dask tcp://host:8786
     """
-    short = {
-        "evolution.generations": generations,
-        "evolution.population": population,
-        "seed": seed,
-    }
-    given = {key: value for key, value in short.items() if value is not None}
-    loaded = load_experiment(experiment, {**given, **parse_assignments(set_ or ())})
-    start = None
-    if from_ is not None:
-        start = kept_individual(from_)
-        check_start(loaded, start, f"--from {from_}")
-    if detach:
-        check_detachable(dask)
-        evolve_detached(create_run(loaded, out, start), workers=workers, json=json)
-        return
-    with cluster(dask, workers) as executor:
-        evolve_run(create_run(loaded, out, start), workers=workers, json=json, cluster=executor)
+    loaded = load_experiment(experiment, given_options(generations, population, seed, set_))
+    begin_run(loaded, from_, out, workers=workers, dask=dask, detach=detach, json=json)

@@ -6,8 +6,10 @@ from typing import Any
 
 from gaitsim.cli.console import output, print_json, print_table
 from gaitsim.individual import Individual
+from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import command
+from gaitsim.runs.files.history import FIGURE, figures_of
 from gaitsim.runs.snapshot import RunSnapshot
 
 
@@ -50,8 +52,11 @@ def summarise(path: Path, reason: str, json: bool) -> None:
     print_champion(run, champion)
     if champion is None:
         return
+    view = ArchiveView.of(run.members) if run.experiment.search.keeps == "archive" else None
+    if view is not None:
+        print_archive(run, view)
     console.print("\nNext:")
-    for line, purpose in _next(run):
+    for line, purpose in _next(run) if view is None else _next_of_archive(run, view):
         console.print(f"  {line}  ", end="", soft_wrap=True)
         console.print(f"# {purpose}", style="dim")
 
@@ -64,6 +69,32 @@ def _next(run: RunSnapshot) -> Iterator[tuple[str, str]]:
     if "joint_angles" in run.experiment.organism.channels:
         yield command("export", run.path, "--format", "mat"), "the gait for a robot or MATLAB"
     yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
+
+
+def _next_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str, str]]:
+    """Yield commands for a finished run that keeps an archive, and their purposes."""
+    yield command("plot", run.path, "--kind", "archive"), "the map"
+    yield command("plot", run.path, "--kind", "search"), "coverage and QD score"
+    yield command("members", run.path, "--out", "atlas.csv"), "the table of all cells"
+    if view.best is not None:
+        yield (
+            command("play", run.path, "--member", view.best),
+            "the best gait; any other has a number",
+        )
+    yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
+
+
+def print_archive(run: RunSnapshot, view: ArchiveView) -> None:
+    """Print the share of cells that are occupied, the other figures, and the best member."""
+    count, figures = len(view.members.scores), figures_of(run.history)
+    shown = [f"{count:,} of {view.total:,} cells ({count / view.total:.1%})"]
+    shown += [
+        f"{name} {number(run.history[FIGURE + name][-1], 4)}"
+        for name in figures
+        if name != "coverage"
+    ]
+    console = output()
+    console.print(f"Archive: {', '.join(shown)}")
 
 
 def next_goal(run: RunSnapshot) -> int:

@@ -1,5 +1,6 @@
 """An experiment: everything that a run is a function of. Frozen; to and from TOML."""
 
+from gaitsim.experiment.atlas import load_atlas
 from gaitsim.experiment.loading import (
     load_experiment,
     parse_experiment,
@@ -19,6 +20,7 @@ __all__ = [
     "Islands",
     "Overrides",
     "Typed",
+    "load_atlas",
     "load_experiment",
     "parse_assignments",
     "parse_experiment",

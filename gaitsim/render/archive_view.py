@@ -155,3 +155,13 @@ class ArchiveView:
         held = np.full(len(centroids), EMPTY, np.int64)
         held[self.cells[:, 0]] = np.arange(1, len(self.cells) + 1)
         return held[nearest]
+
+
+def lowest(scores: NDArray[np.float64]) -> tuple[float, bool]:
+    """Return the score of the darkest colour of a map, and whether there are some below it.
+
+    A few bad elites would else take most of the colours.
+    """
+    least, usual, most = np.quantile(scores, [0, 0.02, 1])
+    few = most - usual < 0.75 * (most - least)
+    return float(usual if few else least), bool(few)

@@ -103,9 +103,10 @@ def quick(arguments: list[str], runs: Path) -> list[str]:
     command, *_ = arguments
     if command == "video":
         return [*arguments, "--size", "320x180", "--fps", "1", "--speed", "1"]
-    if command != "run":
+    if command not in ("run", "atlas"):
         return arguments
     if "--generations" not in arguments:
         return [*arguments, "--population", "10", "--generations", "2"]
-    shutil.rmtree(runs / arguments[1], ignore_errors=True)  # the page's run is this one
+    name = arguments[1] + "-atlas" * (command == "atlas")
+    shutil.rmtree(runs / name, ignore_errors=True)  # the page's run is this one
     return [*arguments, "--population", "10"]

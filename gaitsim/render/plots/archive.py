@@ -5,11 +5,10 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member
-from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.archive_view import ArchiveView, lowest
 from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
 from gaitsim.render.plots.request import NothingToPlotError, Request, require_kept
 from gaitsim.render.plots.style import WIDTH, Theme, styled
@@ -50,7 +49,7 @@ def archive_figure(request: Request) -> "Figure":
     labels = {name: _label(name, individual.unit_of(name)) for name in archive.names}
     score = _label("score", individual.experiment.fitness.unit)
     scores = archive.members.scores
-    low, extended = _lowest(scores)
+    low, extended = lowest(scores)
     norm = Normalize(low, max(float(scores.max()), low + 1e-9))
     with styled(theme):
         columns = min(len(panels), 3)
@@ -112,16 +111,6 @@ def _panels(known: Sequence[str], asked: Sequence[str]) -> list[tuple[str, ...]]
 
 def _label(name: str, unit: str) -> str:
     return f"{shortened(name, 32)} ({unit})" if unit else shortened(name, 40)
-
-
-def _lowest(scores: NDArray[np.float64]) -> tuple[float, bool]:
-    """Return the score of the darkest colour, and whether there are some below it.
-
-    A few bad elites would else take most of the colours.
-    """
-    least, usual, most = np.quantile(scores, [0, 0.02, 1])
-    few = most - usual < 0.75 * (most - least)
-    return float(usual if few else least), bool(few)
 
 
 def _draw_cells(

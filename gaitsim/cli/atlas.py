@@ -1,0 +1,72 @@
+"""`gaitsim atlas`."""
+
+from typing import Annotated
+
+import typer
+
+from gaitsim.cli.console import status
+from gaitsim.cli.options import (
+    Dask,
+    Detach,
+    ExperimentName,
+    From,
+    Generations,
+    Json,
+    Population,
+    RunFolder,
+    Seed,
+    Set,
+    Workers,
+)
+from gaitsim.cli.parsing import axis_ends, counts
+from gaitsim.cli.starting import begin_run, given_options
+from gaitsim.experiment import load_atlas
+from gaitsim.render.terminal.text import visible
+
+
+def atlas(
+    body: ExperimentName,
+    axes: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME=LOW:HIGH,…",
+            help="Measures that tell gaits apart, each with its low and high end; a duty factor "
+            "has 0:1 without. Default: the duty factor of each leg.",
+        ),
+    ] = None,
+    cells: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N|NxN…",
+            help="How many Voronoi cells, or counts of a grid, one for each axis, as 40x30.",
+        ),
+    ] = None,
+    generations: Generations = None,
+    population: Population = None,
+    seed: Seed = None,
+    set_: Set = None,
+    workers: Workers = None,
+    dask: Dask = None,
+    from_: From = None,
+    out: RunFolder = None,
+    detach: Detach = False,
+    json: Json = False,
+) -> None:
+    """Fill an atlas of the gaits of a body: the best one for each way to use the legs.
+
+    An atlas is a run of the search map-elites. It is the preset NAME-atlas if there is one;
+    otherwise the experiment with that search, whose axes are the duty factors of the legs.
+
+    [bold]Examples[/bold]
+
+    gaitsim atlas spider
+
+    gaitsim atlas my_robot.urdf --cells 5000
+
+    gaitsim atlas hexapod --axes 'duty factor,yaw=-90:90' --cells 30x30
+    """
+    given = given_options(generations, population, seed, set_)
+    ends, count = axis_ends(axes), counts(cells)
+    with status(f"Reading {visible(body)} …"):
+        loaded = load_atlas(body, axes=ends, cells=count, set=given)
+    begin_run(loaded, from_, out, workers=workers, dask=dask, detach=detach, json=json)

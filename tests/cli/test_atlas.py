@@ -1,0 +1,28 @@
+"""`gaitsim atlas`."""
+
+import pytest
+
+
+def test_an_atlas_is_filled_and_its_summary_says_how_much_of_it(gaitsim, tmp_path):
+    axes = "duty factor,yaw=-90:90"
+    small = "--cells", "4x5", "--generations", 2, "--population", 10
+    shown = gaitsim("atlas", "spider-cma", "--axes", axes, *small).stdout
+    assert (tmp_path / "runs/spider-cma-atlas").is_dir()
+    assert "of 20 cells" in shown
+    assert "QD score" in shown
+    assert "--member" in shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("millipede",), "no legs"),
+        (("spider-cma", "--axes", "yaw"), "has no ends"),
+        (("spider-cma", "--axes", "yaw=9:0"), "'9:0' are not the ends"),
+        (("spider-cma", "--axes", "yaw=0:9,yaw=0:8"), "'yaw' is there twice"),
+        (("spider-cma", "--axes", "jaw=0:9"), "there is no term or measure 'jaw'"),
+        (("spider-cma", "--cells", "many"), "not a number of cells"),
+    ],
+)
+def test_mistakes(gaitsim, arguments, says):
+    assert says in " ".join(gaitsim("atlas", *arguments, code=2).stderr.split())
