@@ -9,6 +9,7 @@ from gaitsim.errors import GaitsimError, unknown
 
 Kind = Literal["lost", "stuck", "weak", "slow"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+TOLERANCE = 1e-4  # rad, for limits that a file gives with few digits, such as ±0.5236
 HALF = 0.5  # share of torque or speed that is left where none is given
 
 DAMAGE_HELP = (
@@ -40,7 +41,10 @@ class Damage:
 
 
 def parse_damage(
-    texts: Sequence[str], legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind] = KINDS
+    texts: Sequence[str],
+    legs: Mapping[str, Sequence[str]],
+    kinds: Sequence[Kind] = KINDS,
+    limits: Mapping[str, tuple[float, float]] | None = None,
 ) -> tuple[Damage, ...]:
     """Return the damage that texts describe.
 
@@ -48,10 +52,11 @@ def parse_damage(
         texts: a text for each damaged part.
         legs: the joints of each leg of the body, by the name of the leg.
         kinds: of damage that the body can have.
+        limits: smallest and largest angle of each joint, rad; None for any.
 
     Raises:
         GaitsimError: a text is not a damage, a part is not one of the body's or is damaged twice,
-            or no leg is left.
+            a joint is stuck outside its limits, or no leg is left.
     """
     found = [_parsed(text, legs, kinds) for text in texts]
     parts = [damage.part for damage in found]
@@ -65,6 +70,8 @@ def parse_damage(
                 key="damage",
                 allowed="one damage for each leg or joint",
             )
+        if damage.kind == "stuck" and damage.value is not None and limits:
+            _check_angle(damage.part, damage.value, *limits[damage.part])
     if legs and all(leg in parts for leg in legs):
         raise GaitsimError(
             "all legs are lost", key="damage", allowed=f"at most {len(legs) - 1} lost legs"
@@ -94,6 +101,15 @@ def _parsed(text: str, legs: Mapping[str, Sequence[str]], kinds: Sequence[Kind])
             f"{text!r}: invalid share", key="damage", allowed="0 (nothing is left) to 1"
         )
     return Damage(part, kind, math.radians(value) if kind == "stuck" and value else value)
+
+
+def _check_angle(joint: str, angle: float, lower: float, upper: float) -> None:
+    if not lower - TOLERANCE <= angle <= upper + TOLERANCE:
+        raise GaitsimError(
+            f"the angle {math.degrees(angle):.4g}° of joint {joint!r} is outside its limits",
+            key="damage",
+            allowed=f"{math.degrees(lower):.4g}° to {math.degrees(upper):.4g}°",
+        )
 
 
 def _number(word: str) -> float | None:

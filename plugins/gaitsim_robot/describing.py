@@ -13,7 +13,7 @@ from gaitsim_robot.world import World
 
 
 def facts(world: World, servos: Mapping[str, Servo]) -> Facts:
-    """Return mass, legs, servos and the standing pose of a robot, in words.
+    """Return mass, legs, servos, standing pose and damage of a robot, in words.
 
     Args:
         world: the robot on its ground.
@@ -26,6 +26,8 @@ def facts(world: World, servos: Mapping[str, Servo]) -> Facts:
         "Servos": {**_servos(servos), "standing": _standing(world)},
         "Standing pose": _pose(model, anatomy),
     }
+    if world.damage:
+        found["Damage"] = dict.fromkeys(map(str, world.damage), "")
     if anatomy.notes:
         found["Notes"] = dict.fromkeys(anatomy.notes, "")
     return found

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.errors import nearest
+from gaitsim.legged import Damage
 from gaitsim_robot.anatomy import Anatomy, find_anatomy
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.errors import RobotError
@@ -78,7 +79,16 @@ def anatomy_of(text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float]
     return find_anatomy(compiled(text), feet, pose or None)
 
 
-@lru_cache(maxsize=16)
+def ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
+    """Return the smallest and the largest angle of each joint of the legs, rad."""
+    model = compiled(text)
+    return tuple(
+        (float(low), float(high))
+        for low, high in (model.joint(name).range for name in anatomy.joints)
+    )
+
+
+@lru_cache(maxsize=64)  # an adaptation goes through many damaged robots in turn
 def world_of(
     text: str,
     anatomy: Anatomy,
@@ -86,10 +96,12 @@ def world_of(
     dt: float,
     friction: float,
     gravity: float,
+    damage: tuple[Damage, ...],
 ) -> World:
     """Return a robot on its ground."""
     servos = servos_of(text, anatomy, servo)
-    return build(specification(text), anatomy, servos, dt=dt, friction=friction, gravity=gravity)
+    spec = specification(text)
+    return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=gravity, damage=damage)
 
 
 def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Servo]:

@@ -24,6 +24,7 @@ from gaitsim.contracts import (
 )
 from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
 from gaitsim.errors import GaitsimError
+from gaitsim.legged import DAMAGE_HELP, Damage, parse_damage
 from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.importing import import_robot
@@ -33,6 +34,7 @@ from gaitsim_robot.loading import (
     anatomy_of,
     bundled,
     encoding_of,
+    ranges,
     robot_text,
     servos_of,
     world_of,
@@ -113,6 +115,7 @@ class Robot(Organism):
     )
     friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
+    damage: tuple[str, ...] = option((), DAMAGE_HELP)
 
     dynamic: ClassVar[bool] = True
     threads: ClassVar[bool] = True
@@ -178,6 +181,7 @@ class Robot(Organism):
         except GaitsimError as error:
             error.key = error.key or "model"
             raise
+        _ = self._damage
         return self
 
     @property
@@ -194,20 +198,32 @@ class Robot(Organism):
 
     @property
     def anatomy(self) -> Anatomy:
-        """Legs, feet and the standing pose."""
+        """Legs, feet and the standing pose of the intact robot."""
         return anatomy_of(self.text, self.feet, tuple(self.stance.items()))
 
     @property
     def world(self) -> World:
-        """The robot on its ground, compiled once."""
-        return world_of(self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity)
+        """The robot with its damage on its ground, compiled once."""
+        return self._world(self._damage)
+
+    def _world(self, damage: tuple[Damage, ...]) -> World:
+        return world_of(
+            self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage
+        )
+
+    @property
+    def _damage(self) -> tuple[Damage, ...]:
+        if not self.damage:
+            return ()
+        limits = dict(zip(self.anatomy.joints, ranges(self.text, self.anatomy), strict=True))
+        return parse_damage(self.damage, self.leg_joints(), limits=limits)
 
     @property
     def _servo(self) -> ServoOptions:
         return self.servo, self.torque_limit, self.speed_limit, self.latency, self.stiffness
 
     def describe(self) -> Facts:
-        """Mass, legs, servos and the standing pose."""
+        """Mass, legs, servos, the standing pose and damage."""
         from gaitsim_robot.describing import facts
 
         return facts(self.world, servos_of(self.text, self.anatomy, self._servo))
@@ -238,8 +254,11 @@ class Robot(Organism):
 
     @property
     def _encoding(self) -> Encoding:
+        # Of the intact robot, so that damage leaves the meaning of a genome as it is.
         heading = math.radians(self.heading)
-        return encoding_of(self.world, self.encoding, self.symmetry, self.fastest_stride, heading)
+        return encoding_of(
+            self._world(()), self.encoding, self.symmetry, self.fastest_stride, heading
+        )
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk, each individual in a world of its own."""
@@ -256,13 +275,16 @@ class Robot(Organism):
             ValueError: another shape, or angles that are not finite.
         """
         check_joint_angles(joint_angles, len(self.anatomy.joints))
-        model = self.world.model
-        lower, upper = np.array([model.joint(name).range for name in self.anatomy.joints]).T
+        lower, upper = np.array(ranges(self.text, self.anatomy)).T
         return self._walked(np.clip(joint_angles.astype(np.float64), lower, upper))
 
     def joint_names(self) -> tuple[str, ...]:
         """The names of the joints of the legs as in the file, leg by leg."""
         return self.anatomy.joints
+
+    def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
+        """The names of the joints of each leg: L1, R1 …, or M1 … in the middle."""
+        return {leg.name: leg.joints for leg in self.anatomy.legs}
 
     def _walked(self, angles: Array) -> Motion:
         from gaitsim_robot.motion import walked

@@ -33,7 +33,7 @@ class Servo:
 
     Attributes:
         name: in experiment files.
-        stall_torque: N m, at rest.
+        stall_torque: N m, at rest; 0 for a servo without force.
         no_load_speed: rad/s, where no torque is left.
         latency: from a command to the torque, s.
         stiffness: torque per error, N m/rad.
@@ -188,6 +188,10 @@ def add_servos(spec: Any, servos: Mapping[str, Servo], dt: float) -> None:
             name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, ctrlrange=joint.range
         )
         actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        if not servo.stall_torque:
+            actuator.set_to_motor()
+            actuator.gainprm[0] = 0.0
+            continue
         # The voltage cancels out: torque falls linearly from stall to no-load speed at any.
         actuator.set_to_dcmotor(
             motorconst=[0.0, 0.0],

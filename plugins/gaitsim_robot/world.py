@@ -1,16 +1,19 @@
 """The world of a robot: its text on level ground, with servos and sensors, ready to simulate."""
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gaitsim.legged import Damage
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import posed
+from gaitsim_robot.damaged import impair
 from gaitsim_robot.quaternions import conjugate, product
 from gaitsim_robot.servos import Servo, add_servos
+from gaitsim_robot.sums import ratio
 
 FRAME_RATE = 50.0  # Hz, of commands and of what is recorded
 TIPPED = 0.5  # cosine of the trunk's tilt beyond which it has fallen: 60°
@@ -28,14 +31,15 @@ class World:
 
     Attributes:
         model: MuJoCo's compiled model.
-        anatomy: of the robot.
+        anatomy: of the robot, with its damage.
+        damage: of the robot.
         steps: physics steps a frame.
         start: full physics state of the robot that stands at rest, (states,).
         stands: whether it stays up with its servos commanded to the standing pose; if not, it
             starts in that pose all the same.
         effort: share of its stall torque that the servo of each leg joint needs to stand,
-            (joints,); more than 1 is too much. Where the robot falls, it is what stronger servos
-            need.
+            (joints,); more than 1 is too much, 0 is that of a servo without force. Where the robot
+            falls, it is what stronger servos need.
         qpos: index of each leg joint in qpos, (joints,).
         dof: index of each leg joint in qvel, (joints,).
         ctrl: index of each leg joint's servo, (joints,).
@@ -52,6 +56,7 @@ class World:
 
     model: Any
     anatomy: Anatomy
+    damage: tuple[Damage, ...]
     steps: int
     start: Floats
     stands: bool
@@ -84,16 +89,18 @@ def build(
     dt: float,
     friction: float,
     gravity: float,
+    damage: Sequence[Damage] = (),
 ) -> World:
     """Return the world of a robot.
 
     Args:
         spec: MuJoCo's specification of the robot's text, changed in place.
-        anatomy: of the robot.
-        servos: of the driven joints, by their names.
+        anatomy: of the intact robot.
+        servos: of its driven joints, by their names.
         dt: time step, s.
         friction: of the ground and all that touches it.
         gravity: m/s².
+        damage: of legs and joints.
     """
     import mujoco
 
@@ -101,6 +108,9 @@ def build(
     spec.option.gravity = [0.0, 0.0, -gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     _exclude_overlaps(spec, anatomy)
+    height = float(anatomy.stance[2])
+    if damage:
+        anatomy, servos = impair(spec, anatomy, servos, damage)
     add_servos(spec, servos, dt)
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:
@@ -146,23 +156,24 @@ def build(
     )
     ctrl = np.array([model.actuator(name).id for name in anatomy.joints], np.intp)
     belly = int(model.sensor("belly").adr[0])
-    settled, stands = _settled(model, anatomy.stance, rest, belly)
+    settled, stands = _settled(model, anatomy.stance, rest, belly, height)
     needed = settled.actuator_force
     if not stands:
         strong = copy.copy(model)
         strong.actuator_forcerange *= STRONG
         strong.actuator_gainprm[:, _VOLTAGE] *= STRONG
-        needed = _settled(strong, anatomy.stance, rest, belly)[0].actuator_force
+        needed = _settled(strong, anatomy.stance, rest, belly, height)[0].actuator_force
     start = _at_rest(model, settled.qpos if stands else anatomy.stance, rest)
     state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
     mujoco.mj_getState(model, start, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     return World(
         model,
         anatomy,
+        tuple(damage),
         round(1 / (FRAME_RATE * dt)),
         state,
         stands,
-        np.abs(needed / model.actuator_forcerange[:, 1])[ctrl],
+        ratio(np.abs(needed), model.actuator_forcerange[:, 1])[ctrl],
         qpos,
         np.array([model.joint(name).dofadr[0] for name in anatomy.joints], np.intp),
         ctrl,
@@ -217,16 +228,21 @@ def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
         spec.add_exclude(bodyname1=model.body(first).name, bodyname2=model.body(second).name)
 
 
-def _settled(model: Any, stance: Floats, rest: Floats, belly: int) -> tuple[Any, bool]:
-    """Return the robot after it has stood for a while, and whether it is still up."""
+def _settled(
+    model: Any, stance: Floats, rest: Floats, belly: int, height: float
+) -> tuple[Any, bool]:
+    """Return the robot after it has stood for a while, and whether it is still up.
+
+    Up is upright, still, and not far below `height`, m, that of the intact robot.
+    """
     import mujoco
 
     data = _at_rest(model, stance, rest)
     mujoco.mj_step(model, data, round(SETTLE / model.opt.timestep))
     standing = np.empty(9)
     mujoco.mju_quat2Mat(standing, stance[3:7])
-    upright = data.xmat[1, 6:] @ standing[6:] > TIPPED and data.qpos[2] > SUNK * stance[2]
-    still = np.linalg.norm(data.qvel[:3]) < STILL * stance[2]
+    upright = data.xmat[1, 6:] @ standing[6:] > TIPPED and data.qpos[2] > SUNK * height
+    still = np.linalg.norm(data.qvel[:3]) < STILL * height
     return data, bool(upright and still and data.sensordata[belly] == 0)
 
 

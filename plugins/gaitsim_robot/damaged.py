@@ -1,0 +1,144 @@
+"""Damage of a robot: legs that are lost, joints that are stuck, servos that are weak or slow.
+
+A lost leg keeps its place in all arrays, without shape, weight and force. Its joints and those that
+are stuck have so much armature, on a spring, that no load moves them: their bodies then move as one
+with those that carry them, without a constraint to solve.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from gaitsim.legged import Damage
+from gaitsim_robot.anatomy import Anatomy, Floats, Leg
+from gaitsim_robot.chain import posed
+from gaitsim_robot.servos import Servo
+from gaitsim_robot.shapes import surfaces
+
+LOCKED = 1e3  # mass × length² of the robot: armature of a joint; with more the solver loses digits
+RETURN = 10.0  # rad/s, of such a joint on its spring: its weight × length turns it by 1e-4 rad
+WEIGHTLESS = 1e-12  # kg and kg m², above what MuJoCo takes for a mistake
+
+
+def impair(
+    spec: Any, anatomy: Anatomy, servos: Mapping[str, Servo], damage: Sequence[Damage]
+) -> tuple[Anatomy, dict[str, Servo]]:
+    """Damage a robot, and return its anatomy and servos.
+
+    The standing pose has stuck joints at their angles and nothing in the ground. The point of a
+    lost foot is where its leg was attached.
+
+    Args:
+        spec: MuJoCo's specification of the robot without servos and ground, changed in place.
+        anatomy: of the intact robot.
+        servos: of its driven joints, by their names.
+        damage: of its legs and joints.
+    """
+    model = spec.compile()
+    lost = lost_bodies(model, anatomy, damage)
+    stance = _stance(model, anatomy, damage, lost)
+    of_lost = [model.joint(i).name for i in range(1, model.njnt) if model.jnt_bodyid[i] in lost]
+    stuck = [one.part for one in damage if one.kind == "stuck" or _stops(one)]
+    for body in lost:
+        _remove(spec, model.body(body).name)
+    for name in (*of_lost, *stuck):
+        angle = float(stance[model.joint(name).qposadr[0]])
+        _lock(spec.joint(name), angle, LOCKED * anatomy.mass * anatomy.length**2)
+    _release(spec, of_lost, lost)
+    weaker = {one.part: _weakened(servos[one.part], one) for one in damage if one.part in servos}
+    without_force = {
+        name: replace(servos[name], stall_torque=0.0) for name in of_lost if name in servos
+    }
+    impaired = replace(
+        anatomy,
+        legs=_legs(model, anatomy, stance, lost),
+        stance=stance,
+        mass=anatomy.mass - float(model.body_mass[sorted(lost)].sum()),
+    )
+    return impaired, {**servos, **weaker, **without_force}
+
+
+def lost_bodies(model: Any, anatomy: Anatomy, damage: Sequence[Damage]) -> set[int]:
+    """Return the indices of the bodies that lost legs consist of."""
+    lost = {one.part for one in damage if one.kind == "lost"}
+    bodies = {int(model.joint(leg.joints[0]).bodyid[0]) for leg in anatomy.legs if leg.name in lost}
+    for body in range(1, model.nbody):  # parents before children
+        if int(model.body_parentid[body]) in bodies:
+            bodies.add(body)
+    return bodies
+
+
+def _stops(damage: Damage) -> bool:
+    """Whether a joint is so slow that it does not turn."""
+    return damage.kind == "slow" and damage.value == 0
+
+
+def _weakened(servo: Servo, damage: Damage) -> Servo:
+    if damage.kind == "weak" and damage.value:
+        return replace(servo, stall_torque=servo.stall_torque * damage.value)
+    if damage.kind == "slow" and damage.value:
+        return replace(servo, no_load_speed=servo.no_load_speed * damage.value)
+    return replace(servo, stall_torque=0.0)
+
+
+def _remove(spec: Any, name: str) -> None:
+    """Leave a body without shape and weight."""
+    body = spec.body(name)
+    for geom in body.geoms:
+        spec.delete(geom)
+    body.mass = WEIGHTLESS
+    body.fullinertia = np.full(6, np.nan)
+    body.inertia = np.full(3, WEIGHTLESS)
+
+
+def _lock(joint: Any, angle: float, armature: float) -> None:
+    """Hold a joint at an angle, rad."""
+    import mujoco
+
+    joint.armature = armature
+    joint.springref = angle
+    joint.stiffness[0] = RETURN**2 * armature
+    joint.damping[0] = 2 * RETURN * armature
+    joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    joint.frictionloss = 0.0
+
+
+def _release(spec: Any, joints: Sequence[str], lost: set[int]) -> None:
+    """Let no mimic joint or closed linkage hold on to a lost leg."""
+    import mujoco
+
+    sites = [site.name for site in spec.sites if site.parent.id in lost]
+    for constraint in spec.equalities:
+        gone = joints if constraint.type == mujoco.mjtEq.mjEQ_JOINT else sites
+        if constraint.name1 in gone or constraint.name2 in gone:
+            constraint.active = 0
+
+
+def _stance(model: Any, anatomy: Anatomy, damage: Sequence[Damage], lost: set[int]) -> Floats:
+    """Return the standing pose with stuck joints, its lowest point on the ground z = 0, (nq,)."""
+    stance = anatomy.stance.copy()
+    angles = {one.part: one.value for one in damage if one.kind == "stuck"}
+    for name, angle in angles.items():
+        if angle is not None:
+            stance[model.joint(name).qposadr[0]] = angle
+    if angles:
+        seen = surfaces(model)
+        low = seen.place(posed(model, stance))[:, 2] - seen.radius
+        stance[2] -= low[~np.isin(seen.bodies, sorted(lost))].min()
+    return stance
+
+
+def _legs(model: Any, anatomy: Anatomy, stance: Floats, lost: set[int]) -> tuple[Leg, ...]:
+    """Return the legs; the point of a lost foot is the hip, seen from the foot."""
+    data = posed(model, stance)
+    legs = []
+    for leg in anatomy.legs:
+        foot = model.body(leg.foot).id
+        if foot in lost:
+            away = data.xanchor[model.joint(leg.joints[0]).id] - data.xpos[foot]
+            x, y, z = (data.xmat[foot].reshape(3, 3).T @ away).tolist()
+            leg = replace(leg, point=(x, y, z))  # noqa: PLW2901
+        legs.append(leg)
+    return tuple(legs)
