@@ -50,7 +50,7 @@ class Individual(ReprMixin):
             for a gait from a file.
         genome: (genes,); None for a gait from a file.
         source: the run's folder or the gait's file; None where nothing is recorded.
-        played: the motion of a gait from a file, a population of one.
+        played: the motion of a gait from a file or of a damaged body, a population of one.
         member: which member of its search's front or archive it is; None for the best of a
             generation.
     """
@@ -79,23 +79,33 @@ class Individual(ReprMixin):
 
     @property
     def title(self) -> str:
-        """Where it comes from, in words."""
+        """Where it comes from and what is damaged, in words."""
         if not self.generation:
-            return f"{self.source} on the {self.experiment.entries['organism'].name}"
-        which = f"best of generation {self.generation}" if self.member is None else self.label
-        return f"{self.source or self.experiment.name}, {which}"
+            return f"{self.source} on the {self.experiment.entries['organism'].name}{self._damaged}"
+        best = f"best of generation {self.generation}{self._damaged}"
+        return f"{self.source or self.experiment.name}, {best if self.best_of else self.label}"
 
     @property
     def label(self) -> str:
         """Which one of its run it is, such as 'generation 12' or 'member 3 of generation 12'."""
-        generation = f"generation {self.generation}"
+        generation = f"generation {self.generation}{self._damaged}"
         return generation if self.member is None else f"{self.member} of {generation}"
 
     @property
     def stem(self) -> str:
         """Its part of a file's name, such as 'generation-12' or 'generation-12-member-3'."""
         member = "" if self.member is None else f"-member-{self.member.number}"
-        return f"generation-{self.generation}{member}"
+        damage = "".join(c if c.isalnum() or c in "-." else "-" for c in self._damaged[1:])
+        return f"generation-{self.generation}{member}{damage[:100]}"
+
+    @property
+    def damage(self) -> tuple[str, ...]:
+        """The damage to its body, such as 'L2 lost', by the option `damage` of the body."""
+        return tuple(map(str, getattr(self.experiment.organism, "damage", ())))
+
+    @property
+    def _damaged(self) -> str:
+        return "".join(f", {one}" for one in self.damage)
 
     @property
     def best_of(self) -> int | None:

@@ -1,5 +1,6 @@
 """Gait analysis: footfalls, phases, support, travel, and the name of the gait."""
 
+from gaitsim.gait.damaged import can_be_damaged, damaged, with_damage
 from gaitsim.gait.of_individual import analyse_individual, margin_of
 from gaitsim.gait.quantities import quantities
 from gaitsim.gait.report import Footfalls, GaitAnalysis, analyse_gait
@@ -11,9 +12,12 @@ __all__ = [
     "GaitAnalysis",
     "analyse_gait",
     "analyse_individual",
+    "can_be_damaged",
     "compare_with_twin",
+    "damaged",
     "margin_of",
     "on_twin",
     "quantities",
     "stability_margin",
+    "with_damage",
 ]

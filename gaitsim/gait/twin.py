@@ -1,12 +1,13 @@
 """A kinematic gait on the physical twin of its body, with gravity, contact, slip and servos."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
+from gaitsim.gait.damaged import damaged
 from gaitsim.gait.files.reader import GaitFile, individual_of
 from gaitsim.gait.of_individual import analyse_individual
 from gaitsim.gait.quantities import quantities
@@ -37,11 +38,16 @@ def has_twin(individual: Individual) -> bool:
     return bool(organism.twin) and "joint_angles" in organism.channels
 
 
-def on_twin(individual: Individual) -> Individual:
+def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Individual:
     """Play the joint angles of an individual on the physical twin of its body.
 
+    Args:
+        individual: of a kinematic body that names a twin.
+        damage: to the twin; None for that of the individual's own body.
+
     Raises:
-        GaitsimError: the body has no twin, or the twin cannot play its joint angles.
+        GaitsimError: the body has no twin, or the twin cannot play its joint angles or have this
+            damage.
         PluginError: the twin fails.
     """
     organism, angles = individual.experiment.organism, individual.joint_angles
@@ -56,7 +62,9 @@ def on_twin(individual: Individual) -> Individual:
         individual.motion.frame_rate,
         tuple(organism.joint_names()),
     )
-    return individual_of(gait, load_experiment(organism.twin))
+    twin = load_experiment(organism.twin)
+    told = individual.damage if damage is None else tuple(damage)
+    return individual_of(gait, damaged(twin, told) if told else twin)
 
 
 def compare_with_twin(individual: Individual, twin: Individual) -> tuple[Transferred, ...]:
