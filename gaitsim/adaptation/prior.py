@@ -58,13 +58,6 @@ class Prior:
         """The best performance on the intact body, above 0."""
         return float(self.performance.max())
 
-    @property
-    def checksum(self) -> str:
-        """The SHA-256 of the genomes and their behaviour."""
-        digest = hashlib.sha256(np.ascontiguousarray(self.genomes).tobytes())
-        digest.update(np.ascontiguousarray(self.behaviour).tobytes())
-        return digest.hexdigest()
-
     def individual(self, member: int) -> Individual:
         """Return the gait of a member, by its number from 1, on the intact body; without terms."""
         index = member - 1
@@ -151,6 +144,14 @@ def atlas_members(run: RunSnapshot) -> Members:
             remedy=f"see why: {command('show', run.path)}",
         )
     return members
+
+
+def checksum_of(members: Members) -> str:
+    """Return the SHA-256 of the genomes and the behaviour of the members of an atlas."""
+    digest = hashlib.sha256(np.ascontiguousarray(members.genomes).tobytes())
+    digest.update("\0".join(members.values).encode())
+    digest.update(np.ascontiguousarray(_shares(members)).tobytes())
+    return digest.hexdigest()
 
 
 def _shares(members: Members) -> Floats:

@@ -1,42 +1,46 @@
-"""Trials in simulation: on the damaged body, or on its damaged physical twin."""
+"""Trials in simulation: on the damaged body, or on the damaged physical twin of the body."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from gaitsim.adaptation.performance import performance_of
-from gaitsim.adaptation.prior import Prior
+from gaitsim.adaptation.performance import MEASURE, performance_of
 from gaitsim.adaptation.trials import Measured
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment, with_overrides
+from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.gait import on_twin
+from gaitsim.gait.damaged import damaged
 from gaitsim.individual import Individual
 
 
-def in_simulation(prior: Prior, damage: Sequence[str]) -> Measured:
+def in_simulation(
+    experiment: Experiment,
+    damage: Sequence[str],
+    measure: str = MEASURE,
+    *,
+    physics: bool = False,
+) -> Measured:
     """Return a function that measures gaits on the damaged body; a gait that fails measures 0.
 
     Several threads may call it.
 
     Args:
-        prior: of the intact body.
-        damage: texts as `gaitsim.legged.parse_damage` reads them.
+        experiment: of the intact body.
+        damage: legs and joints, such as 'L2 lost' or 'R1 femur stuck 20'.
+        measure: name of the measure that is the performance.
+        physics: whether the physical twin of the body moves instead.
 
     Raises:
-        GaitsimError: the body cannot have this damage.
+        GaitsimError: the body cannot be damaged, or not like this; or it has no twin.
     """
-    damaged = _damaged(prior.experiment, damage)
+    if physics and experiment.organism.twin:
+        _body(load_experiment(experiment.organism.twin), damage)  # checks the damage early
+    body = experiment if physics else _body(experiment, damage)
 
     def measured(individual: Individual) -> float:
-        motion = replace(individual, experiment=damaged).motion
-        return float(performance_of(damaged, motion, prior.measure)[0])
+        moved = on_twin(individual, damage) if physics else replace(individual, experiment=body)
+        return float(performance_of(moved.experiment, moved.motion, measure)[0])
 
     return measured
 
 
-def _damaged(experiment: Experiment, damage: Sequence[str]) -> Experiment:
-    if "damage" not in type(experiment.organism).model_fields:
-        raise GaitsimError(
-            f"{experiment.entries['organism']} cannot be damaged",
-            where=experiment.name,
-            allowed="a body with the option 'damage', such as the spider",
-        )
-    return with_overrides(experiment, {"organism.damage": list(damage)})
+def _body(experiment: Experiment, damage: Sequence[str]) -> Experiment:
+    return damaged(experiment, damage) if damage else experiment

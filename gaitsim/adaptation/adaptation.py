@@ -1,0 +1,184 @@
+"""An adaptation that is in progress: its trials, the next proposal, and its file."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gaitsim.adaptation.performance import MEASURE
+from gaitsim.adaptation.prior import OnProgress, Prior, atlas_members, checksum_of, read_prior
+from gaitsim.adaptation.session import (
+    Place,
+    Session,
+    canonical,
+    default_name,
+    mismatch,
+    read_session,
+    session_file,
+    write_session,
+)
+from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.simulation import in_simulation
+from gaitsim.adaptation.trials import Measured, Proposal, Trial, best_of, ending, propose, tried
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evaluation.processes import OnWarning
+from gaitsim.individual import Individual
+from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.runs.snapshot import RunSnapshot
+
+
+class Adaptation(ReprMixin, Iterator[Trial]):
+    """Trials of the gaits of an atlas on a damaged body; an iterator that makes the next one.
+
+    Each trial is in the file, if there is one, before it is yielded.
+
+    Args:
+        prior: the map of the intact body.
+        session: what is adapted, and the trials so far.
+        measured: returns the performance of a gait; None where a person records it.
+        path: file of the session; None records nothing.
+
+    Attributes:
+        prior: the map of the intact body.
+        session: what is adapted, and the trials so far.
+        path: file of the session; None where nothing is recorded.
+        proposal: the gait to try next; None where the adaptation has ended.
+    """
+
+    def __init__(
+        self, prior: Prior, session: Session, measured: Measured | None, path: Path | None
+    ) -> None:
+        self.prior, self.session, self.path = prior, session, path
+        self._measured = measured
+        self.proposal: Proposal | None = propose(prior, session.trials, session.settings)
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """The trials so far, in their order."""
+        return self.session.trials
+
+    @property
+    def best(self) -> Trial | None:
+        """The trial with the best measured performance; None before the first."""
+        return best_of(self.trials)
+
+    @property
+    def gait(self) -> Individual | None:
+        """The gait of the best trial, on the intact body; None before the first trial."""
+        best = self.best
+        return None if best is None else self.prior.individual(best.member)
+
+    @property
+    def ending(self) -> str:
+        """Why the adaptation has ended, one sentence; '' while it has not."""
+        return ending(self.prior, self.trials, self.session.settings)
+
+    def __next__(self) -> Trial:
+        if self.proposal is None:
+            raise StopIteration
+        if self._measured is None:
+            raise GaitsimError("nothing measures a gait", remedy="record() the next trial")
+        return self.record(self._measured(self.prior.individual(self.proposal.member)))
+
+    def record(self, measured: float) -> Trial:
+        """Add the trial of the proposed gait.
+
+        Args:
+            measured: its performance.
+
+        Raises:
+            GaitsimError: it is not a finite number, or the adaptation has ended.
+            RunError: the file cannot be written.
+        """
+        if self.proposal is None:
+            raise GaitsimError(f"the adaptation has ended: {self.ending}")
+        trial = tried(self.proposal, measured)
+        session = replace(self.session, trials=(*self.trials, trial))
+        proposal = propose(self.prior, session.trials, session.settings)
+        if self.path is not None:
+            write_session(self.path, session)
+        self.session, self.proposal = session, proposal
+        return trial
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        best = self.best
+        return {
+            "atlas": str(self.prior.source),
+            "damage": ", ".join(self.session.damage),
+            "trials": len(self.trials),
+            "best": best.measured if best else "",
+        }
+
+
+def open_adaptation(
+    run: RunSnapshot,
+    damage: Sequence[str] = (),
+    *,
+    place: Place = "simulation",
+    robot: Measured | None = None,
+    measure: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+    record: bool = True,
+    name: str | None = None,
+    fresh: bool = False,
+    workers: int | None = None,
+    on_progress: OnProgress = lambda done: None,
+    on_warning: OnWarning = lambda text: None,
+) -> Adaptation:
+    """Begin an adaptation, or continue the one in its file.
+
+    Args:
+        run: the atlas.
+        damage: of the simulated body, such as 'L2 lost'.
+        place: where the trials are made.
+        robot: returns the performance of a gait on a robot; None where a person records it.
+        measure: that is the performance; None for that of the file, or forward.
+        settings: fields of `Settings` by name; others are as in the file, or as they are by
+            default.
+        record: whether to keep the trials in a file of the run's folder.
+        name: of that file; None names it after the damage, or the place.
+        fresh: whether to replace the file.
+        workers: how many evaluate the map at a time; None for what suits the body.
+        on_progress: called with the number of gaits that were evaluated since the last call.
+        on_warning: called with a message for the user.
+
+    Raises:
+        GaitsimError: the body cannot be damaged, or not like this; a setting is invalid; or the
+            body has no such measure.
+        RunError: the run is not an atlas; or the file is damaged, or of another adaptation.
+    """
+    members = atlas_members(run)
+    experiment, wanted = run.experiment_at(run.generation), canonical(damage)
+    path = session_file(run.path, name or default_name(place, wanted)) if record else None
+    found = None if path is None or fresh else read_session(path)
+    known = found.settings if found else Settings()
+    session = Session(
+        checksum_of(members),
+        place,
+        wanted,
+        measure or (found.measure if found else MEASURE),
+        replace(known, **(settings or {})),
+        found.trials if found else (),
+    )
+    if found and (reason := mismatch(found, session)):
+        raise RunError(
+            f"the adaptation in {path} cannot be continued: {reason}",
+            allowed="the same atlas, damage, measure and settings; trials and stop may differ",
+            remedy="begin again with --fresh, or another one with --name",
+        )
+    if any(trial.member > len(members.scores) for trial in session.trials):
+        raise RunError(f"{path} is damaged: it names members that the atlas does not have")
+    measured = robot
+    if place != "robot":
+        physics = place == "physics"
+        measured = in_simulation(experiment, wanted, session.measure, physics=physics)
+    prior = read_prior(
+        run,
+        session.measure,
+        workers=workers,
+        on_progress=on_progress,
+        on_warning=on_warning,
+    )
+    if path is not None and session != found:
+        write_session(path, session)
+    return Adaptation(prior, session, measured, path)

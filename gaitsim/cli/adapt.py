@@ -1,0 +1,239 @@
+"""`gaitsim adapt`."""
+
+import math
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
+from gaitsim.adaptation.prior import atlas_members
+from gaitsim.adaptation.session import Place, canonical, default_name, session_file
+from gaitsim.adaptation.settings import Settings
+from gaitsim.choices import GaitFormat
+from gaitsim.cli import INTERRUPTED
+from gaitsim.cli.adaptation_view import View
+from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.options import Json, RunName, Workers
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import gait_of, write_gait
+from gaitsim.legged.damage import DAMAGE_HELP
+from gaitsim.runs.files.folder import command, exports_folder, find_run
+from gaitsim.runs.snapshot import RunSnapshot
+
+_trials = partial(typer.Option, rich_help_panel="How trials are chosen")
+_robot = partial(typer.Option, rich_help_panel="Trials on a real robot")
+DEFAULT = Settings()
+
+
+def adapt(
+    atlas: RunName,
+    damage: Annotated[
+        list[str] | None,
+        typer.Option(metavar="TEXT", help=f"{DAMAGE_HELP.capitalize()}; may be repeated."),
+    ] = None,
+    physics: Annotated[
+        bool,
+        typer.Option("--physics", help="Make the trials on the body's physical twin."),
+    ] = False,
+    measure: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Measure of which more is better. Default: forward, in metres."
+        ),
+    ] = None,
+    trials: Annotated[
+        int | None, _trials(min=1, max=1000, help=f"At most. Default: {DEFAULT.trials}.")
+    ] = None,
+    stop: Annotated[
+        float | None,
+        _trials(
+            help="Stop when the best trial is this share of what is still expected. Default: "
+            f"{DEFAULT.stop}."
+        ),
+    ] = None,
+    kappa: Annotated[
+        float | None,
+        _trials(help=f"Weight of uncertainty in the choice. Default: {DEFAULT.kappa}."),
+    ] = None,
+    length_scale: Annotated[
+        float | None,
+        _trials(
+            help="Distance over which a trial informs about other gaits, in shares of the axes. "
+            f"Default: {DEFAULT.length_scale}."
+        ),
+    ] = None,
+    noise: Annotated[
+        float | None,
+        _trials(
+            help=f"Variance of a measured value in shares of the best. Default: {DEFAULT.noise}."
+        ),
+    ] = None,
+    interactive: Annotated[
+        bool,
+        _robot("--interactive", help="Write a gait file, ask what the robot did, and so on."),
+    ] = False,
+    measured: Annotated[
+        str | None,
+        _robot(
+            metavar="NUMBER",
+            help="Record what the proposed gait measured, and propose the next; for scripts.",
+        ),
+    ] = None,
+    format: Annotated[GaitFormat, _robot(help="Of the gait files.")] = "mat",
+    name: Annotated[
+        str | None,
+        typer.Option(help="Of the adaptation. Default: after the damage, or 'robot'."),
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Begin again; earlier trials of this name are deleted.")
+    ] = False,
+    workers: Workers = None,
+    json: Json = False,
+) -> None:
+    """Find a gait for a damaged body in a few trials, by the map of an atlas.
+
+    A Gaussian process over the map predicts how each gait performs on the damaged body, and the
+    most promising one is tried next. The same command continues where it was stopped.
+
+    Without --damage, the trials are made on your robot: the command proposes a gait.
+
+    [bold]Examples[/bold]
+
+    gaitsim adapt spider-atlas --damage "L2 lost"
+
+    gaitsim adapt spider-atlas --damage "L2 lost" --damage "R1 femur stuck 20" --physics
+
+    gaitsim adapt spider-atlas --interactive --name leg-gone
+
+    gaitsim adapt spider-atlas --name leg-gone --measured 1.3
+    """
+    place: Place = "physics" if physics else "simulation" if damage else "robot"
+    _check(place, interactive, measured, json)
+    value = None if measured is None else _number(measured)
+    run = RunSnapshot(find_run(atlas))
+    damaged = canonical(damage or ())
+    called = name or default_name(place, damaged)
+    if value is not None and not session_file(run.path, called).exists():
+        raise GaitsimError(
+            f"nothing was proposed yet in the adaptation {called!r}",
+            where="--measured",
+            remedy="leave --measured out, to get the first gait",
+        )
+    given = {
+        "trials": trials,
+        "stop": stop,
+        "kappa": kappa,
+        "length_scale": length_scale,
+        "noise": noise,
+    }
+    words = [word for text in damaged for word in ("--damage", text)]
+    words += ["--physics"] * physics + ["--interactive"] * interactive
+    words += ["--name", name] if name else []
+    try:
+        with interruptible():
+            adaptation = _opened(
+                run,
+                damaged,
+                place=place,
+                measure=measure,
+                settings={key: one for key, one in given.items() if one is not None},
+                name=called,
+                fresh=fresh,
+                workers=workers,
+                json=json,
+            )
+            view = View(adaptation, json)
+            if place != "robot":
+                view.show(adaptation)
+            elif interactive:
+                _ask(adaptation, view, called, format)
+            elif value is not None:
+                view.trial(adaptation.record(value))
+            if place == "robot" and not interactive and adaptation.proposal:
+                view.proposal(adaptation.proposal, _gait_file(adaptation, called, format))
+            if adaptation.proposal is None:
+                view.end()
+    except KeyboardInterrupt:
+        notice(f"Stopped; the trials are kept. Continue: {command('adapt', run.path, *words)}")
+        sys.exit(INTERRUPTED)
+
+
+def _check(place: Place, interactive: bool, measured: str | None, json: bool) -> None:
+    """Refuse options that contradict each other."""
+    wrong = ""
+    if place != "robot" and (interactive or measured is not None):
+        wrong = "--damage and --physics are for trials in simulation"
+    elif interactive and measured is not None:
+        wrong = "--interactive asks for the measured value"
+    elif interactive and json:
+        wrong = "--json does not ask questions"
+    if wrong:
+        option = "--interactive" if interactive else "--measured"
+        remedy = "programs give the values with --measured" if json else f"leave out {option}"
+        raise GaitsimError(wrong, where=option, remedy=remedy)
+
+
+def _opened(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any) -> Adaptation:
+    members = len(atlas_members(run).scores)
+    log = "" if json else f"evaluating the {members:,} gaits of the atlas"
+    with Progress("evaluating the atlas", "gaits", members, log=log) as progress:
+        return open_adaptation(
+            run, damage, on_progress=progress.advance, on_warning=notice, **options
+        )
+
+
+def _ask(adaptation: Adaptation, view: View, name: str, format: GaitFormat) -> None:
+    """Propose gaits and ask what they measured, until there is no answer."""
+    view.earlier()
+    prior = adaptation.prior
+    unit = f", {prior.unit}" if prior.unit else ""
+    while (proposal := adaptation.proposal) is not None:
+        view.proposal(proposal, _gait_file(adaptation, name, format))
+        while True:
+            echo(f"{prior.measure} of the robot{unit} (Enter to leave): ", end="")
+            answer = sys.stdin.readline()
+            if not sys.stdin.isatty():
+                echo(answer.rstrip("\n"))
+            if not answer.strip():
+                notice(f"{len(adaptation.trials)} trials are kept; the same command continues.")
+                return
+            try:
+                view.trial(adaptation.record(_number(answer)))
+                break
+            except GaitsimError as error:
+                notice(str(error))
+
+
+def _number(text: str) -> float:
+    """Return a measured value.
+
+    Raises:
+        GaitsimError: it is not a finite number.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise GaitsimError(
+            f"{text.strip()!r:.60} is not a measured value", allowed="a finite number, such as 1.3"
+        )
+    return value
+
+
+def _gait_file(adaptation: Adaptation, name: str, format: GaitFormat) -> Path:
+    """Write the proposed gait for the robot, and return the file."""
+    proposal, prior = adaptation.proposal, adaptation.prior
+    if proposal is None:
+        raise ValueError("the adaptation has ended")
+    folder = exports_folder(prior.source)
+    path = folder / f"{name}-trial-{proposal.number}.{format}"
+    write_gait(gait_of(prior.individual(proposal.member)), path, format)
+    wrote(path)
+    return path

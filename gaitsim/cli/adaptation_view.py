@@ -1,0 +1,100 @@
+"""What a user sees of an adaptation: its trials, a gait to try, and the result."""
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+
+from gaitsim.adaptation.adaptation import Adaptation
+from gaitsim.adaptation.trials import Proposal, Trial
+from gaitsim.cli.console import echo, output, print_json
+from gaitsim.gait import analyse_individual
+from gaitsim.runs.files.folder import command
+
+
+class View:
+    """Print an adaptation as lines for people, or as JSON lines for programs.
+
+    Args:
+        adaptation: that is shown.
+        json: whether programs read it.
+    """
+
+    def __init__(self, adaptation: Adaptation, json: bool) -> None:
+        self._adaptation, self._json = adaptation, json
+        prior, session = adaptation.prior, adaptation.session
+        self._unit = f" {prior.unit}".rstrip()
+        if json:
+            return
+        damage = ", ".join(session.damage) or "no damage"
+        where = {"simulation": damage, "physics": f"{damage}, in physics", "robot": "your robot"}
+        output().print(
+            f"{prior.source}, {len(prior.performance):,} gaits on {where[session.place]}: "
+            f"{prior.measure}, {prior.best:.3g}{self._unit} at best on the intact body",
+            style="bold",
+        )
+
+    def show(self, trials: Iterable[Trial]) -> None:
+        """Print the earlier trials, and further ones as they are made."""
+        self.earlier()
+        for trial in trials:
+            self.trial(trial)
+
+    def earlier(self) -> None:
+        """Print the trials so far."""
+        for trial in self._adaptation.trials:
+            self.trial(trial)
+
+    def trial(self, trial: Trial) -> None:
+        """Print a trial."""
+        if self._json:
+            print_json({"trial": trial.number, **_without_number(trial)})
+            return
+        echo(f"{self._expected(trial)}, measured {trial.measured:.3f}{self._unit}")
+
+    def proposal(self, proposal: Proposal, file: Path) -> None:
+        """Print a gait to try, and its file."""
+        if self._json:
+            print_json(
+                {"proposal": proposal.number, **_without_number(proposal), "file": str(file)}
+            )
+            return
+        echo(f"{self._expected(proposal)}: try {file}")
+
+    def end(self) -> None:
+        """Print why the adaptation has ended, its best gait, and what can be done with it."""
+        adaptation = self._adaptation
+        best, gait, prior = adaptation.best, adaptation.gait, adaptation.prior
+        if best is None or gait is None:
+            raise ValueError("no adaptation ends without a trial")
+        name = analyse_individual(gait).name.name
+        share = best.measured / prior.best
+        if self._json:
+            values = {"member": best.member, "gait": name, "measured": best.measured}
+            path = str(adaptation.path) if adaptation.path else None
+            ended = {"ended": adaptation.ending, "trials": len(adaptation.trials)}
+            print_json({**ended, **values, "share": share, "adaptation": path})
+            return
+        echo(f"Ended: {adaptation.ending}.")
+        called = "a gait without a name" if name == "none" else f"in the atlas a {name}"
+        output().print(
+            f"Best: member {best.member}, {called}: {best.measured:.3f}{self._unit}, "
+            f"{share:.0%} of the best on the intact body",
+            style="bold",
+        )
+        damage = [word for text in adaptation.session.damage for word in ("--damage", text)]
+        for meaning, words in {
+            "watch it": ("play", prior.source, "--member", best.member, *damage),
+            "export it": ("export", prior.source, "--member", best.member),
+            "film it": ("video", prior.source, "--member", best.member, *damage),
+        }.items():
+            output().print(f"  {command(*map(str, words))}  # {meaning}", style="dim")
+
+    def _expected(self, one: Proposal) -> str:
+        return (
+            f"trial {one.number:>2}  member {one.member:>6}  expected {one.expected:6.3f} ± "
+            f"{one.deviation:.3f}{self._unit}"
+        )
+
+
+def _without_number(proposal: Proposal) -> dict[str, float]:
+    return {name: value for name, value in asdict(proposal).items() if name != "number"}
