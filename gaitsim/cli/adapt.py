@@ -35,7 +35,7 @@ def adapt(
     atlas: RunName,
     damage: Annotated[
         list[str] | None,
-        typer.Option(metavar="TEXT", help=f"{DAMAGE_HELP.capitalize()}; may be repeated."),
+        typer.Option(metavar="TEXT", help=f"Simulate {DAMAGE_HELP}; may be repeated."),
     ] = None,
     physics: Annotated[
         bool,
@@ -98,16 +98,15 @@ def adapt(
 ) -> None:
     """Find a gait for a damaged body in a few trials, by the map of an atlas.
 
-    A Gaussian process over the map predicts how each gait performs on the damaged body, and the
-    most promising one is tried next. The same command continues where it was stopped.
-
-    Without --damage, the trials are made on your robot: the command proposes a gait.
+    A Gaussian process over the map predicts how each gait performs with the damage.
+    The most promising one is tried next. The same command continues later.
+    Without --damage it proposes gaits for your robot.
 
     [bold]Examples[/bold]
 
     gaitsim adapt spider-atlas --damage "L2 lost"
 
-    gaitsim adapt spider-atlas --damage "L2 lost" --damage "R1 femur stuck 20" --physics
+    gaitsim adapt spider-atlas --damage "R1 femur stuck 20" --physics
 
     gaitsim adapt spider-atlas --interactive --name leg-gone
 

@@ -1,0 +1,178 @@
+"""`gaitsim adapt`: trials in simulation and on a robot, continued, refused, hostile."""
+
+import io
+import json
+import shutil
+
+import numpy as np
+import pytest
+from hostile import ATTACKS
+
+import gaitsim as gs
+
+LOST = ("--damage", "A lost")
+
+
+def objects(done):
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@pytest.fixture
+def adapt(gaitsim, atlas):
+    return lambda *given, code=0: gaitsim("adapt", "atlas", *given, code=code)
+
+
+@pytest.fixture
+def answers(monkeypatch):
+    """Answers questions by lines; None presses Ctrl-C."""
+
+    class Typed(io.StringIO):
+        def readline(self):
+            line = super().readline()
+            if line == "^C\n":
+                raise KeyboardInterrupt
+            return line
+
+    return lambda *lines: monkeypatch.setattr("sys.stdin", Typed("\n".join([*lines, ""])))
+
+
+def test_trials_are_those_of_the_damaged_body_and_the_commands_show_its_gait(adapt, gaitsim, atlas):
+    *trials, last = objects(adapt(*LOST, "--json"))
+    members = gs.load(atlas).members
+    for trial in trials:
+        genome = members.genomes[trial["member"] - 1]
+        assert trial["measured"] == pytest.approx(np.sin(genome[1:]).sum())
+    best = max(trials, key=lambda trial: trial["measured"])
+    assert (last["member"], last["measured"]) == (best["member"], best["measured"])
+    assert last["share"] == pytest.approx(best["measured"] / np.sin(members.genomes).sum(1).max())
+    shown = adapt(*LOST).stdout
+    assert f"gaitsim play runs/atlas --member {best['member']} --damage 'A lost'" in shown
+    gaitsim("export", "atlas", "--member", best["member"])
+
+
+def test_the_same_command_continues_and_never_repeats_a_trial(adapt, atlas):
+    given = (*LOST, "--stop", "1.5", "--json")
+    whole = objects(adapt(*given, "--trials", "6"))
+    assert len(whole) == 7
+    file = atlas / "adaptations/A-lost.json"
+    kept = file.read_bytes()
+    assert objects(adapt(*given, "--trials", "6")) == whole
+    assert file.read_bytes() == kept
+    assert objects(adapt(*given, "--trials", "2", "--fresh"))[:2] == whole[:2]
+    assert objects(adapt(*given, "--trials", "6")) == whole
+    assert file.read_bytes() == kept
+
+
+@pytest.mark.parametrize("other", [("--kappa", "1"), ("--measure", "turn B"), ("--name", "A-lost")])
+def test_another_task_is_refused_in_the_same_file_until_fresh(adapt, other):
+    adapt(*LOST, "--trials", "2")
+    changed = (*other, "--damage", "B lost") if "--name" in other else (*LOST, *other)
+    assert "--fresh" in adapt(*changed, code=2).stderr
+    adapt(*changed, "--fresh")
+
+
+def test_a_changed_atlas_is_refused(adapt, gaitsim):
+    adapt(*LOST)
+    gaitsim("resume", "atlas", "--generations", 6, "--workers", 1)
+    assert "the atlas has changed" in adapt(*LOST, code=2).stderr
+
+
+def test_an_interrupted_interactive_session_continues_where_it_was(adapt, atlas, answers):
+    answers("0.5", "far", "nan", "-0.25", "^C")
+    stopped = adapt("--interactive", "--stop", "1.5", code=130)
+    assert "gaitsim adapt runs/atlas --interactive" in stopped.stderr
+    assert stopped.stderr.count("a finite number") == 2
+    answers("1", "")
+    adapt("--interactive")
+    stored = json.loads((atlas / "adaptations/robot.json").read_text())
+    assert [trial["measured"] for trial in stored["trials"]] == [0.5, -0.25, 1.0]
+    answers()  # a closed input leaves, too
+    asked = adapt("--interactive", "--format", "npz").stdout
+    file = atlas / "exports/robot-trial-4.npz"
+    assert str(file.relative_to(atlas.parent.parent)) in asked
+    (one,) = objects(adapt("--json"))
+    angles = np.load(file)["bestGait"][-1]
+    np.testing.assert_array_equal(angles, gs.load(atlas).members.genomes[one["member"] - 1])
+
+
+def test_a_program_gives_measured_values_one_by_one(adapt):
+    assert "nothing was proposed" in adapt("--measured", "1", code=2).stderr
+    (proposal,) = objects(adapt("--json"))
+    trial, following = objects(adapt("--measured", "0.4", "--stop", "1.5", "--json"))
+    assert (trial["member"], trial["measured"]) == (proposal["member"], 0.4)
+    assert following["proposal"] == 2
+    assert "finite" in adapt("--measured", "inf", code=2).stderr
+    assert objects(adapt("--json")) == [following]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (("--damage", "D lost"), "A, B, C"),
+        (("--damage", "A lost", "--damage", "B lost", "--damage", "C lost"), "all legs"),
+        ((*LOST, "--measure", "speed"), "unknown measure"),
+        ((*LOST, "--stop", "nan"), "invalid stop"),
+        ((*LOST, "--interactive"), "simulation"),
+        ((*LOST, "--physics"), "twin"),
+        (("--interactive", "--name", "../up"), "name"),
+    ],
+)
+def test_a_mistake_gets_one_message(adapt, given, told):
+    error = adapt(*given, code=2).stderr
+    assert told in error
+
+
+def test_what_is_not_an_atlas_or_cannot_be_damaged_is_refused(gaitsim, puppet_file, tmp_path):
+    gaitsim("run", puppet_file, "--workers", 1)
+    assert "not an atlas" in gaitsim("adapt", "puppet", *LOST, code=2).stderr
+    puppet_file.write_text(
+        puppet_file.read_text().partition("[search]")[0]
+        + '[search]\nplugin = "map-elites"\naxes = { reach = [-3, 3] }\ncells = 5\n'
+    )
+    gaitsim("run", puppet_file, "--workers", 1, "--out", "whole")
+    done = gaitsim("adapt", "whole", *LOST, "--measure", "reach", code=2)
+    assert "cannot be damaged" in done.stderr
+
+
+def foreign(stored):
+    stored["trials"][1]["member"] = 10**9
+
+
+def repeated(stored):
+    stored["trials"][1]["member"] = stored["trials"][0]["member"]
+
+
+def infinite(stored):
+    stored["trials"][1]["measured"] = float("nan")
+
+
+def escaping(stored):
+    stored["measure"] = stored["damage"][0] = "\x1b]0;owned\x07"
+
+
+def test_a_hostile_file_is_refused_and_nothing_outside_changes(adapt, atlas, tmp_path):
+    given = (*LOST, "--trials", "3", "--stop", "1.5")
+    adapt(*given)
+    file, outside = atlas / "adaptations/A-lost.json", tmp_path / "outside"
+    data = file.read_bytes()
+    for attack, replace in ATTACKS.items():
+        if attack in ("mutated", "missing"):  # a bit may be one of a number
+            continue
+        outside.mkdir()
+        (outside / file.name).write_bytes(data)
+        (outside / "file").write_bytes(b"mine")
+        file.unlink()
+        replace(file, data, outside)
+        adapt(*given, code=0 if attack == "hard link" else 2)
+        assert (outside / "file").read_bytes() == b"mine", attack
+        assert (outside / file.name).read_bytes() == data, attack
+        shutil.rmtree(outside)
+        file.rmdir() if file.is_dir() and not file.is_symlink() else file.unlink()
+        file.write_bytes(data)
+    for change in (foreign, repeated, infinite, escaping):
+        stored = json.loads(data)
+        change(stored)
+        file.write_text(json.dumps(stored))
+        assert "\x1b" not in adapt(*given, code=2).stderr
+    file.write_text("[" * 100_000)
+    assert "is damaged" in adapt(*given, code=2).stderr
