@@ -1,6 +1,8 @@
 """The map of an atlas: how each of its gaits behaves, and how it performs on the intact body."""
 
 import hashlib
+import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -8,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitsim.adaptation.intact import read_intact, write_intact
 from gaitsim.adaptation.performance import MEASURE, Floats, performance, unit_of
 from gaitsim.contracts import Genomes, Members
 from gaitsim.errors import GaitsimError, RunError
@@ -16,10 +19,11 @@ from gaitsim.evaluation.evaluator import IN_CACHE
 from gaitsim.evaluation.processes import OnWarning
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual, Member
+from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
-_CHUNKS = 20  # between two reports of the progress
+_BETWEEN = 0.2  # seconds from one report of the progress to the next, at least
 
 OnProgress = Callable[[int], None]
 """Called with the number of gaits that were evaluated since the last call."""
@@ -82,6 +86,8 @@ def read_prior(
 ) -> Prior:
     """Evaluate all members of an atlas on the intact body.
 
+    The run's folder keeps the result, by which the next call needs no evaluation.
+
     Args:
         run: of a search that keeps an archive.
         measure: name of the measure that is the performance.
@@ -97,14 +103,16 @@ def read_prior(
     members = atlas_members(run)
     experiment, genomes = run.experiment_at(run.generation), members.genomes
     unit = unit_of(experiment, genomes, measure)
-    chunks = np.split(genomes, range(IN_CACHE, len(genomes), IN_CACHE))
-    found: list[Floats] = []
-    with Evaluator(experiment, workers, on_warning) as evaluator:
-        for first in range(0, len(chunks), _CHUNKS):
-            some = chunks[first : first + _CHUNKS]
-            found += evaluator.map(partial(performance, measure=measure), some)
-            on_progress(sum(map(len, some)))
-    performed = np.concatenate(found)
+    # Complete only once a gait was moved, as an engine is loaded then.
+    parts = (checksum_of(members), run.finished.experiment, sorted(versions(experiment).items()))
+    key = "\n".join(map(str, (measure, *parts)))
+    performed = read_intact(run.path, measure, key, len(genomes))
+    if performed is None:
+        with Evaluator(experiment, workers, on_warning) as evaluator:
+            performed = _evaluated(evaluator, genomes, measure, on_progress)
+        write_intact(run.path, measure, key, performed)
+    else:
+        on_progress(len(genomes))
     if not performed.max() > 0:
         raise GaitsimError(
             f"no gait of the atlas {run.path} has a measure {measure!r} above 0",
@@ -123,6 +131,23 @@ def read_prior(
         _shares(members),
         performed,
     )
+
+
+def _evaluated(
+    evaluator: Evaluator, genomes: Genomes, measure: str, on_progress: OnProgress
+) -> Floats:
+    found: list[Floats] = []
+    first, size = 0, evaluator.workers
+    while first < len(genomes):
+        some = genomes[first : first + size]
+        parts = max(min(evaluator.workers, len(some)), math.ceil(len(some) / IN_CACHE))
+        start = time.perf_counter()
+        found += evaluator.map(partial(performance, measure=measure), np.array_split(some, parts))
+        first += len(some)
+        on_progress(len(some))
+        if time.perf_counter() - start < _BETWEEN:
+            size *= 2
+    return np.concatenate(found)
 
 
 def atlas_members(run: RunSnapshot) -> Members:

@@ -14,11 +14,10 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import own_folder
+from gaitsim.runs.files.folder import ADAPTATIONS, own_folder
 from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
 from gaitsim.toml import checksum
 
-FOLDER = "adaptations"
 LARGEST = 1_000_000  # bytes
 _REMEDY = "remove it, or begin again with --fresh"
 _NAME = re.compile(r"[^\W_][\w.-]{0,99}", re.ASCII)
@@ -66,7 +65,7 @@ def session_file(run: Path, name: str) -> Path:
             where="name",
             allowed="up to 100 letters, digits, '-', '_' and '.', a letter or digit first",
         )
-    return own_folder(run, FOLDER) / f"{name}.json"
+    return own_folder(run, ADAPTATIONS) / f"{name}.json"
 
 
 def default_name(place: Place, damage: Sequence[str]) -> str:

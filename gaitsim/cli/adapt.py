@@ -180,7 +180,7 @@ def _check(place: Place, interactive: bool, measured: str | None, json: bool) ->
 
 def _opened(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any) -> Adaptation:
     members = len(atlas_members(run).scores)
-    log = "" if json else f"evaluating the {members:,} gaits of the atlas"
+    log = "" if json else f"reading the {members:,} gaits of the atlas"
     with Progress("evaluating the atlas", "gaits", members, log=log) as progress:
         return open_adaptation(
             run, damage, on_progress=progress.advance, on_warning=notice, **options

@@ -13,6 +13,7 @@ from gaitsim.adaptation import Prior, Settings, adapt, best_of, ending, propose,
 from gaitsim.adaptation.gaussian_process import posterior
 from gaitsim.adaptation.trials import Trial, believe, tried
 from gaitsim.errors import GaitsimError
+from gaitsim.runs.snapshot import RunSnapshot
 
 SETTINGS = Settings()
 
@@ -155,6 +156,12 @@ def test_the_prior_of_an_atlas_holds_its_members_measured_on_the_intact_body(pup
     np.testing.assert_allclose(prior.behaviour[:, 0], (members.values["reach"] + 3) / 6)
     np.testing.assert_allclose(prior.behaviour[:, 1].min(), 0)  # a cell at the border
     assert prior.individual(2).measures["reach"] == prior.performance[1]
+    for spoilt in (None, slice(0, -8), slice(1, None)):  # what is kept is checked
+        kept = next(Path("run/adaptations").iterdir())
+        if spoilt:
+            kept.write_bytes(kept.read_bytes()[spoilt])
+        again = read_prior(RunSnapshot(run.path), "reach").performance
+        np.testing.assert_array_equal(again, prior.performance)
     with pytest.raises(GaitsimError, match="unknown measure 'forward'"):
         read_prior(run)
 

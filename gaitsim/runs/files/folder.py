@@ -25,6 +25,7 @@ HISTORY, BESTS = "history.csv", "bests.bin"
 ISLANDS = "islands.csv"
 CHECKSUMS, PROVENANCE = "checksums.bin", "provenance.json"
 CHAMPIONS, EXPORTS = "champions", "exports"
+ADAPTATIONS = "adaptations"
 NOTE = "note.txt"
 
 
