@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import evolution
+from gaitsim.adaptation.of_run import RunAdaptations
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
@@ -157,7 +158,7 @@ class Search(ReprMixin, Iterator[Generation]):
         }
 
 
-class Run(RunViews, BackgroundControls, ReprMixin):
+class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
     """A run on disk. Its attributes are read again each time, as it may be growing.
 
     Attributes:

@@ -169,6 +169,10 @@ def open_adaptation(
     if any(trial.member > len(members.scores) for trial in session.trials):
         raise RunError(f"{path} is damaged: it names members that the atlas does not have")
     measured = robot
+    if robot is not None and damage:
+        raise GaitsimError(
+            "damage is for trials in simulation, not on a robot", where="damage, robot"
+        )
     if place != "robot":
         physics = place == "physics"
         measured = in_simulation(experiment, wanted, session.measure, physics=physics)

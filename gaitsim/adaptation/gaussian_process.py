@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.spatial.distance import cdist
 
 Floats = NDArray[np.float64]
 
@@ -52,6 +50,9 @@ def posterior(
         length_scale: of the covariance.
         noise: variance of `measured`.
     """
+    from scipy.linalg import cho_factor, cho_solve, solve_triangular  # 0.1 s
+    from scipy.spatial.distance import cdist
+
     if not len(tried):
         return Belief(prior.copy(), np.ones(len(prior)))
     covariance = matern(cdist(points[tried], points), length_scale)  # (trials, members)

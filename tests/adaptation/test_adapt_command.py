@@ -176,3 +176,27 @@ def test_a_hostile_file_is_refused_and_nothing_outside_changes(adapt, atlas, tmp
         assert "\x1b" not in adapt(*given, code=2).stderr
     file.write_text("[" * 100_000)
     assert "is damaged" in adapt(*given, code=2).stderr
+
+
+def test_python_makes_the_same_trials_and_takes_a_function_for_a_robot(adapt, atlas):
+    *trials, _ = objects(adapt(*LOST, "--trials", "4", "--stop", "1.5", "--json"))
+    run = gs.load(atlas)
+    adaptation = run.adapt(["A lost"], trials=4, stop=1.5)
+    made = [(trial.member, trial.measured) for trial in adaptation]
+    assert made == [(trial["member"], trial["measured"]) for trial in trials]
+    assert adaptation.best.measured == max(measured for _, measured in made)
+    assert adaptation.gait.member.number == adaptation.best.member
+
+    def robot(individual):
+        return individual.measures["forward"] - 1
+
+    first = next(run.adapt(robot=robot, name="mine"))
+    continued = run.adapt(robot=robot, name="mine")
+    assert continued.trials == (first,)
+    assert first.measured == pytest.approx(first.expected - 1)
+    by_hand = run.adapt(stop=1.5)
+    assert by_hand.record(first.measured) == first
+    with pytest.raises(gs.GaitsimError, match="finite"):
+        by_hand.record("far")
+    with pytest.raises(gs.GaitsimError, match="robot"):
+        run.adapt(["A lost"], robot=robot)
