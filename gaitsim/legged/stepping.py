@@ -2,49 +2,117 @@
 
 from collections.abc import Sequence
 from functools import cached_property, partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Measure
+from gaitsim.legged.rhythm import (
+    Floats,
+    mean_stride,
+    phase_after,
+    stride_lag,
+    touch_downs,
+    without_chatter,
+)
 
 DUTY = "duty factor"
+BODY_HEIGHT = "body height"
 
 
-def stepping(stance: NDArray[np.bool_], legs: Sequence[str]) -> dict[str, Measure]:
-    """Return the mean duty factor of all legs, and that of each, such as 'duty factor L1'.
+def stepping(
+    stance: NDArray[np.bool_],
+    legs: Sequence[str],
+    frame_rate: float,
+    *,
+    sides: Sequence[Sequence[str]] = (),
+    upright: NDArray[np.intp] | None = None,
+) -> dict[str, Measure]:
+    """Return measures of how legs step.
 
-    The duty factor is the share of the time that a foot is on the ground (Alexander 1984, "The
-    gaits of bipedal and quadrupedal animals").
+    - `duty factor`: share of the time that a foot is on the ground (Alexander 1984, "The gaits of
+      bipedal and quadrupedal animals"), mean of all feet, and that of each, such as 'duty
+      factor L1'.
+    - `stride frequency`: strides a second; see `rhythm.stride_lag`. 0 without a stride.
+    - `phase lag`: when a foot touches down in the stride of the foot in front of it on its side, in
+      cycles from 0 to 1, circular mean of all strides and pairs (Hildebrand 1965, "Symmetrical
+      gaits of horses"); NaN without a stride. Only with `sides`.
 
     Args:
         stance: which feet are on the ground, (population, frames, feet), in the order of `legs`.
         legs: their names.
+        frame_rate: Hz.
+        sides: names of the legs on each side, front to back.
+        upright: number of frames before the fall of each, (population,); None for all.
     """
-    steps = _Steps(stance)
+    steps = _Steps(stance, frame_rate, upright)
+    pairs = [
+        (legs.index(one), legs.index(next_)) for side in sides for one, next_ in pairwise(side)
+    ]
     mean = Measure(steps.mean, "", "share of the time that a foot is on the ground, mean of all")
-    return {DUTY: mean} | {
-        f"{DUTY} {name}": Measure(
-            partial(steps.of, leg),
-            "",
-            f"share of the time that the foot of {name} is on the ground",
-        )
-        for leg, name in enumerate(legs)
+    frequency = Measure(steps.frequency, "Hz", "strides a second; 0 without a stride")
+    lag = Measure(
+        partial(steps.lag, pairs),
+        "cycles",
+        "touch-down in the stride of the foot in front on its side, mean",
+    )
+    return {
+        DUTY: mean,
+        **{
+            f"{DUTY} {name}": Measure(
+                partial(steps.of, leg),
+                "",
+                f"share of the time that the foot of {name} is on the ground",
+            )
+            for leg, name in enumerate(legs)
+        },
+        "stride frequency": frequency,
+        **({"phase lag": lag} if pairs else {}),
     }
 
 
 class _Steps:
     """What the measures share, computed when the first of them is read."""
 
-    def __init__(self, stance: NDArray[np.bool_]) -> None:
-        self._stance = stance
+    def __init__(
+        self, stance: NDArray[np.bool_], frame_rate: float, upright: NDArray[np.intp] | None
+    ) -> None:
+        self._given, self._frame_rate, self._upright = stance, frame_rate, upright
 
     @cached_property
-    def _shares(self) -> NDArray[np.float64]:
-        return np.asarray(self._stance.mean(axis=1))
+    def _frames(self) -> NDArray[np.intp]:
+        population, frames, _ = self._given.shape
+        return np.full(population, frames) if self._upright is None else self._upright
 
-    def mean(self) -> NDArray[np.float64]:
+    @cached_property
+    def _stance(self) -> NDArray[np.bool_]:
+        if self._upright is None:
+            return self._given
+        before = np.arange(self._given.shape[1]) < self._upright[:, None]
+        return self._given & before[..., None]
+
+    @cached_property
+    def _stride(self) -> NDArray[np.intp]:
+        return stride_lag(self._stance, self._frames)
+
+    @cached_property
+    def _downs(self) -> NDArray[np.bool_]:
+        return touch_downs(without_chatter(self._stance, self._stride))
+
+    @cached_property
+    def _shares(self) -> Floats:
+        return np.asarray(self._stance.sum(axis=1) / self._frames[:, None])
+
+    def mean(self) -> Floats:
         return np.asarray(self._shares.mean(axis=1))
 
-    def of(self, leg: int) -> NDArray[np.float64]:
+    def of(self, leg: int) -> Floats:
         return self._shares[:, leg]
+
+    def frequency(self) -> Floats:
+        frames = mean_stride(self._downs, self._stride)
+        return np.divide(self._frame_rate, frames, out=np.zeros(len(frames)), where=frames > 0)
+
+    def lag(self, pairs: Sequence[tuple[int, int]]) -> Floats:
+        return np.where(self._stride > 0, phase_after(self._downs, pairs), np.nan)

@@ -1,19 +1,25 @@
 """Measures of how a robot walked, for people."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import get_args
 
 import numpy as np
 
 from gaitsim.contracts import Array, Measure, Motion
-from gaitsim_robot.anatomy import Floats
+from gaitsim.legged import BODY_HEIGHT, stepping
+from gaitsim_robot.anatomy import Floats, Leg, Side
 from gaitsim_robot.sums import ratio, total
 
 
-def measures(motion: Motion) -> Mapping[str, Measure]:
-    """Return displacement, speed, duration, effort, slip, stance and posture.
+def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
+    """Return displacement, speed, duration, effort, slip, steps and posture.
 
     Means over time end with the fall.
+
+    Args:
+        motion: of a population.
+        legs: of the robot.
     """
     moved = motion["torso"][:, -1] - motion["torso"][:, 0]
     displacement = np.hypot(moved[:, 0], moved[:, 1])
@@ -52,10 +58,14 @@ def measures(motion: Motion) -> Mapping[str, Measure]:
             "",
             "slide of the stance feet over path",
         ),
-        "duty factor": Measure(
-            _mean(motion["stance"].mean(axis=2), upright), "", "of the time, mean of the feet"
+        **stepping(
+            motion["stance"],
+            [leg.name for leg in legs],
+            motion.frame_rate,
+            sides=[[leg.name for leg in legs if leg.side == side] for side in get_args(Side)],
+            upright=upright.sum(axis=1),
         ),
-        "torso height": Measure(
+        BODY_HEIGHT: Measure(
             _mean(motion["height"], upright), "m", "of the trunk's origin above the ground, mean"
         ),
         "tilt": Measure(

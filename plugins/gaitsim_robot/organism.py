@@ -292,8 +292,8 @@ class Robot(Organism):
         return walked(self.world, angles)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Displacement, speed, duration, effort, slip, stance and posture."""
-        return measures(motion)
+        """Displacement, speed, duration, effort, slip, steps and posture."""
+        return measures(motion, self.anatomy.legs)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """The solids of the body, and segments from joint to joint."""

@@ -10,6 +10,7 @@ import numpy as np
 
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
 SEGMENTS = ("coxa", "femur", "tibia")
+SIDES = (LEGS[:4], LEGS[4:])
 LEG_JOINTS = {leg: tuple(f"{leg} {segment}" for segment in SEGMENTS) for leg in LEGS}
 JOINTS = tuple(joint for joints in LEG_JOINTS.values() for joint in joints)
 

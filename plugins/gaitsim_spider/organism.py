@@ -1,6 +1,7 @@
 """The spider: a body of eight legs with three joints each."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import ClassVar, Literal, Self
 
 import numpy as np
@@ -18,7 +19,7 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim.encoding import check_joint_angles, limit_steps
-from gaitsim.legged import DAMAGE_HELP, stepping
+from gaitsim.legged import BODY_HEIGHT, DAMAGE_HELP, stepping
 from gaitsim_spider import body
 from gaitsim_spider.damage import Legs, anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles
@@ -121,7 +122,10 @@ class Spider(Organism):
                 "mm",
                 "static stability, worst moment: centre of mass to the edge of support",
             ),
-            **stepping(motion["stance"], body.LEGS),
+            BODY_HEIGHT: Measure(
+                partial(_height, motion), "m", "of the body's middle above the ground, mean"
+            ),
+            **stepping(motion["stance"], body.LEGS, motion.frame_rate, sides=body.SIDES),
         }
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
@@ -168,6 +172,12 @@ class Spider(Organism):
             contact_names=body.LEGS,
             centre=world[:, -1],
         )
+
+
+def _height(motion: Motion) -> Array:
+    """Mean height of the body's middle above the lowest foot's ground, (population,) m."""
+    lowest = motion["feet"][..., 2].min(axis=2)
+    return np.asarray(body.FOOT_RADIUS - lowest.mean(axis=1, dtype=np.float64))
 
 
 def _walked(angles: Angles, legs: Legs) -> Motion:

@@ -54,6 +54,13 @@ class Plan:
         return tuple(f"{leg.name} {joint}" for leg in self.legs for joint in ("hip", "knee"))
 
     @property
+    def sides(self) -> list[list[str]]:
+        """The names of the near legs and of the far legs, front to back."""
+        half = len(self.legs) // 2
+        names = [leg.name for leg in self.legs]
+        return [names[:half], names[half:]]
+
+    @property
     def mass(self) -> float:
         """Mass of the whole body, kg."""
         return TORSO_MASS + len(self.legs) * (THIGH_MASS + SHANK_MASS)

@@ -2,19 +2,30 @@
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
 from gaitsim.contracts import Array, Measure, Motion
+from gaitsim.legged import BODY_HEIGHT, stepping
 from gaitsim_walker import body
+from gaitsim_walker.body import Plan
 
 
-def measures(motion: Motion) -> Mapping[str, Measure]:
-    """Return distance, duration, steadiness, effort, slip and stance."""
+def measures(motion: Motion, plan: Plan) -> Mapping[str, Measure]:
+    """Return distance, duration, steadiness, effort, slip and steps.
+
+    Means over time end with the fall.
+
+    Args:
+        motion: of a population.
+        plan: of its body.
+    """
     forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
     lasted, energy = motion["lasted"], motion["energy"][:, -1]
     path = np.abs(np.diff(motion["torso"][..., 0], axis=1)).sum(axis=1)
     pitch = np.degrees(motion["pitch"])
+    upright = np.round(lasted * motion.frame_rate).astype(np.intp) + 1
     return {
         "forward": Measure(forward, "m", "displacement of the torso"),
         "body lengths": Measure(
@@ -29,20 +40,30 @@ def measures(motion: Motion) -> Mapping[str, Measure]:
             "work over weight times distance",
         ),
         "pitch range": Measure(np.ptp(pitch, axis=1), "°", "between its highest and lowest nose"),
-        "torso height": Measure(
-            motion["height"].mean(axis=1), "m", "of its middle above the ground, mean"
+        BODY_HEIGHT: Measure(
+            partial(_height, motion["height"], upright),
+            "m",
+            "of the torso's middle above the ground, mean",
         ),
         "slip ratio": Measure(
             _ratio(motion["slip"].sum(axis=1), path),
             "",
             "slide of the stance feet over path",
         ),
-        "duty factor": Measure(
-            motion["stance"].mean(axis=(1, 2)),
-            "",
-            "of the whole time, mean of the feet",
+        **stepping(
+            motion["stance"],
+            [leg.name for leg in plan.legs],
+            motion.frame_rate,
+            sides=plan.sides,
+            upright=upright,
         ),
     }
+
+
+def _height(height: Array, upright: Array) -> Array:
+    counted = np.arange(height.shape[1]) < upright[:, None]
+    mean: Array = np.where(counted, height, 0.0).sum(axis=1) / upright
+    return mean
 
 
 def _ratio(part: Array, whole: Array) -> Array:

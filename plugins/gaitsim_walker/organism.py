@@ -149,6 +149,10 @@ class Walker(Organism):
         """'near fore hip', 'near fore knee', 'near hind hip' …; 'near hip' … of two legs."""
         return self.plan.joints
 
+    def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
+        """'near' and 'far', or 'near fore', 'near hind' …, each with its hip and knee."""
+        return {leg.name: (f"{leg.name} hip", f"{leg.name} knee") for leg in self.plan.legs}
+
     def world(self, frames: int) -> World:
         """Return the world that a walker walks in, for a number of frames."""
         reach = REACH * frames / FRAME_RATE
@@ -169,8 +173,8 @@ class Walker(Organism):
         return walked(self.world(frames), courses)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Distance, how long it lasted, steadiness, effort, slip and stance."""
-        return measures(motion)
+        """Distance, how long it lasted, steadiness, effort, slip and steps."""
+        return measures(motion, self.plan)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Outline of the torso, and thigh and shank of each leg, in the plane y = 0.

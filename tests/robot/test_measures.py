@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from gaitsim.contracts import Motion
+from gaitsim_robot.anatomy import Leg
 from gaitsim_robot.measures import measures
 
 RATE, FRAMES = 50.0, 101  # 2 s
+LEGS = [Leg(f"{side[0].upper()}1", side, (), "foot", (0, 0, 0)) for side in ("left", "right")]
 TIME = np.arange(FRAMES) / RATE
 
 
@@ -28,7 +30,7 @@ def measured(**changed):
     both = {
         name: np.stack([values, changed.get(name, values)]) for name, values in channels.items()
     }
-    found = measures(Motion(RATE, both))
+    found = measures(Motion(RATE, both), LEGS)
     return {name: float(measure.values[1]) for name, measure in found.items()}
 
 
@@ -63,10 +65,10 @@ TIPPED[:, 0], TIPPED[:, 1], TIPPED[:, 2] = np.pi / 3, np.pi / 3, TIME
                 "torso": np.minimum(WALK, WALK[50]),
                 "energy": np.minimum(20 * TIME, 20),
             },
-            {"lasted": 1.0, "torso height": 0.2, "duty factor": 0.5, "mean power": 20.0},
+            {"lasted": 1.0, "body height": 0.2, "duty factor": 0.5, "mean power": 20.0},
         ),
         ({}, {"cost of transport": np.inf, "slip ratio": np.inf, "speed": 0.0}),
-        ({"lasted": np.array(0.0)}, {"speed": 0.0, "mean power": 0.0, "torso height": 0.2}),
+        ({"lasted": np.array(0.0)}, {"speed": 0.0, "mean power": 0.0, "body height": 0.2}),
     ],
 )
 def test_measures_follow_their_definitions(changed, expected):
