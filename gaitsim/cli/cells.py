@@ -9,12 +9,13 @@ from rich.text import Text
 from gaitsim.render.terminal.braille import Inks, runs
 
 _SIDES = ("white", "cyan", "yellow")  # middle, left, right, as in the footfall diagram
-# No ink, ground, track, limbs from the far ones to the near ones, feet, labels.
+# No ink, ground, track, limbs from the far ones to the near ones, damage, feet, labels.
 BODY = (
     "",
     "bright_black",
     "green",
     *(f"{fog}{side}" for fog in ("dim ", "", "bold ") for side in _SIDES),
+    "bold red",
     *(f"bold {side}" for side in _SIDES),
     "default",
 )

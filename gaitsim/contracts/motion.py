@@ -171,6 +171,8 @@ class Skeleton:
         solids: what the body is made of.
         poses: where each of them is: position, metres, and unit quaternion (w, x, y, z) in the
             world's frame, (frames, solids, 7).
+        damaged: names of segments and solids that do not move as they should, and of contacts
+            whose leg is lost.
 
     Raises:
         SkeletonError: shapes that do not fit each other.
@@ -186,6 +188,7 @@ class Skeleton:
     ground: NDArray[np.floating[Any]] | None = None
     solids: tuple[Solid, ...] = ()
     poses: NDArray[np.floating[Any]] | None = None
+    damaged: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if (self.contacts is None) != (self.touching is None):
@@ -204,6 +207,10 @@ class Skeleton:
             array = getattr(self, name)
             if array is not None and array.shape != expected:
                 raise SkeletonError(f"Skeleton.{name} has shape {array.shape}, expected {expected}")
+        solids = (solid.name for solid in self.solids)
+        known = {*self.names, *self.contact_names, *solids}
+        if unknown := [*{*self.damaged} - known]:
+            raise SkeletonError(f"Skeleton.damaged has {unknown}: not a segment, solid or contact")
         if self.ground is not None and not (
             len(self.ground)
             and np.isfinite(self.ground).all()

@@ -2,8 +2,9 @@
 
 Blue is left and orange is right; a filled mark is on the ground, a hollow one in the air. Green,
 the first of the colours of lines, is the body and its path; compared individuals and other lines
-take the next ones, none of them blue or orange. Blue, orange, green and pink are those of Okabe and
-Ito (2008), wine and olive of Tol's muted scheme: colour-blind readers tell them apart.
+take the next ones, none of them blue or orange. Crimson is damaged. Blue, orange, green and pink
+are those of Okabe and Ito (2008), wine and olive of Tol's muted scheme: colour-blind readers tell
+them apart.
 """
 
 from collections.abc import Sequence
@@ -20,9 +21,11 @@ _SIDES = {
 }
 
 LEFT_COLOUR, RIGHT_COLOUR = "#0072B2", "#D55E00"
+DAMAGED_COLOUR = "#D4004F"
 LINES = ("#009E73", "#882255", "#1A1A1A", "#CC79A7", "#999933")
 # On a dark ground.
 LEFT_ON_DARK, RIGHT_ON_DARK = "#56B4E9", "#E69F00"
+DAMAGED_ON_DARK = "#FF4D88"
 LINES_ON_DARK = ("#2FC79B", "#D67BB3", "#FFFFFF", "#8A63C9", "#F3EE9B")
 
 
@@ -33,6 +36,11 @@ def sides(names: tuple[str, ...]) -> NDArray[np.intp]:
     A skeleton says nothing else of sides; names without one are in the middle.
     """
     return np.array([_SIDES.get(_word(name), MIDDLE) for name in names], np.intp)
+
+
+def among(names: Sequence[str], damaged: Sequence[str]) -> NDArray[np.bool_]:
+    """Return which names are those of damaged things."""
+    return np.array([name in damaged for name in names], np.bool_)
 
 
 def side_words(names: Sequence[str]) -> dict[int, str]:

@@ -1,13 +1,16 @@
 """A robot to draw: its solids, and line segments from joint to joint."""
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from gaitsim.contracts import Motion, Skeleton, Solid
 from gaitsim.contracts.solid import Shape
+from gaitsim.legged import Damage
 from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.damaged import lost_bodies
 from gaitsim_robot.quaternions import conjugate, product, rotated
 from gaitsim_robot.shapes import CORNERS, mesh_vertices
 from gaitsim_robot.world import World
@@ -29,6 +32,7 @@ def skeleton(world: World, motion: Motion, individual: int) -> Skeleton:
         motion["stance"][individual],
         motion.frame_rate,
         world.start[1:3],
+        world.damage,
     )
 
 
@@ -39,6 +43,7 @@ def drawn(
     touching: Any,
     frame_rate: float,
     start: Floats,
+    damage: Sequence[Damage] = (),
 ) -> Skeleton:
     """Return a robot's body over time.
 
@@ -49,10 +54,12 @@ def drawn(
         touching: which feet do, (frames, feet) bool.
         frame_rate: Hz.
         start: x and y of the point that becomes the origin, (2,) m.
+        damage: of the robot; lost legs are left out.
     """
     places, turns = _bodies(model, configuration)
     places[..., :2] -= start
-    names, bodies, points = _segments(model, anatomy)
+    lost = lost_bodies(model, anatomy, damage)
+    names, bodies, points = _segments(model, anatomy, lost)
     segments = places[:, bodies, None] + rotated(turns[:, bodies, None], points)
     feet = [model.body(leg.foot).id for leg in anatomy.legs]
     soles = np.array([leg.point for leg in anatomy.legs])
@@ -80,7 +87,22 @@ def drawn(
         centre=places[:, TRUNK],
         solids=tuple(solids),
         poses=poses if solids else None,
+        damaged=_damaged(
+            model, damage, (*names, *(one.name for one in solids)), [*bodies, *owners]
+        ),
     )
+
+
+def _damaged(
+    model: Any, damage: Sequence[Damage], names: Sequence[str], bodies: Sequence[int]
+) -> tuple[str, ...]:
+    """Return the names of lost legs and of what damaged joints move, one of a body each."""
+    legs = [one.part for one in damage if one.kind == "lost"]
+    moved = {int(model.joint(one.part).bodyid[0]) for one in damage if one.kind != "lost"}
+    for body in range(1, model.nbody):  # parents before children
+        if not model.body_jntnum[body] and int(model.body_parentid[body]) in moved:
+            moved.add(body)
+    return (*legs, *(name for name, body in zip(names, bodies, strict=True) if body in moved))
 
 
 def _bodies(model: Any, configuration: Floats) -> tuple[Floats, Floats]:
@@ -157,8 +179,12 @@ def _named(leg: str, name: str) -> str:
     return name if not leg or name.startswith(f"{leg} ") else f"{leg} {name}"
 
 
-def _segments(model: Any, anatomy: Anatomy) -> tuple[tuple[str, ...], list[int], Floats]:
+def _segments(
+    model: Any, anatomy: Anatomy, lost: set[int]
+) -> tuple[tuple[str, ...], list[int], Floats]:
     """Return the edges of the trunk's box, and the segments from joint to joint and to the feet.
+
+    Those of lost bodies are left out.
 
     Returns:
         Their names, the bodies that they belong to, and their ends in the frames of those,
@@ -204,7 +230,7 @@ def _segments(model: Any, anatomy: Anatomy) -> tuple[tuple[str, ...], list[int],
         found += [(model.body(body).name, body, one, other) for one, other in _edges(points)]
     for body, beyond, end in ends:
         begin = np.clip(end, *_box(boxes[body])) if body in boxes else anchors[body]
-        if np.linalg.norm(end - begin) > NEAR * anatomy.length:
+        if body not in lost and np.linalg.norm(end - begin) > NEAR * anatomy.length:
             name = "hip" if body == TRUNK and beyond in legs else model.body(body).name
             found.append((_named(legs.get(beyond, ""), name), body, begin, end))
     names, bodies, begins, far = zip(*found, strict=True)

@@ -14,6 +14,7 @@ from gaitsim.legged import Kind, parse_damage
 from gaitsim_spider import body
 
 KINDS: tuple[Kind, ...] = ("lost", "stuck", "slow")
+_LIMITS = -body.ANGLE_LIMIT, body.ANGLE_LIMIT
 _MASSES = (body.COXA_MASS, body.FEMUR_MASS, body.TIBIA_MASS)
 
 
@@ -41,7 +42,7 @@ class Anatomy:
         lost: legs that are lost, (8,) bool.
         held: angles of the joints that do not move, by index, rad; 0 in lost legs.
         step_limits: how far each joint can turn in a frame, (24,) rad.
-        damaged: names of the stuck and slow joints.
+        damaged: names of the lost legs, and of the stuck and slow joints.
     """
 
     legs: Legs
@@ -65,7 +66,7 @@ def anatomy(damage: tuple[str, ...]) -> Anatomy:
     """Return what damage leaves of the body.
 
     Raises:
-        GaitsimError: the damage is invalid, needs forces, or is an angle out of reach.
+        GaitsimError: the damage is invalid or needs forces.
     """
     for text in damage:
         if "weak" in text.split():
@@ -75,24 +76,16 @@ def anatomy(damage: tuple[str, ...]) -> Anatomy:
                 allowed=", ".join(KINDS),
                 remedy="the spider in rigid-body physics, the preset spider-physics",
             )
-    found = parse_damage(damage, body.LEG_JOINTS, KINDS)
+    found = parse_damage(damage, body.LEG_JOINTS, KINDS, dict.fromkeys(body.JOINTS, _LIMITS))
     lost = np.isin(body.LEGS, [one.part for one in found])
     held = dict.fromkeys(np.flatnonzero(np.repeat(lost, len(body.SEGMENTS))).tolist(), 0.0)
     step_limits = np.full(len(body.JOINTS), body.STEP_LIMIT)
-    joints = [one for one in found if one.kind != "lost"]
-    for one in joints:
-        joint, value = body.JOINTS.index(one.part), one.value or 0.0
-        if one.kind == "slow":
-            step_limits[joint] *= value
-        elif abs(value) <= body.ANGLE_LIMIT:
-            held[joint] = value
-        else:
-            raise GaitsimError(
-                f"{str(one)!r}: the joint does not reach this angle",
-                key="damage",
-                allowed="-30 to 30 degrees from the pose at rest",
-            )
-    return Anatomy(_legs(lost), lost, held, step_limits, tuple(one.part for one in joints))
+    for one in found:
+        if one.kind == "stuck":
+            held[body.JOINTS.index(one.part)] = one.value or 0.0
+        elif one.kind == "slow" and one.value is not None:
+            step_limits[body.JOINTS.index(one.part)] *= one.value
+    return Anatomy(_legs(lost), lost, held, step_limits, tuple(one.part for one in found))
 
 
 def _legs(lost: NDArray[np.bool_]) -> Legs:

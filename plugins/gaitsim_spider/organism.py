@@ -171,6 +171,7 @@ class Spider(Organism):
             touching=motion["stance"][individual],
             contact_names=body.LEGS,
             centre=world[:, -1],
+            damaged=left.damaged,
         )
 
 

@@ -156,6 +156,15 @@ def test_a_leg_that_is_lost_lets_go_of_a_mimic_joint_and_a_closed_linkage():
     np.testing.assert_array_equal(found["configuration"], expected["configuration"])
 
 
+def test_a_skeleton_leaves_lost_legs_out_and_names_what_damaged_joints_move():
+    robot = Robot(**HEXAPOD, damage=("L1 lost", "R1 femur stuck"))
+    skeleton = robot.skeleton(robot.play(swaying(robot)), 0)
+    drawn = [*skeleton.names, *(solid.name for solid in skeleton.solids)]
+    assert not [name for name in drawn if name.startswith("L1") and "hip" not in name]
+    assert {*skeleton.damaged} == {"L1", "R1 femur"}
+    assert skeleton.contact_names == tuple(robot.leg_joints())
+
+
 def test_a_robot_from_a_file_can_be_damaged_until_it_falls():
     legs = Robot(model=str(DOG)).leg_joints()
     robot = Robot(

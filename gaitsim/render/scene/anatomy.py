@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
+from gaitsim.render.colours import among
 from gaitsim.render.scene.shapes import hull_faces
 
 THICKNESS = 0.13  # a limb's radius, in lengths of the middle segment
@@ -19,12 +20,13 @@ Face = tuple[int, ...]
 
 @dataclass(frozen=True, eq=False)
 class Anatomy:
-    """How to draw a skeleton, derived from its segments alone.
+    """How to draw a skeleton, derived from its segments and the names of damaged ones.
 
     Attributes:
         limbs: indices of the segments that are limbs, (limbs,).
         radii: of both ends of each limb, (limbs, 2) m.
         trunks: which of them carry other limbs, (limbs,).
+        damaged: which of them are, (limbs,).
         plates: corners of closed loops, such as a body's outline or a wing.
         plate_radii: half of each plate's thickness, m.
         solids: faces, counter-clockwise from outside, of the bodies that segments frame, such
@@ -36,6 +38,7 @@ class Anatomy:
     limbs: NDArray[np.intp]
     radii: NDArray[np.float64]
     trunks: NDArray[np.bool_]
+    damaged: NDArray[np.bool_]
     plates: tuple[Face, ...]
     plate_radii: tuple[float, ...]
     solids: tuple[tuple[Face, ...], ...]
@@ -74,6 +77,7 @@ def anatomy(skeleton: Skeleton) -> Anatomy:
         limbs,
         radius * shares[limbs],
         trunks[limbs],
+        among(skeleton.names, skeleton.damaged)[limbs],
         tuple(plates),
         tuple(float(share * length) for share, length in zip(thin, shortest, strict=True)),
         tuple(solids),

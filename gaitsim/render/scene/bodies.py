@@ -80,13 +80,17 @@ def _limbs(
     """Draw limbs as round bars with a light upper side."""
     sides, depth = _capsules(camera, segments, anatomy.radii)
     lights, _ = _capsules(camera, segments, anatomy.radii, 0.42, 0.36)
-    share, trunk = fog(depth), anatomy.trunks[:, None]
+    share, trunk, hurt = fog(depth), anatomy.trunks[:, None], anatomy.damaged[:, None]
     side, light, edge = (
-        mixed(np.where(trunk, colours[thick], colours[thin]), colours["ground"], share)
-        for thick, thin in (
-            ("body", "limb"),
-            ("body_light", "limb_light"),
-            ("limb_edge", "limb_edge"),
+        mixed(
+            np.where(hurt, colours[bad], np.where(trunk, colours[thick], colours[thin])),
+            colours["ground"],
+            share,
+        )
+        for thick, thin, bad in (
+            ("body", "limb", "damaged"),
+            ("body_light", "limb_light", "damaged_light"),
+            ("limb_edge", "limb_edge", "limb_edge"),
         )
     )
     # Limbs begin inside a trunk, on its middle line: it is drawn over them.

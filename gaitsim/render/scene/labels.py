@@ -128,7 +128,13 @@ class Labels:
         sides = [
             (word, {LEFT: theme.left}.get(side, theme.right), True) for side, word in words.items()
         ]
-        for entries in [*sides, *feet, *scale], [*feet, *scale], feet, scale:
+        hurt = [("damaged", theme.damaged, True)] if skeleton.damaged else []
+        for entries in (
+            [*hurt, *sides, *feet, *scale],
+            [*hurt, *feet, *scale],
+            [*hurt, *feet],
+            [*hurt, *scale],
+        ):
             before, at = len(self.still), right
             for word, colour, filled in reversed(entries):
                 at = self._entry(at, bottom, word, colour, filled, size)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 
-from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
 from gaitsim.render.scene.bodies import EDGE, FOG, LIGHT
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
@@ -24,6 +24,7 @@ class Pixels(Artist):
         clip: what the body does.
         theme: the colours of the picture.
         own: dark and light colour of the trunk.
+        damaged: of damaged parts, likewise.
         line: width of a line, pixels.
         picture: its width and height, pixels.
 
@@ -36,6 +37,7 @@ class Pixels(Artist):
         clip: Clip,
         theme: Theme,
         own: tuple[Colour, Colour],
+        damaged: tuple[Colour, Colour],
         line: float,
         picture: tuple[int, int],
     ) -> None:
@@ -54,10 +56,12 @@ class Pixels(Artist):
         middle = rgb(theme.middle)
         feet = sides(clip.skeleton.contact_names or ("",) * len(clip.at(0).contacts))
         marked = [_tinted(limb, tint.get(one, middle), MARKED) for one in feet.tolist()]
+        names = [solid.name for solid in clip.skeleton.solids]
+        self._damaged = among(names, clip.skeleton.damaged)
+        self._usual[:, self._damaged] = np.stack(damaged)[:, None]
         self._marked = np.array(marked).reshape(-1, 2, 3).swapaxes(0, 1)
         nearest = _nearest(clip)
-        names = np.array([solid.name for solid in clip.skeleton.solids])
-        self._feet = [np.flatnonzero(names == names[solid]) for solid in nearest]
+        self._feet = [np.flatnonzero(np.equal(names, names[solid])) for solid in nearest]
         each = clip.surfaces.each
         thin = [float(np.ptp(each[solid].points, axis=0).min()) / 2 for solid in nearest]
         self.sole = float(np.median(thin)) if thin else 0.0
@@ -76,6 +80,7 @@ class Pixels(Artist):
         colours = self._usual.copy()
         for foot in np.flatnonzero(pose.touching):
             colours[:, self._feet[foot]] = self._marked[:, foot, None]
+        colours[:, self._damaged] = self._usual[:, self._damaged]
         dark, bright, ink = (mixed(one, self._ground, fog) for one in (*colours, self._ink))
         pixels = coloured(drawn, shades_of(dark, bright, ink), self._width)
         self._image = drawn.left, drawn.bottom, pixels

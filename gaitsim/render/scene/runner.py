@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
 from gaitsim.render.scene.bodies import body, shadow
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
@@ -17,6 +17,7 @@ from gaitsim.render.scene.themes import Theme, mixed, rgb
 
 FOOT, SOLE = 1.55, 2.2  # radius of a foot's mark, in those of limbs and of solid feet
 TRAIL = 240  # pieces of the path behind a body
+_CROSS = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
 _CIRCLE = np.linspace(0, 2 * np.pi, 25)
 
 
@@ -51,6 +52,8 @@ class Runner:
         self._colours = {name: rgb(getattr(theme, name)) for name in names}
         self._colours["body"] = mixed(own, rgb("#000000"), 0.2)
         self._colours["body_light"] = mixed(own, rgb("#ffffff"), 0.3)
+        self._colours["damaged"] = rgb(theme.damaged)
+        self._colours["damaged_light"] = mixed(rgb(theme.damaged), rgb("#ffffff"), 0.3)
         shades = mixed(ground, own, np.arange(1, SHADES + 1) / SHADES)
         self.shadow = add(PolyCollection([], facecolors=theme.shadow, edgecolors="none"), 1)
         self.support = add(
@@ -62,10 +65,12 @@ class Runner:
         self.stance = add(PolyCollection([], edgecolors=theme.limb_edge), 5)
         self.stance.set_linewidths([0.6 * line])
         self.swing = add(LineCollection([], linewidths=1.8 * line), 6)
+        self.lost = add(LineCollection([], colors=theme.damaged, linewidths=2.6 * line), 8)
         self.pixels = None
         if clip.skeleton.solids:
             trunk = self._colours["body"], self._colours["body_light"]
-            self.pixels = Pixels(clip, theme, trunk, self._line, picture)
+            damaged = self._colours["damaged"], self._colours["damaged_light"]
+            self.pixels = Pixels(clip, theme, trunk, damaged, self._line, picture)
         sole = self.pixels.sole if self.pixels else 0.0
         self._mark = max(FOOT * clip.anatomy.thickness, SOLE * sole)
         self.body = add(self.pixels or PolyCollection([], joinstyle="round"), 7)
@@ -74,6 +79,7 @@ class Runner:
         feet = len(clip.skeleton.contact_names) or clip.at(0).contacts.shape[0]
         colours = {MIDDLE: theme.middle, LEFT: theme.left, RIGHT: theme.right}
         side = sides(clip.skeleton.contact_names or ("",) * feet)
+        self._lost = among(clip.skeleton.contact_names or ("",) * feet, clip.skeleton.damaged)
         self._feet = np.array([rgb(colours[one]) for one in side.tolist()]).reshape(-1, 3)
 
     def show(self, camera: Camera, pose: Pose, reach: float, place: int) -> None:
@@ -147,13 +153,17 @@ class Runner:
         size = self._mark
         self.stance.set_verts(list(camera.project(clip.grounded(discs(standing, size)))[0]))
         self.stance.set_facecolors(self._feet[touching])
-        swinging, depth = camera.project(pose.contacts[~touching])
+        swings = ~touching & ~self._lost
+        swinging, depth = camera.project(pose.contacts[swings])
         radius = 0.75 * size * camera.scale_at(depth)
         circle = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
         if clip.named:
             self._show_names(camera, pose)
         self.swing.set_segments(list(swinging[:, None] + radius[:, None, None] * circle))
-        self.swing.set_colors(self._feet[~touching])
+        self.swing.set_colors(self._feet[swings])
+        hips, depth = camera.project(pose.contacts[self._lost])
+        arms = size * camera.scale_at(depth)[:, None, None, None] * _CROSS
+        self.lost.set_segments([*(hips[:, None, None] + arms).reshape(-1, 2, 2)])
 
 
 def layers(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.colours import (
+    DAMAGED_COLOUR,
+    DAMAGED_ON_DARK,
     LEFT_COLOUR,
     LEFT_ON_DARK,
     LINES,
@@ -31,6 +33,7 @@ class Theme:
         shadow: of the body on the ground.
         limb, limb_light, limb_edge: a limb's side, its light upper side, its outline.
         middle, left, right: feet, by their side.
+        damaged: limbs that do not move as they should, and the crosses of lost legs.
         bodies: of trunks, plates and the path, of one body after the other.
     """
 
@@ -45,6 +48,7 @@ class Theme:
     middle: str
     left: str
     right: str
+    damaged: str
     bodies: tuple[str, ...]
 
     def body(self, number: int) -> str:
@@ -72,6 +76,7 @@ THEMES = {
         middle="#1c252e",
         left=LEFT_COLOUR,
         right=RIGHT_COLOUR,
+        damaged=DAMAGED_COLOUR,
         bodies=LINES,
     ),
     "dark": Theme(
@@ -86,6 +91,7 @@ THEMES = {
         middle="#eef1f5",
         left=LEFT_ON_DARK,
         right=RIGHT_ON_DARK,
+        damaged=DAMAGED_ON_DARK,
         bodies=LINES_ON_DARK,
     ),
 }

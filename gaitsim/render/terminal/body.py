@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.colours import sides
+from gaitsim.render.colours import among, sides
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
@@ -15,10 +15,11 @@ from gaitsim.render.ticks import round_step
 GROUND, TRACK = 1, 2
 BODY = 3  # + SIDES × shade + side: the near over the far
 SIDES, SHADES = 3, 3  # the last shade is the nearest
-FOOT = BODY + SIDES * SHADES  # + side
+DAMAGED = BODY + SIDES * SHADES
+FOOT = DAMAGED + 1  # + side
 LABEL = FOOT + SIDES
 
-STANCE = ord("●")
+STANCE, LOST = ord("●"), ord("×")
 APART, LINES = 12.0, 12  # dots between two lines of the ground, and lines across it, about
 ALONG = 4  # dots of such a line between two that cross it
 REACH = 0.75  # of the ground around the body, in widths of the picture
@@ -49,19 +50,24 @@ def picture(
     eye = camera(view, clip, pose, width, height)
     if ground:
         _ground(dots, eye, clip)
-    limbs, shades = _limbs(eye, pose.segments, sides(clip.skeleton.names), height)
+    drawn = clip.skeleton
+    hurt = among(drawn.names, drawn.damaged)
+    limbs, shades = _limbs(eye, pose.segments, sides(drawn.names), hurt, height)
     track = _track(eye, clip, pose, height)
     draw_lines(dots, np.concatenate([track, limbs]), np.append(np.full(len(track), TRACK), shades))
     codes, inks = cells(dots, behind=TRACK)
     if len(pose.contacts):
-        feet = _flat(eye, pose.contacts[pose.touching], height)[0]
-        at = np.rint((feet - (0.5, 1.5)) / (2, 4)).astype(np.intp)
+        names = drawn.contact_names or ("",) * len(pose.contacts)
+        lost = among(names, drawn.damaged)
+        at = np.rint((_flat(eye, pose.contacts, height)[0] - (0.5, 1.5)) / (2, 4)).astype(np.intp)
         inside = ((at >= 0) & (at < (columns, rows))).all(axis=1)
-        at = at[inside]
-        names = clip.skeleton.contact_names or ("",) * len(pose.contacts)
-        side = sides(names)[pose.touching][inside]
-        codes[at[:, 1], at[:, 0]] = STANCE
-        inks[at[:, 1], at[:, 0]] = FOOT + side
+        for shown, sign, ink in (
+            (pose.touching & ~lost, STANCE, FOOT + sides(names)),
+            (lost, LOST, np.full(len(names), DAMAGED)),
+        ):
+            x, y = at[shown & inside].T
+            codes[y, x] = sign
+            inks[y, x] = ink[shown & inside]
     annotate(codes, inks, LABEL, eye, clip, pose, seconds)
     return codes, inks
 
@@ -105,15 +111,19 @@ def _track(eye: Camera, clip: Clip, pose: Pose, height: int) -> Points:
 
 
 def _limbs(
-    eye: Camera, segments: Points, side: NDArray[np.intp], height: int
+    eye: Camera,
+    segments: Points,
+    side: NDArray[np.intp],
+    damaged: NDArray[np.bool_],
+    height: int,
 ) -> tuple[Points, NDArray[np.intp]]:
-    """Lines (lines, 2, 2) and their inks: the side's, shaded by the distance to the camera."""
+    """Lines (lines, 2, 2) and their inks: the side's, shaded by the distance, or of damage."""
     ends, depth = _flat(eye, segments, height)
     middle = depth.mean(axis=1)
     spread = float(np.ptp(middle))
     share = (middle.max() - middle) / spread if spread > 1e-3 * eye.distance else np.ones(len(side))
     shade = np.minimum((share * SHADES).astype(np.intp), SHADES - 1)
-    inks = BODY + SIDES * shade + side
+    inks = np.where(damaged, DAMAGED, BODY + SIDES * shade + side)
     if height < BOLD:
         return ends, inks
     steep = np.abs(ends[:, 1] - ends[:, 0]).argmax(axis=1) == 1

@@ -46,6 +46,7 @@ class BodyCanvas(Cells, can_focus=True):
         "canvas--middle",
         "canvas--left",
         "canvas--right",
+        "canvas--damaged",
         "canvas--label",
     }
     DEFAULT_CSS = """
@@ -56,6 +57,7 @@ class BodyCanvas(Cells, can_focus=True):
         & > .canvas--middle { color: $foreground; }
         & > .canvas--left { color: $primary; }
         & > .canvas--right { color: $warning; }
+        & > .canvas--damaged { color: $error; }
         & > .canvas--label { color: $foreground 80%; }
     }
     """
@@ -208,13 +210,14 @@ class BodyCanvas(Cells, can_focus=True):
         return body.picture(self._body, self.seconds, self.view, columns, rows, ground=self.ground)
 
     def ink_styles(self) -> list[Style]:
-        """Of ground, track, limbs by shade and side, feet by side, labels."""
+        """Of ground, track, limbs by shade and side, damage, feet by side, labels."""
         parts = [f"canvas--{side}" for side in _SIDES]
         return [
             self.ink_style(),
             self.ink_style("canvas--ground"),
             self.ink_style("canvas--track"),
             *(self.ink_style(part, fog) for fog in FOG for part in parts),
+            self.ink_style("canvas--damaged") + Style(bold=True),
             *(self.ink_style(part) + Style(bold=True) for part in parts),
             self.ink_style("canvas--label"),
         ]
