@@ -111,18 +111,8 @@ def _values(
     body = experiment.entries["organism"]
     with plugin_errors(body, "measuring a population"):
         measures = experiment.organism.measures(motion)
-    known = {f"{TERM}{name}": values for name, values in terms.items()}
-    known = {"score": scores, **terms, **known}
-    for name, measure in measures.items():
-        with plugin_errors(body, f"measuring {name!r}"):
-            known[name] = np.array(measure.values, np.float64)
-        if known[name].shape != scores.shape:
-            raise contract_error(
-                body,
-                f"gave the measure {name!r} the shape {known[name].shape}",
-                f"(population,) = {scores.shape}",
-            )
-    if unknown := [name for name in names if name not in known]:
+    found = {"score": scores, **terms, **{f"{TERM}{name}": term for name, term in terms.items()}}
+    if unknown := [name for name in names if name not in found and name not in measures]:
         units = dict.fromkeys(["score", *terms], experiment.fitness.unit)
         units |= {name: measure.unit for name, measure in measures.items()}
         raise GaitsimError(
@@ -131,7 +121,18 @@ def _values(
             allowed=", ".join(f"{name} ({unit})" if unit else name for name, unit in units.items()),
             remedy=nearest(unknown[0], list(units)),
         )
-    return {name: known[name] for name in names}
+    for name in names:
+        if name not in measures:
+            continue
+        with plugin_errors(body, f"measuring {name!r}"):
+            found[name] = np.array(measures[name].values, np.float64)
+        if found[name].shape != scores.shape:
+            raise contract_error(
+                body,
+                f"gave the measure {name!r} the shape {found[name].shape}",
+                f"(population,) = {scores.shape}",
+            )
+    return {name: found[name] for name in names}
 
 
 def _failures(body: Entry, motion: Motion) -> dict[int, str]:

@@ -106,19 +106,24 @@ class Spider(Organism):
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Travel, heading, slip, stability and stance over the whole gait."""
-        pose, slip = motion["pose"], motion["slip"][:, :-1]
+        pose = motion["pose"]
         forward = pose[:, -1, 0]
-        path = np.linalg.norm(np.diff(pose[:, :, :2], axis=1), axis=2).sum(axis=1)
-        slid = slip.sum(axis=1)
-        ratio = np.divide(slid, path, out=np.full_like(slid, np.inf), where=path > 0)
+
+        def slip_ratio() -> Array:
+            path = np.linalg.norm(np.diff(pose[:, :, :2], axis=1), axis=2).sum(axis=1)
+            slid = motion["slip"][:, :-1].sum(axis=1)
+            ratio: Array = np.full_like(slid, np.inf)
+            np.divide(slid, path, out=ratio, where=path > 0)
+            return ratio
+
         return {
             "forward": Measure(forward, "m", "in the gait's 10 s, along the starting heading"),
             "body lengths": Measure(forward / body.BODY_LENGTH, "", "forward in body lengths"),
             "lateral": Measure(pose[:, -1, 1], "m", "displacement to the left"),
             "yaw": Measure(np.degrees(pose[:, -1, 2]), "°", "turn to the left"),
-            "slip ratio": Measure(ratio, "", "distance the stance feet slid, over the path"),
+            "slip ratio": Measure(slip_ratio, "", "distance the stance feet slid, over the path"),
             "least margin": Measure(
-                1000 * motion["margin"].min(axis=1),
+                lambda: 1000 * motion["margin"].min(axis=1),
                 "mm",
                 "static stability, worst moment: centre of mass to the edge of support",
             ),

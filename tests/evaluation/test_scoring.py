@@ -3,12 +3,13 @@ from enum import StrEnum
 import numpy as np
 import pytest
 
-from gaitsim.contracts import Motion
+from gaitsim.contracts import Measure, Motion
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.scoring import Evaluation, joined
 
 GENOMES = np.linspace(-1, 2, 12).reshape(4, 3)
+ARCHIVE = ["search.plugin=map-elites", "search.axes.shoulder=[-1, 2]", "search.cells=[3]"]
 INF, NAN = np.inf, np.nan
 
 
@@ -91,6 +92,22 @@ def test_a_body_gets_a_writable_copy_of_the_genomes(puppet, puppets, monkeypatch
     assert seen[0].writeable
     assert seen[0].c_contiguous
     assert np.array_equal(genomes, GENOMES)
+
+
+def test_only_the_measures_that_the_search_reads_are_computed(puppet, puppets, monkeypatch):
+    computed = []
+
+    def measures(self, motion):
+        def shoulder():
+            computed.append("shoulder")
+            return motion["joint_angles"][:, -1, 0]
+
+        return {"shoulder": Measure(shoulder, "rad", ""), "elbow": Measure(fail, "rad", "")}
+
+    monkeypatch.setattr(puppets.Puppet, "measures", measures)
+    evaluation = evaluate(puppet(*ARCHIVE), GENOMES)
+    np.testing.assert_array_equal(evaluation.values["shoulder"], GENOMES[:, 0])
+    assert computed == ["shoulder"]
 
 
 def moves_to(**channels):

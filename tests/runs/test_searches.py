@@ -6,6 +6,7 @@ import signal
 import time
 from contextlib import suppress
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.evolution.repeats import evolve_repeats
+from gaitsim.experiment import load_experiment
 from gaitsim.registry import entries
 from gaitsim.runs.files.checkpoint import write_checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, create_run
@@ -30,14 +32,18 @@ NEEDED = {
 }
 """Options without a default."""
 
+VORONOI = "map-elites over Voronoi cells"
+AXES = [f"search.axes.{name}=[-2, 3]" for name in ("reach", "price", "score", "term:reach")]
 ALL = [name for name in entries("search") if name != "puppet"]
 
 
-@pytest.fixture(params=ALL)
+@pytest.fixture(params=[*ALL, VORONOI])
 def searching(request, puppet):
     """Makes an experiment of puppets with each installed search."""
     name = request.param
     chosen = [] if name == "genetic" else [f"search.plugin={name}", *NEEDED.get(name, [])]
+    if name == VORONOI:
+        chosen = ["search.plugin=map-elites", *AXES, "search.cells=20"]
     return lambda *more: puppet("evolution.population=12", *chosen, *more)
 
 
@@ -127,6 +133,32 @@ def test_repeats_differ_and_improve(searching):
     best = list(evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 3))
     assert len(set(best[0].tolist())) == 3
     assert (np.diff(best, axis=0) >= 0).all()
+
+
+def test_an_atlas_of_the_spider_is_the_same_with_two_workers_and_in_steps(tmp_path):
+    axes = {
+        f"duty factor {leg}": [0, 1] for leg in ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
+    }
+    options = {
+        "evolution.population": 130,
+        "search.axes": axes,
+        "search.cells": 300,
+        "search.variation": "line",
+    }
+    experiment = load_experiment("spider-atlas", options)
+    path = create_run(experiment, tmp_path / "run")
+    with Evaluator(experiment, workers=1) as evaluator:
+        *_, whole = islice(evolve(experiment, evaluator.evaluate), 4)
+    for generations in (1, 4):
+        with (
+            RunWriter.open(path, generations=generations) as writer,
+            Evaluator(writer.experiment, workers=2) as evaluator,
+        ):
+            for _ in writer.evolve(evaluator.evaluate):
+                pass
+    found = RunSnapshot(path).finished.state
+    assert len(found["cells"]) > 50
+    assert all(np.array_equal(found[name], array) for name, array in whole.state.items())
 
 
 @pytest.mark.slow
