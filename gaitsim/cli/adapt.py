@@ -23,6 +23,8 @@ from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import gait_of, write_gait
 from gaitsim.legged.damage import DAMAGE_HELP
+from gaitsim.render.plots.adaptation import adaptation_figure
+from gaitsim.render.plots.style import check_target, save
 from gaitsim.runs.files.folder import command, exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -93,6 +95,10 @@ def adapt(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Begin again; earlier trials of this name are deleted.")
     ] = False,
+    figure: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Plot the trials: PNG, SVG or PDF, as the name ends."),
+    ] = None,
     workers: Workers = None,
     json: Json = False,
 ) -> None:
@@ -108,13 +114,17 @@ def adapt(
 
     gaitsim adapt spider-atlas --damage "R1 femur stuck 20" --physics
 
-    gaitsim adapt spider-atlas --interactive --name leg-gone
+    gaitsim adapt spider-atlas --interactive
+
+    gaitsim adapt spider-atlas --name leg-gone
 
     gaitsim adapt spider-atlas --name leg-gone --measured 1.3
     """
     place: Place = "physics" if physics else "simulation" if damage else "robot"
     _check(place, interactive, measured, json)
     value = None if measured is None else _number(measured)
+    if figure is not None:
+        check_target(figure)
     run = RunSnapshot(find_run(atlas))
     damaged = canonical(damage or ())
     called = name or default_name(place, damaged)
@@ -158,6 +168,9 @@ def adapt(
                 view.proposal(adaptation.proposal, _gait_file(adaptation, called, format))
             if adaptation.proposal is None:
                 view.end()
+            if figure is not None:
+                save(adaptation_figure(adaptation), figure)
+                view.figure(figure)
     except KeyboardInterrupt:
         notice(f"Stopped; the trials are kept. Continue: {command('adapt', run.path, *words)}")
         sys.exit(INTERRUPTED)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gaitsim.adaptation.adaptation import Adaptation
 from gaitsim.adaptation.trials import Proposal, Trial
-from gaitsim.cli.console import echo, output, print_json
+from gaitsim.cli.console import echo, output, print_json, wrote
 from gaitsim.gait import analyse_individual
 from gaitsim.runs.files.folder import command
 
@@ -88,6 +88,12 @@ class View:
             "film it": ("video", prior.source, "--member", best.member, *damage),
         }.items():
             output().print(f"  {command(*map(str, words))}  # {meaning}", style="dim")
+
+    def figure(self, file: Path) -> None:
+        """Report the file of a plot."""
+        wrote(file)
+        if not self._json:
+            echo(file)
 
     def _expected(self, one: Proposal) -> str:
         return (

@@ -9,6 +9,7 @@ import pytest
 from hostile import ATTACKS
 
 import gaitsim as gs
+from gaitsim.render.plots.adaptation import adaptation_figure
 
 LOST = ("--damage", "A lost")
 
@@ -200,3 +201,17 @@ def test_python_makes_the_same_trials_and_takes_a_function_for_a_robot(adapt, at
         by_hand.record("far")
     with pytest.raises(gs.GaitsimError, match="robot"):
         run.adapt(["A lost"], robot=robot)
+
+
+def test_the_figure_shows_each_trial_and_its_place_on_the_map(adapt, atlas, tmp_path):
+    adapt(*LOST, "--trials", "4", "--stop", "1.5", "--figure", "trials.png")
+    assert (tmp_path / "trials.png").stat().st_size > 10_000
+    adaptation = gs.load(atlas).adapt(["A lost"], trials=4, stop=1.5)
+    with pytest.raises(gs.GaitsimError, match="no trial"):
+        adaptation_figure(adaptation)
+    trials = [*adaptation]
+    above, below, _ = adaptation_figure(adaptation).axes
+    measured = next(line for line in above.lines if line.get_label().startswith("measured"))
+    np.testing.assert_array_equal(measured.get_ydata(), [trial.measured for trial in trials])
+    assert [text.get_text() for text in below.texts] == ["1", "2", "3", "4"]
+    assert ".png" in adapt(*LOST, "--figure", "trials.txt", code=2).stderr

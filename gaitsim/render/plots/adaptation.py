@@ -1,0 +1,155 @@
+"""Plot an adaptation: what was expected of each trial, what it did, and its place on the map."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitsim.adaptation.adaptation import Adaptation
+from gaitsim.adaptation.performance import Floats
+from gaitsim.adaptation.prior import Prior
+from gaitsim.render.plots.labels import head, shortened
+from gaitsim.render.plots.request import NothingToPlotError
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST_NUMBERS = 20  # of trials that are written beside their points
+_ROOM = 0.15  # above and below the points, in shares of their range
+
+
+def adaptation_figure(adaptation: Adaptation, theme: Theme = LIGHT) -> "Figure":
+    """Plot expected and measured performance by trial, and the trials on the map of the atlas.
+
+    A map of more than two axes is drawn by its two principal components.
+
+    Raises:
+        NothingToPlotError: no trial was made yet.
+    """
+    from matplotlib.figure import Figure
+
+    prior, trials = adaptation.prior, adaptation.trials
+    if not trials:
+        raise NothingToPlotError("the adaptation has no trial yet")
+    with styled(theme):
+        figure = Figure(figsize=(WIDTH, 5.0))
+        above, below = figure.subplots(2, 1, height_ratios=(1, 1.3))
+        _draw_trials(above, adaptation, theme)
+        _draw_map(below, adaptation, theme)
+        damage = ", ".join(adaptation.session.damage) or adaptation.session.place
+        heading = f"{prior.source.resolve().name}, {shortened(damage, 40)}"
+        handles, labels = above.get_legend_handles_labels()
+        head(figure, heading, handles, labels)
+    return figure
+
+
+def _draw_trials(axes: "Axes", adaptation: Adaptation, theme: Theme) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    prior, trials = adaptation.prior, adaptation.trials
+    numbers = np.array([trial.number for trial in trials])
+    expected, deviation, measured = (
+        np.array([getattr(trial, name) for trial in trials])
+        for name in ("expected", "deviation", "measured")
+    )
+    axes.errorbar(
+        numbers,
+        expected,
+        deviation,
+        color=theme.colours[0],
+        fmt="o",
+        markersize=3,
+        markerfacecolor=theme.background,
+        elinewidth=0.8,
+        capsize=2,
+        label="expected, ± standard deviation",
+    )
+    axes.step(
+        [*numbers, numbers[-1] + 0.4],
+        np.maximum.accumulate([*measured, measured[-1]]),
+        where="post",
+        color=theme.colours[1],
+        linewidth=0.8,
+    )
+    axes.plot(
+        numbers, measured, "D", color=theme.colours[1], markersize=3.5, label="measured, and best"
+    )
+    axes.axhline(
+        prior.best, color=theme.ink, linewidth=0.7, linestyle=":", label="best on the intact body"
+    )
+    points = np.concatenate([expected, measured, [prior.best, 0.0]])
+    low, high = float(points.min()), float(points.max())
+    axes.set_ylim(low - _ROOM * (high - low), high + _ROOM * (high - low))
+    axes.set_xlim(0.4, max(len(trials), 4) + 0.6)
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.set_xlabel("trial")
+    axes.set_ylabel(_label(prior))
+
+
+def _draw_map(axes: "Axes", adaptation: Adaptation, theme: Theme) -> None:
+    prior, trials = adaptation.prior, adaptation.trials
+    places, names = _projected(prior)
+    order = np.argsort(prior.performance, kind="stable")  # the best ones on top
+    drawn = axes.scatter(
+        places[order, 0],
+        places[order, 1],
+        c=prior.performance[order],
+        s=float(np.clip(4000 / len(places), 1, 12)),
+        cmap="viridis",
+        linewidths=0,
+        rasterized=True,
+    )
+    best = adaptation.best
+    for trial in trials:
+        x, y = places[trial.member - 1]
+        chosen = trial == best
+        axes.plot(
+            x,
+            y,
+            marker="D" if chosen else "o",
+            markersize=6 if chosen else 4.5,
+            markerfacecolor=theme.colours[1] if chosen else theme.background,
+            markeredgecolor=theme.ink,
+            markeredgewidth=0.8,
+            zorder=5 if chosen else 4,
+        )
+        if len(trials) <= _MOST_NUMBERS:
+            axes.annotate(
+                str(trial.number),
+                (x, y),
+                (4, 3),
+                textcoords="offset points",
+                fontsize=6,
+                zorder=6,
+            )
+    axes.set_xlabel(names[0])
+    axes.set_ylabel(names[1])
+    bar = axes.figure.colorbar(drawn, ax=axes, location="bottom", aspect=40, pad=0.02)
+    bar.outline.set_visible(False)
+    bar.ax.tick_params(length=0)
+    bar.set_label(f"{_label(prior)} on the intact body", fontsize=7)
+
+
+def _projected(prior: Prior) -> tuple[Floats, tuple[str, str]]:
+    """Return the place of each member on the plot, (members, 2), and what the two axes are."""
+    behaviour = prior.behaviour
+    if len(prior.axes) == 1:
+        return np.stack([behaviour[:, 0], prior.performance], axis=1), (prior.axes[0], "intact")
+    if len(prior.axes) == 2:
+        first, second = (f"{shortened(name, 24)}, share of its range" for name in prior.axes)
+        return behaviour, (first, second)
+    centred = behaviour - behaviour.mean(axis=0)
+    variances, vectors = np.linalg.eigh(centred.T @ centred)
+    main = vectors[:, ::-1][:, :2]
+    main = main * np.sign(main[np.abs(main).argmax(axis=0), [0, 1]])  # the sign is arbitrary
+    shares = variances[::-1][:2] / variances.sum()
+    first, second = (
+        f"{which} principal component ({share:.0%})"
+        for which, share in zip(("first", "second"), shares, strict=True)
+    )
+    return np.asarray(centred @ main), (first, second)
+
+
+def _label(prior: Prior) -> str:
+    return f"{prior.measure} ({prior.unit})" if prior.unit else prior.measure
