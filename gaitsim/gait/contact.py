@@ -130,7 +130,7 @@ def _autocorrelation_peak(touching: Contacts) -> tuple[int | None, float]:
     half = len(contacts) // 2
     if stepping.mean() < _MOST or half < 3:
         return None, 0.0
-    correlation = np.array([_correlation(contacts, lag) for lag in range(half + 1)])
+    correlation = _correlations(contacts, half)
     inner = correlation[1:-1]
     peaks = np.flatnonzero((inner >= correlation[:-2]) & (inner > correlation[2:])) + 1
     peaks = peaks[peaks > 1]
@@ -140,9 +140,23 @@ def _autocorrelation_peak(touching: Contacts) -> tuple[int | None, float]:
     return int(high[0]), float(correlation[high[0]])
 
 
-def _correlation(contacts: Floats, lag: int) -> float:
-    """Return Pearson's correlation of all feet with themselves `lag` frames later."""
-    now, later = contacts[: len(contacts) - lag], contacts[lag:]
-    now, later = now - now.mean(axis=0), later - later.mean(axis=0)
-    scale = float(np.sqrt((now**2).sum() * (later**2).sum()))
-    return float((now * later).sum()) / scale if scale else 0.0
+def _correlations(contacts: Floats, most: int) -> Floats:
+    """Return Pearson's correlation of all feet with themselves up to `most` frames later.
+
+    Args:
+        contacts: 0 or 1, (frames, feet).
+        most: frames later.
+
+    Returns:
+        (most + 1,); 0 where a foot never changes.
+    """
+    frames = len(contacts)
+    # By FFT: 0.1 ms rather than 5 ms. Products of zeros and ones are counts, so they are exact.
+    spectrum = np.fft.rfft(contacts, 2 * frames, axis=0)
+    both = np.rint(np.fft.irfft(np.abs(spectrum) ** 2, axis=0)[: most + 1])
+    count = frames - np.arange(most + 1)[:, None]
+    sums = np.concatenate([np.zeros_like(contacts[:1]), np.cumsum(contacts, axis=0)])
+    now, later = sums[frames - np.arange(most + 1)], sums[-1] - sums[: most + 1]
+    products = (both - now * later / count).sum(axis=1)
+    scale = np.sqrt((now - now**2 / count).sum(axis=1) * (later - later**2 / count).sum(axis=1))
+    return np.divide(products, scale, out=np.zeros_like(products), where=scale > 1e-9)

@@ -84,9 +84,11 @@ def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float
         phases: (feet,), cycles; NaN for feet that do not step, which are left out.
         layout: which foot is where.
     """
-    found = [Nearest(name, *fit(phases, pattern)) for name, pattern in references(layout).items()]
-    distances = {one.name: one.distance for one in found}
-    closest = min(found, key=lambda one: one.distance)
+    known = references(layout)
+    away, shifted = fit(phases, np.stack([*known.values()]))
+    distances = dict(zip(known, away.tolist(), strict=True))
+    least = int(np.argmin(away))
+    closest = Nearest([*known][least], float(away[least]), shifted[least])
     if closest.distance <= NEAR or layout.pairs < 3:
         return closest, distances
     wave = metachronal(phases, layout)
@@ -96,10 +98,8 @@ def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float
 
 def metachronal(phases: Floats, layout: Layout) -> Nearest:
     """Return the nearest gait with the same lag from foot to foot along each side."""
-    found = [
-        Nearest("metachronal", *fit(phases, pattern, starts=8), float(lag))
-        for lag in _LAGS[np.abs(_LAGS) >= _SHALLOW]
-        for across in (0.0, 0.5)
-        for pattern in [layout.side * across + layout.place * lag]
-    ]
-    return min(found, key=lambda one: one.distance)
+    lags = np.repeat(_LAGS[np.abs(_LAGS) >= _SHALLOW], 2)
+    across = np.tile([0.0, 0.5], len(lags) // 2)
+    away, shifted = fit(phases, across[:, None] * layout.side + lags[:, None] * layout.place)
+    least = int(np.argmin(away))
+    return Nearest("metachronal", float(away[least]), shifted[least], float(lags[least]))

@@ -64,22 +64,29 @@ def wrapped(cycles: NDArray[np.float64]) -> Floats:
     return np.asarray((cycles + 0.5) % 1.0 - 0.5)
 
 
-def fit(phases: Floats, pattern: Floats, starts: int = 32) -> tuple[float, Floats]:
-    """Return the rms circular distance of two phase patterns in cycles, and the second shifted.
+def fit(phases: Floats, patterns: Floats) -> tuple[Floats, Floats]:
+    """Return the rms circular distance of phases to patterns in cycles, and the patterns shifted.
 
-    The least distance over all common shifts, exactly: at the least one the mean of the
-    differences is zero, which is gone to from evenly spread ones.
+    The least distance over all common shifts, exactly: the shift is a mean of the differences on
+    the circle, of which there are as many as feet (Hotz and Huckemann 2015, "Intrinsic means on the
+    circle").
 
     Args:
         phases: (feet,), cycles; NaN for feet that are left out.
-        pattern: (feet,), cycles.
-        starts: how many shifts are tried.
+        patterns: (..., feet), cycles.
+
+    Returns:
+        Distances, (...), and shifted patterns, (..., feet), from 0 to 1.
     """
     known = ~np.isnan(phases)
-    away = (phases - pattern)[known]
-    shift = np.arange(starts)[:, None] / starts
-    for _ in range(4):
-        shift = shift + wrapped(away - shift).mean(axis=1, keepdims=True)
-    distances = np.sqrt((wrapped(away - shift) ** 2).mean(axis=1))
-    best = int(np.argmin(distances))
-    return float(distances[best]), _in_a_cycle(pattern + shift[best])
+    away = np.sort((phases - patterns)[..., known] % 1.0, axis=-1)
+    count = away.shape[-1]
+    # The shift in whose middle the first k differences are one cycle later.
+    k = np.arange(count)
+    before = np.cumsum(away, axis=-1) - away
+    means = (away.sum(axis=-1, keepdims=True) + k) / count
+    squares = ((away**2).sum(axis=-1, keepdims=True) + 2 * before + k) / count
+    best = np.argmin(squares - means**2, axis=-1)[..., None]
+    shift = np.take_along_axis(means, best, axis=-1)
+    distances = np.sqrt((wrapped(away - shift) ** 2).mean(axis=-1))
+    return distances, _in_a_cycle(patterns + shift)
