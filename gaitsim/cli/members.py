@@ -2,13 +2,15 @@
 
 import csv
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from gaitsim.cli.console import echo, output, print_json, print_table, wrote
-from gaitsim.cli.options import Json, RunName
+from gaitsim.cli.options import Json, RunName, Workers
+from gaitsim.cli.progress_bar import Progress
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.gait.files.writer import check_folder
@@ -18,12 +20,19 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
+FREQUENCY = "stride frequency"
+
 
 def members(
     run: RunName,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Write a CSV file instead of a table.")
     ] = None,
+    gaits: Annotated[
+        bool,
+        typer.Option("--gaits", help="Also name the gait of each, with duty factor and frequency."),
+    ] = False,
+    workers: Workers = None,
     json: Json = False,
 ) -> None:
     """List the front or the archive that a search keeps.
@@ -37,6 +46,8 @@ def members(
 
     gaitsim members spider-front --out front.csv
 
+    gaitsim members spider-atlas --gaits --out atlas.csv
+
     gaitsim play spider-front --member 3
 
     gaitsim run spider --from spider-front#3
@@ -47,7 +58,7 @@ def members(
         check_folder(out)
     opened = RunSnapshot(find_run(run))
     found = _members(opened)
-    columns, rows = _table(found)
+    columns, rows = _table(found, _gaits(opened, found, workers) if gaits else {})
     if out is not None:
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows([columns, *rows])
@@ -72,11 +83,33 @@ def _members(run: RunSnapshot) -> Members:
     return found
 
 
-def _table(members: Members) -> tuple[list[str], list[list[Any]]]:
-    """Return the columns and a row for each member: number, score, values and cells."""
+def _gaits(run: RunSnapshot, members: Members, workers: int | None) -> dict[str, list[Any]]:
+    """Return the gaits of the members as columns of the table; a strideless one has no frequency.
+
+    Raises:
+        GaitsimError: the body has no feet.
+    """
+    from gaitsim.gait.repertoire import Gait, gaits_of
+
+    found: list[Gait] = []
+    experiment = run.experiment_at(run.generation)
+    with Progress("naming gaits", "members", len(members.scores)) as progress:
+        for part in gaits_of(experiment, members.genomes, workers):
+            found += part
+            progress.advance(len(part))
+    return {
+        "gait": [one.name.name for one in found],
+        "duty factor": [one.duty_factor for one in found],
+        FREQUENCY: [one.frequency for one in found],
+    }
+
+
+def _table(members: Members, more: Mapping[str, list[Any]]) -> tuple[list[str], list[list[Any]]]:
+    """Return the columns and a row for each member: number, score, values, more, and cells."""
     values = {"score": members.scores, **members.values}
-    columns = {"member": range(1, len(members.scores) + 1)}
+    columns: dict[str, Any] = {"member": range(1, len(members.scores) + 1)}
     columns |= {name: found.tolist() for name, found in values.items()}
+    columns |= {name: found for name, found in more.items() if name not in columns}
     if members.cells is not None:
         cells = members.cells.T.tolist()
         names = ["cell"] if len(cells) == 1 else [f"cell {name}" for name in members.values]
@@ -96,8 +129,14 @@ def _print(run: RunSnapshot, members: Members, columns: list[str], rows: list[li
         console.print("Every individual failed.")
         return
     first = run.individual(Member(1))
-    units = {name: first.unit_of(name) for name in ("score", *members.values)}
+    units = {name: first.unit_of(name) for name in ("score", *members.values)} | {FREQUENCY: "Hz"}
     heads = [f"{name}, {units[name]}" if units.get(name) else name for name in columns]
-    cells = [[number(one) if isinstance(one, float) else str(one) for one in row] for row in rows]
-    print_table(heads, cells, numbers=heads)
+    cells = [[_shown(one) for one in row] for row in rows]
+    print_table(heads, cells, numbers=[head for head in heads if head != "gait"])
     console.print(f"Watch one: {command('play', run.path, '--member', 1)}", style="dim")
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "–"
+    return number(value) if isinstance(value, float) else str(value)

@@ -86,13 +86,14 @@ def _next_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str,
 
 def print_archive(run: RunSnapshot, view: ArchiveView) -> None:
     """Print the share of cells that are occupied, the other figures, and the best member."""
-    count, figures = len(view.members.scores), figures_of(run.history)
+    count = len(view.members.scores)
     shown = [f"{count:,} of {view.total:,} cells ({count / view.total:.1%})"]
-    shown += [
-        f"{name} {number(run.history[FIGURE + name][-1], 4)}"
-        for name in figures
-        if name != "coverage"
-    ]
+    for name in figures_of(run.history):
+        if name != "coverage":
+            value = float(run.history[FIGURE + name][-1])
+            shown.append(
+                f"{name} {value:,.0f}" if abs(value) >= 1000 else f"{name} {number(value)}"
+            )
     console = output()
     console.print(f"Archive: {', '.join(shown)}")
 

@@ -159,4 +159,4 @@ def _correlations(contacts: Floats, most: int) -> Floats:
     now, later = sums[frames - np.arange(most + 1)], sums[-1] - sums[: most + 1]
     products = (both - now * later / count).sum(axis=1)
     scale = np.sqrt((now - now**2 / count).sum(axis=1) * (later - later**2 / count).sum(axis=1))
-    return np.divide(products, scale, out=np.zeros_like(products), where=scale > 1e-9)
+    return np.asarray(np.divide(products, scale, np.zeros_like(products), where=scale > 1e-9))

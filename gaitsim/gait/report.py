@@ -107,7 +107,7 @@ def analyse_gait(
             (found,) if found else (),
             ("footfalls, phases, stability margin and slip: this body's skeleton has no contacts",),
         )
-    relative = in_body_frame(skeleton.contacts.astype(np.float64), path, turned)
+    relative = relative_feet(skeleton)
     order = body_order(relative)
     relative, contacts = relative[:, order], skeleton.contacts[:, order].astype(np.float64)
     upright = slice(None)
@@ -137,8 +137,8 @@ def analyse_gait(
         ),
         lain,
     )
-    still = np.abs(np.diff(relative[upright], axis=0)).mean() < exploits.STILL * length
-    name, distances = name_of(feet, stride, phases, consistency, relative, bool(still))
+    still = stands(skeleton, upright)
+    name, distances = name_of(feet, stride, phases, consistency, relative, still)
     flags = (
         exploits.flip_flop(relative, names, length, skeleton.frame_rate),
         exploits.flickering(touching, names, skeleton.frame_rate),
@@ -157,3 +157,17 @@ def analyse_gait(
         tuple(flag for flag in flags if flag),
         missing,
     )
+
+
+def relative_feet(skeleton: Skeleton) -> Floats:
+    """Return the feet relative to the body's place and heading, (frames, feet, 3), metres."""
+    if skeleton.contacts is None:
+        raise ValueError("the skeleton has no contacts")
+    feet, path = (points.astype(np.float64) for points in (skeleton.contacts, skeleton.path))
+    return in_body_frame(feet, path, heading(trunk(skeleton)))
+
+
+def stands(skeleton: Skeleton, upright: slice) -> bool:
+    """Return whether the feet do not move relative to the body in the frames before a fall."""
+    moved = np.abs(np.diff(relative_feet(skeleton)[upright], axis=0)).mean()
+    return bool(moved < exploits.STILL * size(skeleton))

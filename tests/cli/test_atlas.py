@@ -1,5 +1,7 @@
 """`gaitsim atlas`."""
 
+import json
+
 import pytest
 
 
@@ -11,6 +13,10 @@ def test_an_atlas_is_filled_and_its_summary_says_how_much_of_it(gaitsim, tmp_pat
     assert "of 20 cells" in shown
     assert "QD score" in shown
     assert "--member" in shown
+    table = gaitsim("members", "spider-cma-atlas", "--gaits", "--json").stdout.splitlines()
+    rows = [json.loads(row) for row in table]
+    assert [*rows[0]][:6] == ["member", "score", "duty factor", "yaw", "gait", "stride frequency"]
+    assert all(isinstance(row["gait"], str) for row in rows)
 
 
 @pytest.mark.parametrize(

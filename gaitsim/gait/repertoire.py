@@ -1,0 +1,173 @@
+"""The gaits of many individuals of one body: their names, duty factors and stride frequencies."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from gaitsim.contracts import Genomes, Motion
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.scoring import check_motion
+from gaitsim.experiment import Experiment
+from gaitsim.gait.contact import feet_of
+from gaitsim.gait.intervals import Floats
+from gaitsim.gait.layout import body_order
+from gaitsim.gait.naming import NONE, Name, name_of
+from gaitsim.gait.phases import phases_of
+from gaitsim.gait.report import relative_feet, stands
+from gaitsim.gait.travel import frames_in
+from gaitsim.registry import plugin_errors
+
+_SEEN = 9  # individuals whose feet tell which are left, right and foremost
+_CHUNK = 50  # individuals, whose motions are in memory at once in each worker
+
+
+@dataclass(frozen=True)
+class Gait:
+    """The gait of one individual.
+
+    Attributes:
+        name: of the gait.
+        duty_factor: mean over the feet.
+        frequency: strides a second, Hz; None where nothing repeats.
+    """
+
+    name: Name
+    duty_factor: float
+    frequency: float | None
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """The individuals whose gait has one name.
+
+    Attributes:
+        name: of the gait.
+        count: how many they are.
+        member: number of the one with the highest score, from 1.
+        score: its score.
+    """
+
+    name: str
+    count: int
+    member: int
+    score: float
+
+
+def patterns(gaits: Sequence[Gait], scores: Floats) -> list[Pattern]:
+    """Return the gaits by name, those of the highest scores first, those without a name last.
+
+    Args:
+        gaits: of individuals.
+        scores: theirs, (individuals,).
+    """
+    found: dict[str, list[int]] = {}
+    for index, gait in enumerate(gaits):
+        found.setdefault(gait.name.name, []).append(index)
+    best = {name: max(indices, key=lambda index: scores[index]) for name, indices in found.items()}
+    named = [
+        Pattern(name, len(found[name]), index + 1, float(scores[index]))
+        for name, index in best.items()
+    ]
+    return sorted(named, key=lambda one: (one.name == NONE, -one.score))
+
+
+def gaits_of(
+    experiment: Experiment, genomes: Genomes, workers: int | None = None
+) -> Iterator[list[Gait]]:
+    """Yield the gaits of genomes in order, some at a time.
+
+    `analyse_individual` gives the same names, one at a time: 15,625 spiders would take it many
+    minutes. Here the places of the feet along the body are those that a few individuals show,
+    and no skeleton is made of the others.
+
+    Args:
+        experiment: whose body moves them.
+        genomes: (individuals, genes).
+        workers: how many work at a time; None for what suits the body.
+
+    Raises:
+        GaitsimError: the body has no feet.
+        PluginError: the body fails or breaks its contract.
+    """
+    if not len(genomes):
+        return
+    places, names = _feet(experiment, genomes)
+    work = partial(_named, places=places, names=names)
+    with Evaluator(experiment, workers) as evaluator:
+        step = 2 * evaluator.workers * _CHUNK
+        for start in range(0, len(genomes), step):
+            part = genomes[start : start + step]
+            chunks = np.split(part, range(_CHUNK, len(part), _CHUNK))
+            yield from evaluator.map(work, chunks)
+
+
+def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, ...]]:
+    """Return the feet's mean places in the body's frame, (feet, 3), in metres, and their names.
+
+    Raises:
+        GaitsimError: the body has no feet, or no channel `stance` that says when they stand.
+    """
+    seen = genomes[np.unique(np.linspace(0, len(genomes) - 1, _SEEN).astype(int))]
+    motion = _moved(experiment, seen)
+    entry, organism = experiment.entries["organism"], experiment.organism
+    channel = organism.channels.get("stance")
+    with plugin_errors(entry, "drawing an individual"):
+        skeletons = [organism.skeleton(motion, index) for index in range(len(seen))]
+    first = skeletons[0]
+    if channel is None or channel.axes != ("frames", "feet") or first.contacts is None:
+        raise GaitsimError(
+            f"the gaits of the body {entry.name!r} have no names",
+            allowed="a body with feet, and a channel 'stance' over frames and feet",
+        )
+    places = [relative_feet(skeleton).mean(axis=0) for skeleton in skeletons]
+    count = first.contacts.shape[1]
+    names = first.contact_names or tuple(f"foot {number + 1}" for number in range(count))
+    return np.median(places, axis=0), names
+
+
+def _named(
+    experiment: Experiment, genomes: Genomes, places: Floats, names: tuple[str, ...]
+) -> list[Gait]:
+    motion = _moved(experiment, genomes)
+    with plugin_errors(experiment.entries["organism"], "computing the channel 'stance'"):
+        stance = np.asarray(motion["stance"]).astype(bool)
+    order = body_order(places[None])
+    ordered = tuple(names[index] for index in order)
+    lasted = _lasted(experiment, motion)
+    gaits = []
+    for index, touching in enumerate(stance):
+        if index in motion.failures:
+            gaits.append(Gait(Name(NONE, "the motion failed"), float("nan"), None))
+            continue
+        upright = slice(None if lasted is None else frames_in(lasted[index], motion.frame_rate))
+        feet, stride = feet_of(touching[upright, order], ordered, motion.frame_rate)
+        phases = consistency = np.full(len(feet), np.nan)
+        if stride is not None:
+            phases, consistency = phases_of(feet, stride)
+        still = False
+        if not any(foot.steps for foot in feet):  # rare, so a skeleton may be made
+            with plugin_errors(experiment.entries["organism"], "drawing an individual"):
+                skeleton = experiment.organism.skeleton(motion, index)
+            still = stands(skeleton, upright)
+        name, _ = name_of(feet, stride, phases, consistency, places[None, order], still)
+        duty = float(np.mean([foot.duty_factor for foot in feet]))
+        gaits.append(Gait(name, duty, None if stride is None else stride.frequency))
+    return gaits
+
+
+def _lasted(experiment: Experiment, motion: Motion) -> Floats | None:
+    """Return the seconds before a fall, (population,); None for a body that cannot fall."""
+    with plugin_errors(experiment.entries["organism"], "measuring a population"):
+        found = experiment.organism.measures(motion).get("lasted")
+        if found is None or found.unit != "s":
+            return None
+        return np.asarray(found.values, np.float64)
+
+
+def _moved(experiment: Experiment, genomes: Genomes) -> Motion:
+    entry = experiment.entries["organism"]
+    with plugin_errors(entry, "moving a population"):
+        return check_motion(entry, experiment.organism.move(genomes.copy()))
