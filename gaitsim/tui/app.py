@@ -160,11 +160,26 @@ class GaitsimApp(ViKeys):
 
         self.push_screen(New(experiment))
 
-    def open_replay(self, run: Path, which: "Which" = None, beside: Path | None = None) -> None:
-        """Replay a champion or another individual, beside another run's if one is given."""
+    def open_replay(
+        self,
+        run: Path,
+        which: "Which" = None,
+        beside: Path | None = None,
+        damage: Sequence[str] = (),
+    ) -> None:
+        """Replay a champion or another individual, beside another run's if one is given.
+
+        Its body has the damage that is given.
+        """
         from gaitsim.tui.screens.replay import Replay
 
-        self.push_screen(Replay(run, which, beside))
+        self.push_screen(Replay(run, which, beside, damage))
+
+    def open_laboratory(self, run: Path, which: "Which" = None) -> None:
+        """Damage the body of a run, and adapt its gait."""
+        from gaitsim.tui.screens.laboratory import Laboratory
+
+        self.push_screen(Laboratory(run, which))
 
     def open_why(self, run: Path, which: "Which" = None) -> None:
         """Say why a champion or another individual scored."""
@@ -186,12 +201,16 @@ class GaitsimApp(ViKeys):
 
     @work
     async def open_export(
-        self, run: Path, which: "Which" = None, others: Sequence[Path] = ()
+        self,
+        run: Path,
+        which: "Which" = None,
+        others: Sequence[Path] = (),
+        damage: Sequence[str] = (),
     ) -> None:
         """Ask what to make of a run, of an individual on the screen, beside other runs."""
         from gaitsim.tui.screens.export_dialog import ExportDialog
 
-        answer = await self.push_screen_wait(ExportDialog(run, which, others))
+        answer = await self.push_screen_wait(ExportDialog(run, which, others, damage))
         if answer == "files":
             self.open_files(run)
         elif answer:

@@ -54,6 +54,11 @@ SEARCH: dict[str, Search] = {
     "home.stop": Search("end halt kill background", title="Stop", where="At home: x."),
     "home.note": Search("comment annotate remark text", title="Note", where="At home: N."),
     "home.rename": Search("name move folder call", title="Rename", where="At home: R."),
+    "home.laboratory": Search(
+        "damage lost leg remove broken adapt trial error recover",
+        title="Laboratory",
+        where="On a run of a body with legs, at home, live or in a replay: L.",
+    ),
     "home.files": Search(
         "exports made open pictures videos plots", title="Files", where="At home: f."
     ),
@@ -90,6 +95,7 @@ SEARCH: dict[str, Search] = {
     ),
     "live.why": Search(_REASONS, _CHAMPION),
     "live.export": Search(_PRODUCTS, _CHAMPION),
+    "live.laboratory": Search("damage lost leg remove broken adapt", _CHAMPION),
     "live.log": Search("history messages terms what happened"),
     "replay.play": Search("start go animation", f"It moves already, or: {_SHOWN}"),
     "replay.pause": Search("stop hold halt animation", f"It is held already, or: {_SHOWN}"),
@@ -110,6 +116,14 @@ SEARCH: dict[str, Search] = {
     "replay.split": Search("beside two compare second", title="Split", where="In a replay: s."),
     "replay.why": Search(_REASONS, _SHOWN),
     "replay.export": Search(_PRODUCTS, _SHOWN),
+    "replay.laboratory": Search("damage lost leg remove broken adapt", _SHOWN),
+    "lab.adapt": Search("search trial error recover map gaussian bayesian"),
+    "lab.stop": Search("cancel end"),
+    "lab.joint": Search("stuck weak slow damage"),
+    "lab.repair": Search("intact reset undo heal"),
+    "lab.physics": Search("twin rigid body mujoco simulation"),
+    "lab.replay": Search("play animation motion"),
+    "lab.export": Search(_PRODUCTS),
     "compare.quantity": Search(
         "median mean diversity best axis", "None of these runs has a generation."
     ),

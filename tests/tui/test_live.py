@@ -148,6 +148,7 @@ class TestAtRest:
             await app_until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
             assert offered(screen) == {
                 "go", "step", "change", "goal", "fork", "log", "replay", "export", "why",
+                "laboratory",
             }  # fmt: skip
             assert f"champion of generation {generation}: {score:.4f}" in text(
                 screen, "#live-champion"

@@ -37,6 +37,7 @@ class ExportDialog(ModalScreen[Answer]):
         run: its folder.
         which: the individual to make things of; None for the champion.
         others: runs to compare it with.
+        damage: of the body, as `--damage` takes it.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -45,7 +46,13 @@ class ExportDialog(ModalScreen[Answer]):
         Binding("f", "files", "Files", id="export.files", tooltip="The files made of this run"),
     ]
 
-    def __init__(self, run: Path, which: Which = None, others: Sequence[Path] = ()) -> None:
+    def __init__(
+        self,
+        run: Path,
+        which: Which = None,
+        others: Sequence[Path] = (),
+        damage: Sequence[str] = (),
+    ) -> None:
         super().__init__()
         self._run = run
         self._texts: dict[str, str] = {}  # what is typed, by option, for every product
@@ -53,6 +60,8 @@ class ExportDialog(ModalScreen[Answer]):
             self._texts["member"] = str(which.number)
         elif which is not None:
             self._texts["generation"] = str(which)
+        if damage:
+            self._texts["damage"] = ", ".join(damage)
         if others:
             self._texts["runs"] = shlex.join(map(str, others))
         self._building = asyncio.Lock()

@@ -74,6 +74,13 @@ window or by `gaitsim attach`.
         Binding("g", "goal", "Goal", id="live.goal", tooltip="How many generations it has"),
         Binding("w", "why", "Why", id="live.why", tooltip="Why the champion scored"),
         Binding("e", "export", "Export", id="live.export", tooltip="Gait files, plots, videos, …"),
+        Binding(
+            "L",
+            "laboratory",
+            "Laboratory",
+            id="live.laboratory",
+            tooltip="Remove legs of the champion, and adapt its gait",
+        ),
         Binding("l", "log", "Events", id="live.log", tooltip="What happened, or the terms"),
     ]
     AUTO_FOCUS = ""
@@ -254,6 +261,9 @@ window or by `gaitsim attach`.
     def action_export(self) -> None:
         self.gaitsim.open_export(self.run)
 
+    def action_laboratory(self) -> None:
+        self.gaitsim.open_laboratory(self.run)
+
     def action_log(self) -> None:
         self.toggle_class("-log")
         self.board.stale()
@@ -297,6 +307,6 @@ window or by `gaitsim attach`.
                 return steered if here else state in (*RESTING, "finished")
             case "fork":
                 return state != "failed" or self.snapshot.generation > 0
-            case "replay" | "why" | "export":
+            case "replay" | "why" | "export" | "laboratory":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)

@@ -1,5 +1,6 @@
 """Replay: the best of any generation as it moves, alone or beside another."""
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
@@ -12,6 +13,7 @@ from textual.reactive import reactive
 
 from gaitsim.individual import Member, Which
 from gaitsim.runs.files.folder import command
+from gaitsim.tui.damage_choice import damage_options
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.numbering import (
     in_words,
@@ -40,6 +42,7 @@ class Replay(GaitScreen):
         run: the folder of a run.
         which: the first individual to show; None is the champion.
         beside: another run, or the same.
+        damage: of the bodies of the run, as `--damage` takes it.
 
     Attributes:
         panes: one or two.
@@ -104,6 +107,8 @@ The best individual of any generation, or a member of a front or archive, as it 
         Binding("s", "split", "Split", id="replay.split",
                 tooltip="A second body beside this one, or one alone"),
         Binding("w", "why", "Why", id="replay.why", tooltip="Why it scored, and which gait it is"),
+        Binding("L", "laboratory", "Laboratory", id="replay.laboratory",
+                tooltip="Remove legs of this body, and adapt its gait"),
         Binding("e", "export", "Export", id="replay.export",
                 tooltip="Plots, videos, gait files, … of this generation"),
     ]  # fmt: skip
@@ -119,12 +124,18 @@ The best individual of any generation, or a member of a front or archive, as it 
 
     speed: reactive[float] = reactive(1.0, init=False)
 
-    def __init__(self, run: Path, which: Which = None, beside: Path | None = None) -> None:
+    def __init__(
+        self,
+        run: Path,
+        which: Which = None,
+        beside: Path | None = None,
+        damage: Sequence[str] = (),
+    ) -> None:
         super().__init__()
-        self._run, self._beside = run, beside
+        self._run, self._beside, self._damage = run, beside, tuple(damage)
         self._playing = True
         self._time = Scrubber("time      ", say=self._say, id="frame")
-        self.panes = [ReplayPane(run, which)]
+        self.panes = [ReplayPane(run, which, damage)]
         if beside is not None:
             self.panes.append(ReplayPane(beside, classes="second"))
 
@@ -288,7 +299,8 @@ The best individual of any generation, or a member of a front or archive, as it 
             return
         run = self._beside or self._run
         first = Member(1) if isinstance(self.panes[0].which, Member) else 1
-        pane = ReplayPane(run, None if self._beside else first, classes="second")
+        damage = () if self._beside else self._damage
+        pane = ReplayPane(run, None if self._beside else first, damage, classes="second")
         pane.canvas.view = self.panes[0].canvas.view
         self.panes.append(pane)
         await self.query_one("#panes").mount(pane)
@@ -300,11 +312,15 @@ The best individual of any generation, or a member of a front or archive, as it 
     def action_export(self) -> None:
         pane = self.pane
         others = {one.run for one in self.panes if one.run != pane.run}
-        self.gaitsim.open_export(pane.run, pane.which, tuple(others))
+        self.gaitsim.open_export(pane.run, pane.which, tuple(others), pane.damage)
+
+    def action_laboratory(self) -> None:
+        pane = self.pane
+        self.gaitsim.open_laboratory(pane.run, pane.which)
 
     def command_line(self) -> str:
         pane = self.pane
-        return command("play", pane.run, *options_of(pane.which))
+        return command("play", pane.run, *options_of(pane.which), *damage_options(pane.damage))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if not self.is_mounted:
@@ -314,7 +330,7 @@ The best individual of any generation, or a member of a front or archive, as it 
                 return self.leader.skeleton is not None and self._playing == (action == "pause")
             case "frame" | "speed" | "camera":
                 return self.leader.skeleton is not None
-            case "measures" | "export" | "why" | "go_to":
+            case "measures" | "export" | "why" | "go_to" | "laboratory":
                 return self.pane.shown is not None
             case "members":
                 return self.pane.shown is not None and self.pane.shown.best_member is not None

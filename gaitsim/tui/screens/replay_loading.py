@@ -1,7 +1,7 @@
 """Read and move the best of a generation, or a member, for the replay."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
+from gaitsim.gait.damaged import with_damage
 from gaitsim.individual import Individual, Measurement, Member, Which
 from gaitsim.runs.files.folder import CHECKPOINT
 from gaitsim.runs.snapshot import RunSnapshot
@@ -70,10 +71,16 @@ class Loader:
     Args:
         path: the run's folder.
         clock: seconds that pass.
+        damage: of the body, as `--damage` takes it.
     """
 
-    def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
-        self._path, self._clock = path, clock
+    def __init__(
+        self,
+        path: Path,
+        clock: Callable[[], float] = time.monotonic,
+        damage: Sequence[str] = (),
+    ) -> None:
+        self._path, self._damage, self._clock = path, damage, clock
         self._run: RunSnapshot | None = None
         self._state: tuple[int, ...] = ()
         self._read = 0.0
@@ -88,6 +95,8 @@ class Loader:
         try:
             run = self._snapshot(which if isinstance(which, int) else 1)
             found = run.individual(which)
+            if self._damage:
+                found = with_damage(found, self._damage)
             _ = found.skeleton  # here, as it takes long
             return Shown(
                 individual=found,

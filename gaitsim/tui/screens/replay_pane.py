@@ -40,6 +40,7 @@ class ReplayPane(Vertical):
     Args:
         run: its folder.
         which: to begin with; None is the champion.
+        damage: of the body, as `--damage` takes it.
 
     Attributes:
         shown: the individual; None where there is none yet, or a problem.
@@ -68,15 +69,18 @@ class ReplayPane(Vertical):
     class Changed(Message):
         """Another body is shown, or the reason why there is none."""
 
-    def __init__(self, run: Path, which: Which = None, **settings: Any) -> None:
+    def __init__(
+        self, run: Path, which: Which = None, damage: Sequence[str] = (), **settings: Any
+    ) -> None:
         super().__init__(**settings)
+        self.damage = tuple(damage)
         self.run = run
         self.shown: Shown | None = None
         self.problem: GaitsimError | None = None
         self.which = which
         self.loading_now = False
         self._measures: bool | None = None
-        self._loader = Loader(run)
+        self._loader = Loader(run, damage=self.damage)
         self.canvas = BodyCanvas(message="reading the run …")
         self.feet = FootfallStrip()
         self.slider = Scrubber("generation", 1, 1, 1)
@@ -179,6 +183,8 @@ class ReplayPane(Vertical):
             rest.append(f"  {'score ' if wide else ''}{number(shown.individual.score, 4)}")
             if shown.stage[1] > 1 and wide:
                 rest.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
+        if self.damage:
+            rest.append(f"  {', '.join(self.damage)}", self.app.theme_variables["error"])
         if self.loading_now:
             rest.append(f"  reading {self._wanted} …", "dim")
         name = clip_name(self.run.name, max(width - rest.cell_len, 8))

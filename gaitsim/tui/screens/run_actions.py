@@ -40,6 +40,13 @@ class RunActions(GaitScreen):
         Binding("R", "rename", "Rename", id="home.rename", tooltip="Give it another name"),
         Binding("f", "files", "Files", id="home.files", tooltip="What was made of it"),
         Binding("w", "why", "Why", id="home.why", tooltip="Why the champion scored"),
+        Binding(
+            "L",
+            "laboratory",
+            "Laboratory",
+            id="home.laboratory",
+            tooltip="Remove legs of its body, and adapt its gait",
+        ),
         Binding("p", "plugins", "Plugins", id="home.plugins", tooltip="What is installed"),
     ]
 
@@ -62,7 +69,10 @@ class RunActions(GaitScreen):
 
     def obstacle(self, action: str) -> str:
         run, chosen = self.current(), self._chosen()
-        needs_run = ("select_cursor", "mark", "replay", "why", "export", "note", "rename", "files")
+        needs_run = (
+            *("select_cursor", "mark", "replay", "why", "export", "laboratory"),
+            *("note", "rename", "files"),
+        )
         if action in (*needs_run, "delete", "stop") and not chosen:
             return "There is no run here; n assembles one."
         match action:
@@ -72,9 +82,9 @@ class RunActions(GaitScreen):
                 return "It does not evolve now."
             case "rename" if run is not None and run.evolves:
                 return "It evolves; stop it first, with x."
-            case "replay" | "why" | "export" if run is not None and run.problem is not None:
+            case "replay" | "why" | "export" | "laboratory" if run and run.problem is not None:
                 return "It cannot be read; the lines below the list say why."
-            case "replay" | "why" | "export" if run is not None and run.generation == 0:
+            case "replay" | "why" | "export" | "laboratory" if run and run.generation == 0:
                 return "It has no generation yet; open it, and let it evolve."
             case "compare" if len(self.marked()) < 2:
                 return "Mark two or more runs first, with space."
@@ -110,6 +120,11 @@ class RunActions(GaitScreen):
         run = self.current()
         if run is not None:
             self.gaitsim.open_why(run.path)
+
+    def action_laboratory(self) -> None:
+        run = self.current()
+        if run is not None:
+            self.gaitsim.open_laboratory(run.path)
 
     def action_files(self) -> None:
         run = self.current()

@@ -1,0 +1,157 @@
+"""A plan of a body's legs: the body from above, heading up, in braille dots."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Skeleton
+from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, Points, cells, draw_lines, empty
+
+# Inks, the higher over the lower.
+TRUNK, LOST, LEG, DAMAGED = 1, 2, 3, 4
+CHOSEN = 4  # added to the ink of a label whose leg is chosen
+INKS = DAMAGED + CHOSEN + 1
+DOTTED = 1, 2  # dots drawn and left out of a lost leg
+SIGNS = {LOST: "✗", DAMAGED: "!"}
+HEAD = "▲"
+BESIDE = 3  # signs beside the name in a label: the state's, and brackets of the chosen leg
+ROOM = 1  # cells between a foot and its label
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The legs of a body in one pose, from above.
+
+    Attributes:
+        segments: both ends, forward and to the left, (segments, 2, 2) m.
+        owners: the leg of each segment by its number, −1 for the trunk, (segments,).
+        names: of the segments.
+        feet: (legs, 2) m.
+        legs: the joints of each leg by its name, in the order of `feet`.
+    """
+
+    segments: Points
+    owners: NDArray[np.intp]
+    names: tuple[str, ...]
+    feet: Points
+    legs: Mapping[str, tuple[str, ...]]
+
+
+def plan_of(skeleton: Skeleton, legs: Mapping[str, tuple[str, ...]]) -> Plan:
+    """Return the plan of a body in the first frame of a skeleton.
+
+    A segment belongs to the leg that begins its name; a foot is the contact of the leg's name,
+    or else the end of the leg's last segment.
+    """
+    segments = skeleton.segments[0, :, :, :2].astype(np.float64)
+    owners = np.full(len(segments), -1, dtype=np.intp)
+    feet = np.zeros((len(legs), 2))
+    for number, leg in enumerate(legs):
+        owned = [name == leg or name.startswith(f"{leg} ") for name in skeleton.names]
+        owners[owned] = number
+        if skeleton.contacts is not None and leg in skeleton.contact_names:
+            feet[number] = skeleton.contacts[0, skeleton.contact_names.index(leg), :2]
+        elif any(owned):
+            feet[number] = segments[owned][-1, 1]
+    return Plan(segments, owners, skeleton.names, feet, dict(legs))
+
+
+def draw_plan(
+    plan: Plan, lost: Collection[str], damaged: Collection[str], chosen: str, size: tuple[int, int]
+) -> tuple[NDArray[np.uint32], Inks]:
+    """Return the plan as code points and their inks, both (rows, columns).
+
+    Args:
+        plan: the body.
+        lost: names of lost legs, which are dotted.
+        damaged: names of damaged joints. Where no segment has the name of a joint, its whole leg
+            is drawn as damaged.
+        chosen: the leg whose label is in brackets and another ink.
+        size: columns and rows.
+    """
+    columns, rows = size
+    dots = empty(columns, rows)
+    if not dots.size:
+        return cells(dots)
+    names = list(plan.legs)
+    state = np.array([_state(leg, joints, lost, damaged) for leg, joints in plan.legs.items()])
+    inks = np.full(len(plan.owners), TRUNK)
+    for segment, (owner, name) in enumerate(zip(plan.owners.tolist(), plan.names, strict=True)):
+        if owner >= 0:
+            ours = {joint for joint in plan.legs[names[owner]] if joint in damaged}
+            shown = name in ours or not ours & {*plan.names}
+            inks[segment] = state[owner] if state[owner] != DAMAGED or shown else LEG
+    ends = placed(plan, plan.segments, size) * (WIDE, HIGH) + (WIDE / 2, HIGH / 2)
+    draw_lines(dots, ends[inks == LOST], inks[inks == LOST], DOTTED)
+    draw_lines(dots, ends[inks != LOST], inks[inks != LOST])
+    codes, drawn = cells(dots)
+    column, row = np.rint(placed(plan, _front(plan), size)).astype(np.intp)
+    codes[row, column], drawn[row, column] = ord(HEAD), TRUNK
+    for leg, (column, row) in enumerate(_labels(plan, size)):
+        text = f"{names[leg]}{SIGNS.get(int(state[leg]), '')}"
+        text = f"[{text}]" if names[leg] == chosen else text
+        at = min(max(column - (len(text) if plan.feet[leg, 1] > 0 else 0), 0), columns - len(text))
+        for place, sign in enumerate(text, max(at, 0)):
+            if place < columns:
+                codes[row, place] = ord(sign)
+                drawn[row, place] = state[leg] + (CHOSEN if names[leg] == chosen else 0)
+    return codes, drawn
+
+
+def leg_at(plan: Plan, column: int, row: int, size: tuple[int, int]) -> str:
+    """Return the leg whose segments or label are nearest to a cell."""
+    middles = plan.segments[plan.owners >= 0].mean(axis=1)
+    known = np.concatenate([placed(plan, middles, size), _labels(plan, size)])
+    owners = np.concatenate([plan.owners[plan.owners >= 0], np.arange(len(plan.feet))])
+    away = np.linalg.norm((known - (column, row)) * (WIDE, HIGH), axis=1)
+    return list(plan.legs)[int(owners[np.argmin(away)])]
+
+
+def beside(plan: Plan, leg: str, forward: int, left: int) -> str:
+    """Return the nearest leg in a direction, or the same leg where there is none."""
+    names = list(plan.legs)
+    towards = np.array([forward, left])
+    away = plan.feet - plan.feet[names.index(leg)]
+    along = away @ towards
+    across = np.abs(away @ towards[::-1])
+    cost = np.where(along > np.maximum(across / 2, 1e-9), along + 2 * across, np.inf)
+    return names[int(np.argmin(cost))] if np.isfinite(cost).any() else leg
+
+
+def placed(plan: Plan, points: Points, size: tuple[int, int]) -> Points:
+    """Return the column and row of points (…, 2), the heading up, with room for labels."""
+    columns, rows = size
+    every = np.concatenate([plan.segments.reshape(-1, 2), plan.feet])
+    low, high = every.min(axis=0), every.max(axis=0)
+    tall, wide = np.maximum(high - low, 1e-9)
+    margin = max(map(len, plan.legs), default=0) + BESIDE + ROOM
+    # Rows are as high as two columns are wide.
+    scale = max(min((columns - 2 * margin) / wide, 2 * (rows - 1) / tall), 1e-9)
+    ahead, left = np.moveaxis(points - (low + high) / 2, -1, 0)
+    return np.stack([(columns - 1) / 2 - left * scale, (rows - 1) / 2 - ahead * scale / 2], -1)
+
+
+def _front(plan: Plan) -> Points:
+    """Return the middle of the trunk's front, (2,) m."""
+    trunk = plan.segments[plan.owners < 0].reshape(-1, 2)
+    ends = trunk if len(trunk) else plan.segments.reshape(-1, 2)
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    return np.array([high[0], (low[1] + high[1]) / 2])
+
+
+def _labels(plan: Plan, size: tuple[int, int]) -> NDArray[np.intp]:
+    """Return the cells at which the labels begin, on the right, or end, on the left."""
+    at = np.rint(placed(plan, plan.feet, size)).astype(np.intp)
+    at[:, 0] += np.where(plan.feet[:, 1] > 0, -ROOM + 1, ROOM)
+    columns, rows = size
+    return np.clip(at, 0, (columns - 1, rows - 1))
+
+
+def _state(
+    leg: str, joints: Collection[str], lost: Collection[str], damaged: Collection[str]
+) -> int:
+    if leg in lost:
+        return LOST
+    return DAMAGED if any(joint in damaged for joint in joints) else LEG

@@ -1,0 +1,285 @@
+"""The laboratory: damage a body, watch its champion fail, and adapt its gait in a few trials."""
+
+import asyncio
+from pathlib import Path
+from typing import ClassVar
+
+from rich.text import Text
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.widgets import DataTable, Static
+
+from gaitsim.adaptation import Trial
+from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
+from gaitsim.errors import GaitsimError
+from gaitsim.individual import Member, Which
+from gaitsim.render.terminal.text import visible
+from gaitsim.runs.files.folder import command
+from gaitsim.tui.damage_choice import damage_options, texts
+from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
+from gaitsim.tui.screens.laboratory_loading import read_subject, walk_on
+from gaitsim.tui.screens.laboratory_pane import WalkPane
+from gaitsim.tui.screens.laboratory_trials import TrialTable
+from gaitsim.tui.screens.numbering import options_of
+from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
+
+WIDE, HIGH = 120, 36  # columns from which three bodies have room, and rows for an empty table
+
+
+class Laboratory(DamageActions):
+    """A body that is damaged, its champion before and after, and the search for another gait.
+
+    Args:
+        run: the folder of a run.
+        which: the individual to watch; None is the champion.
+
+    Attributes:
+        WATCHED: seconds for which a trial is shown while others follow.
+        intact: the champion on the intact body.
+        hurt: the champion on the damaged body.
+        adapted: the gait of a trial on the damaged body.
+        adaptation: the trials; None before the first.
+        shown: the member in `adapted`.
+    """
+
+    HELP_TEXT = """
+Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2015).
+
+- **Plan**: the body from above, its front upwards. The arrow keys or a click choose a leg;
+  Enter, space or another click removes it, or puts it back. ✗ and dots are a lost leg, ! a leg
+  with a damaged joint.
+- **Damage** lets a joint of the chosen leg be stuck at an angle, slow or weak. **Repair** takes
+  all damage back. Below the plan stands the damage as `--damage` takes it.
+- **Bodies**: the champion on the intact body and on the damaged one, and the gait that is tried.
+  The bar is the distance walked as a share of the intact champion's. On a narrow screen the
+  intact body makes room for the trials.
+- **Adapt** tries gaits of the atlas on the damaged body, always the most promising one by a
+  Gaussian process whose prior mean is the map. *Expected* is its forecast with a standard
+  deviation, *measured* the trial, *kept* the share of the best of the intact map. It ends
+  when the best trial reaches 90 % of what is still expected, or after 20 trials.
+- **Stop** keeps all trials; **Adapt** continues them, as does `gaitsim adapt`.
+- Enter or a click on a trial shows it again. **Replay** and **Export** take the gait shown.
+- **Physics** does everything on the body's twin in rigid-body physics, if it has one.
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("a", "adapt", "Adapt", id="lab.adapt",
+                tooltip="Try gaits of the atlas on the damaged body until one walks"),
+        Binding("x", "stop", "Stop", id="lab.stop", tooltip="Stop the search; its trials are kept"),
+        Binding("r", "replay", "Replay", id="lab.replay",
+                tooltip="The gait shown on the damaged body, frame by frame"),
+        Binding("e", "export", "Export", id="lab.export",
+                tooltip="Gait files, plots and videos of the gait shown"),
+    ]  # fmt: skip
+    DEFAULT_CSS = """
+    Laboratory {
+        & #lab-top { height: 1fr; min-height: 8; }
+        & #lab-left { width: 27; }
+        & #lab-damage { height: auto; max-height: 4; padding: 0 1; }
+        & #lab-state { height: auto; max-height: 2; padding: 0 1; background: $surface; }
+        & TrialTable { height: 8; }
+        &.-wide #lab-left { width: 40; }
+        &.-tall TrialTable { height: 14; }
+    }
+    """
+    AUTO_FOCUS = "BodyPlan"
+    WATCHED: ClassVar[float] = 1.25
+
+    def __init__(self, run: Path, which: Which = None) -> None:
+        super().__init__(run, which)
+        self._stopping = False
+        self.adaptation: Adaptation | None = None
+        self.shown: Member | None = None
+        self.intact = WalkPane("champion, intact", "reading the run …")
+        self.hurt = WalkPane("champion, damaged", "enter removes the chosen leg")
+        self.adapted = WalkPane("adapted", "a tries gaits of the atlas")
+        self.trials = TrialTable()
+        self.title = visible(run.name)
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        with Horizontal(id="lab-top"):
+            with Vertical(id="lab-left"):
+                yield self.plan
+                yield Static(id="lab-damage", classes="command")
+            yield self.intact
+            yield self.hurt
+            yield self.adapted
+        yield Static(id="lab-state")
+        yield self.trials
+        yield Footer()
+
+    @work(group="read")
+    async def on_mount(self) -> None:
+        self._arrange()
+        try:
+            self.subject = await self.in_thread(read_subject, self.run, self.which)
+        except GaitsimError as error:
+            self._fail(error)
+            return
+        self.plan.plan = self.subject.plan
+        self.changed()
+
+    # The champion
+
+    def changed(self) -> None:
+        """Show the champion on the body as it is now; the trials were of another one."""
+        self.adaptation = self.shown = None
+        self.trials.clear()
+        self.adapted.say(title="adapted")
+        words = " ".join(f"--damage '{text}'" for text in texts(self.damage))
+        self.query_one("#lab-damage", Static).update(Text(visible(words or "no damage")))
+        self.sub_title = "laboratory" + (" in rigid-body physics" if self.physics else "")
+        self._arrange()
+        self._walk()
+
+    @work(group="walk", exclusive=True)
+    async def _walk(self) -> None:
+        assert self.subject is not None, "nothing changes before"
+        champion, physics, damage = self.subject.champion, self.physics, self.damage
+        self._say("simulating …")
+        try:
+            intact = await self.in_thread(walk_on, champion, (), physics)
+            self.intact.show(intact, intact)
+            if damage:
+                hurt = await self.in_thread(walk_on, champion, damage, physics)
+                self.hurt.show(hurt, intact)
+            else:
+                self.hurt.say()
+        except GaitsimError as error:
+            self._fail(error)
+        else:
+            self._say(self.obstacle("adapt") or "Press a to try gaits of the atlas on this body.")
+        self.refresh_bindings()
+
+    # The search for another gait
+
+    @work(group="adapt", exclusive=True)
+    async def action_adapt(self) -> None:
+        """Make trials until a gait is good enough, or the search is stopped."""
+        self._stopping = False
+        self.call_next(self.refresh_bindings)
+        try:
+            if self.adaptation is None:
+                self.adaptation = await self.in_thread(self._open)
+            await self._try(self.adaptation)
+        except GaitsimError as error:
+            self._fail(error)
+        finally:
+            self._stopping = False
+            self.call_next(self.refresh_bindings)
+
+    def _open(self) -> Adaptation:
+        """Continue the adaptation to this damage, or begin it, in a thread."""
+        assert self.subject is not None, "the key is offered only then"
+        done = 0
+
+        def progress(count: int) -> None:
+            nonlocal done
+            done += count
+            said = f"evaluating the atlas on the intact body: {done:,} gaits"
+            self.app.call_from_thread(self._say, said)
+
+        return open_adaptation(
+            self.subject.run,
+            texts(self.damage),
+            place="physics" if self.physics else "simulation",
+            on_progress=progress,
+        )
+
+    async def _try(self, adaptation: Adaptation) -> None:
+        """Make one trial after the other, and show the best of them in the end."""
+        while not self._stopping and adaptation.proposal is not None:
+            proposal = adaptation.proposal
+            self._say(f"trial {proposal.number} of at most {adaptation.session.settings.trials} …")
+            trial = await self.in_thread(next, adaptation)
+            self.trials.show(adaptation)
+            await self._show_trial(adaptation, trial, fast=True)
+            await asyncio.sleep(self.WATCHED)
+        self.trials.show(adaptation)
+        if adaptation.best is not None:
+            await self._show_trial(adaptation, adaptation.best)
+        self._say(adaptation.ending or "Stopped; press a to continue.")
+
+    async def _show_trial(
+        self, adaptation: Adaptation, trial: Trial, *, fast: bool = False
+    ) -> None:
+        """Show the gait of a trial on the damaged body; fast: all of it while it is watched."""
+        individual = adaptation.prior.individual(trial.member)
+        walk = await self.in_thread(walk_on, individual, self.damage, self.physics)
+        won = trial is adaptation.best and not fast
+        self.shown = Member(trial.member)
+        self.adapted.show(walk, self.intact.walk, f"{'adapted: ' * won}trial {trial.number}")
+        if fast and self.WATCHED:
+            canvas = self.adapted.canvas
+            canvas.speed = max(canvas.duration / self.WATCHED, 1.0)
+        self._arrange()
+        self.refresh_bindings()
+
+    def action_stop(self) -> None:
+        """Stop after the trial that is being made."""
+        self._stopping = True
+        self._say("stopping …")
+
+    @on(DataTable.RowSelected)
+    @work(group="show", exclusive=True)
+    async def _chosen(self, event: DataTable.RowSelected) -> None:
+        """Show a trial again."""
+        if self.adaptation is not None and not self.is_busy("adapt"):
+            await self._show_trial(self.adaptation, self.adaptation.trials[event.cursor_row])
+
+    # What is shown
+
+    def _arrange(self) -> None:
+        """Show three bodies where there is room, else the two that matter now."""
+        wide = self.app.size.width >= WIDE
+        self.adapted.display = wide or self.adapted.walk is not None
+        self.intact.display = wide or not self.adapted.display
+        self.trials.display = self.adaptation is not None or self.app.size.height >= HIGH
+
+    def on_resize(self) -> None:
+        self._arrange()
+
+    def _say(self, text: str) -> None:
+        self.query_one("#lab-state", Static).update(Text(visible(text)))
+
+    def _fail(self, error: GaitsimError) -> None:
+        """Show an error; without a body, in place of all else."""
+        if self.subject is not None:
+            self._say(str(error))
+            return
+        for part in ("#lab-left", WalkPane, TrialTable):
+            self.query(part).set(display=False)
+        self.intact.display = True
+        self.intact.say(str(error), title=" ")
+
+    # What can be done now
+
+    def action_replay(self) -> None:
+        self.gaitsim.open_replay(self.run, self.shown or self.which, damage=texts(self.damage))
+
+    def action_export(self) -> None:
+        self.gaitsim.open_export(self.run, self.shown or self.which, damage=texts(self.damage))
+
+    def command_line(self) -> str:
+        options = damage_options(texts(self.damage))
+        if self.subject is None or self.subject.unadaptable or not self.damage:
+            return command("play", self.run, *options_of(self.which), *options)
+        return command("adapt", self.run, *options, *["--physics"] * self.physics)
+
+    def obstacle(self, action: str) -> str:
+        busy, subject = self.is_busy("adapt"), self.subject
+        match action:
+            case "adapt" | "repair" | "joint" | "physics" if busy:
+                return "It adapts; stop it first, with x."
+            case "adapt" | "replay" | "export" if subject is None:
+                return NOT_READ
+            case "adapt" if subject and subject.unadaptable:
+                return subject.unadaptable
+            case "adapt" if not self.damage:
+                return "The body is intact: remove a leg first, with Enter."
+            case "stop" if not busy:
+                return "It does not adapt now."
+        return super().obstacle(action)

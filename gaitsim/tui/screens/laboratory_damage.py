@@ -1,0 +1,118 @@
+"""How the laboratory damages a body: legs off and on, joints, all intact again, physics."""
+
+from pathlib import Path
+from typing import ClassVar
+
+from textual import on, work
+from textual.binding import Binding, BindingType
+from textual.reactive import reactive
+
+from gaitsim.errors import GaitsimError
+from gaitsim.individual import Which
+from gaitsim.legged.damage import parse_damage
+from gaitsim.tui.damage_choice import Choice, with_joint, with_leg
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.joint_dialog import JointDialog
+from gaitsim.tui.screens.laboratory_loading import Subject
+from gaitsim.tui.widgets.body_plan import BodyPlan
+
+NOT_READ = "The run is being read, or cannot be."
+
+
+class DamageActions(GaitScreen):
+    """A screen with the plan of a body that can be damaged.
+
+    Args:
+        run: the folder of a run.
+        which: the individual to watch; None is the champion.
+
+    Attributes:
+        subject: the run as it was read; None before.
+        plan: the legs.
+        damage: of the body.
+        physics: whether its twin in rigid-body physics moves instead.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("d", "joint", "Damage", id="lab.joint",
+                tooltip="A joint of the chosen leg is stuck, slow or weak"),
+        Binding("i", "repair", "Repair", id="lab.repair", tooltip="Make the body intact"),
+        Binding("p", "physics", "Physics", id="lab.physics",
+                tooltip="On the body's twin in rigid-body physics, or in kinematics again"),
+    ]  # fmt: skip
+
+    damage: reactive[Choice] = reactive((), init=False, bindings=True)
+    physics: reactive[bool] = reactive(False, init=False, bindings=True)
+
+    def __init__(self, run: Path, which: Which = None) -> None:
+        super().__init__()
+        self.run, self.which = run, which
+        self.subject: Subject | None = None
+        self.plan = BodyPlan()
+
+    def changed(self) -> None:
+        """Show the body with another damage, or its twin."""
+        raise NotImplementedError
+
+    @on(BodyPlan.Removed)
+    def _removed(self, event: BodyPlan.Removed) -> None:
+        """Remove a leg, or put it back."""
+        if self.subject is None:
+            return
+        wanted = with_leg(self.damage, event.leg, self.subject.legs)
+        if self.obstacle("joint"):
+            self.notify(self.obstacle("joint"), title=event.leg, markup=False)
+            return
+        try:
+            self.subject.check(wanted, physics=self.physics)
+        except GaitsimError as error:
+            self.gaitsim.tell(error)
+        else:
+            self.damage = wanted
+
+    @work(group="ask", exclusive=True)
+    async def action_joint(self) -> None:
+        """Ask what is wrong with a joint of the chosen leg."""
+        subject, leg = self.subject, self.plan.leg
+        assert subject is not None, "the key is offered only then"
+        joints = subject.legs[leg]
+        now = {one.part: str(one) for one in self.damage if one.part in joints}
+
+        def wanted(joint: str, text: str) -> Choice:
+            new = parse_damage([text], subject.legs)[0] if text else None
+            found = with_joint(self.damage, joint, new, subject.legs)
+            subject.check(found, physics=self.physics)
+            return found
+
+        answer = await self.app.push_screen_wait(JointDialog(joints, now, wanted))
+        if answer is not None:
+            self.damage = wanted(*answer)
+
+    def action_repair(self) -> None:
+        self.damage = ()
+
+    def action_physics(self) -> None:
+        """Move to the twin, or back, if that can have the damage, too."""
+        assert self.subject is not None, "the key is offered only then"
+        try:
+            self.subject.check(self.damage, physics=not self.physics)
+        except GaitsimError as error:
+            self.gaitsim.tell(error)
+        else:
+            self.physics = not self.physics
+
+    def watch_damage(self, damage: Choice) -> None:
+        self.plan.damage = damage
+        self.changed()
+
+    def watch_physics(self) -> None:
+        self.changed()
+
+    def obstacle(self, action: str) -> str:
+        if action in ("joint", "repair", "physics") and self.subject is None:
+            return NOT_READ
+        if action == "repair" and not self.damage:
+            return "The body is intact."
+        if action == "physics" and self.subject and not self.subject.has_twin:
+            return "The body has no twin in rigid-body physics."
+        return super().obstacle(action)

@@ -1,0 +1,117 @@
+"""Read a run for the laboratory, and let its individuals walk on a damaged body."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment
+from gaitsim.gait.damaged import can_be_damaged, damaged, with_damage
+from gaitsim.gait.of_individual import frames_before_fall
+from gaitsim.gait.twin import has_twin, on_twin
+from gaitsim.individual import Individual, Which
+from gaitsim.render.terminal.plan import Plan, plan_of
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.tui.damage_choice import Choice, Legs, texts
+
+FORWARD = "forward"  # the measure of how far an individual walks
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """An individual on a body.
+
+    Attributes:
+        individual: whose skeleton is worked out.
+        forward: how far it walks, m.
+        fell: when it fell, s; None if it did not.
+    """
+
+    individual: Individual
+    forward: float
+    fell: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A run whose body can be damaged.
+
+    Attributes:
+        run: as it was read.
+        champion: the individual to watch, on the body of the run.
+        legs: the joints of each leg.
+        plan: of the body.
+    """
+
+    run: RunSnapshot
+    champion: Individual
+    legs: Legs
+    plan: Plan
+
+    def check(self, damage: Choice, *, physics: bool) -> None:
+        """Check whether the body, or its twin, can have this damage.
+
+        Raises:
+            GaitsimError: it cannot.
+        """
+        own = self.champion.experiment
+        experiment = load_experiment(own.organism.twin) if physics else own
+        damaged(experiment, texts(damage))
+
+    @property
+    def unadaptable(self) -> str:
+        """Why its gait cannot be adapted; '' if it can."""
+        if self.run.experiment.search.keeps == "archive":
+            return ""
+        return "The run is not an atlas, whose gaits could be tried; gaitsim atlas makes one."
+
+    @property
+    def has_twin(self) -> bool:
+        """Whether the body has a twin in rigid-body physics."""
+        return has_twin(self.champion)
+
+
+def read_subject(path: Path, which: Which = None) -> Subject:
+    """Read a run.
+
+    Raises:
+        GaitsimError: it cannot be read, has no champion, or its body cannot be damaged.
+    """
+    run = RunSnapshot(path)
+    champion = run.individual(which)
+    legs = champion.experiment.organism.leg_joints()
+    if not (legs and can_be_damaged(champion.experiment)):
+        raise GaitsimError(
+            f"{champion.experiment.entries['organism']} cannot be damaged",
+            where=str(path),
+            allowed="a run of a body with legs and the option damage, such as the spider",
+        )
+    return Subject(run, champion, legs, _plan(champion, legs))
+
+
+def walk_on(individual: Individual, damage: Choice, physics: bool) -> Walk:
+    """Let an individual walk on a damaged body, or on its twin in rigid-body physics.
+
+    Raises:
+        GaitsimError: the body cannot have this damage, or has no twin.
+    """
+    found = (on_twin if physics else with_damage)(individual, texts(damage))
+    _ = found.skeleton  # here, as it takes long
+    forward = found.measurements.get(FORWARD)
+    path = found.skeleton.path
+    frames = frames_before_fall(found)
+    return Walk(
+        found,
+        float(path[-1, 0] - path[0, 0]) if forward is None else forward.value,
+        None if frames == len(path) else frames / found.skeleton.frame_rate,
+    )
+
+
+def _plan(champion: Individual, legs: Legs) -> Plan:
+    """Return the plan of the standing body: at joint angles of 0, or else as its walk begins."""
+    organism = champion.experiment.organism
+    if organism.can_play:
+        still = np.zeros((1, 2, len(organism.joint_names())))
+        return plan_of(organism.skeleton(organism.play(still), 0), legs)
+    return plan_of(champion.skeleton, legs)

@@ -1,0 +1,115 @@
+"""The legs of a body from above, to be chosen and damaged."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from rich.style import Style
+from textual import events
+from textual.binding import Binding, BindingType
+from textual.message import Message
+from textual.reactive import reactive
+
+from gaitsim.legged.damage import Damage
+from gaitsim.render.terminal import plan as drawing
+from gaitsim.render.terminal.plan import Plan
+from gaitsim.tui.widgets.cells import Cells, Picture
+
+
+class BodyPlan(Cells, can_focus=True):
+    """A plan of a body, one of whose legs is chosen. Arrow keys or a click choose another.
+
+    Attributes:
+        plan: the body; None shows that it is being read.
+        damage: of its legs and joints.
+        leg: the chosen leg; '' where there is no plan.
+    """
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "plan--trunk",
+        "plan--leg",
+        "plan--damaged",
+        "plan--lost",
+    }
+    DEFAULT_CSS = """
+    BodyPlan {
+        height: 1fr; min-height: 5;
+        & > .plan--trunk { color: $foreground 45%; }
+        & > .plan--leg { color: $foreground; }
+        & > .plan--damaged { color: $error; }
+        & > .plan--lost { color: $error; }
+    }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("up", "choose(1, 0)", "Leg in front", show=False, id="plan.front",
+                tooltip="Choose the leg in front"),
+        Binding("down", "choose(-1, 0)", "Leg behind", show=False, id="plan.behind",
+                tooltip="Choose the leg behind"),
+        Binding("left", "choose(0, 1)", "Leg to the left", show=False, id="plan.left",
+                tooltip="Choose the leg to the left"),
+        Binding("right", "choose(0, -1)", "Leg to the right", show=False, id="plan.right",
+                tooltip="Choose the leg to the right"),
+        Binding("enter,space", "remove", "Leg off/on", id="plan.remove",
+                tooltip="Remove the chosen leg, or put it back"),
+    ]  # fmt: skip
+
+    plan: reactive[Plan | None] = reactive(None, repaint=False, init=False)
+    damage: reactive[tuple[Damage, ...]] = reactive((), repaint=False, init=False)
+    leg: reactive[str] = reactive("", repaint=False, init=False)
+
+    @dataclass
+    class Removed(Message):
+        """A leg is to be removed, or put back."""
+
+        leg: str
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._message = "reading the body …"
+
+    def say(self, message: str) -> None:
+        """Show a message as long as there is no plan."""
+        self._message = message
+        self.redraw()
+
+    def watch_plan(self, plan: Plan | None) -> None:
+        self.leg = next(iter(plan.legs), "") if plan is not None else ""
+        self.redraw()
+
+    def watch_damage(self) -> None:
+        self.redraw()
+
+    def watch_leg(self) -> None:
+        self.redraw()
+
+    def words(self) -> str:
+        return "" if self.plan is not None else self._message or " "
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        assert self.plan is not None, "else there are words"
+        lost = {one.part for one in self.damage if one.kind == "lost"}
+        damaged = {one.part for one in self.damage if one.kind != "lost"}
+        return drawing.draw_plan(self.plan, lost, damaged, self.leg, (columns, rows))
+
+    def ink_styles(self) -> list[Style]:
+        """Of nothing, trunk and legs by state, then of the chosen leg's label by state."""
+        parts = [*map(self.ink_style, ("plan--trunk", "plan--lost", "plan--leg", "plan--damaged"))]
+        bold = Style(bold=True)
+        return [self.ink_style(), *parts, *(part + bold for part in parts)]
+
+    def action_choose(self, forward: int, left: int) -> None:
+        if self.plan is not None:
+            self.leg = drawing.beside(self.plan, self.leg, forward, left)
+
+    def action_remove(self) -> None:
+        if self.leg:
+            self.post_message(self.Removed(self.leg))
+
+    def on_click(self, event: events.Click) -> None:
+        """Choose a leg; remove it if it is chosen already."""
+        at = event.get_content_offset(self)
+        if self.plan is None or at is None:
+            return
+        leg = drawing.leg_at(self.plan, at.x, at.y, (self.content_size[0], self.content_size[1]))
+        if leg == self.leg:
+            self.action_remove()
+        self.leg = leg

@@ -1,0 +1,98 @@
+"""The plan of a body's legs: where they are drawn, what their signs say, which is next to which."""
+
+import numpy as np
+import pytest
+
+from gaitsim.contracts import Skeleton
+from gaitsim.render.terminal import plan as drawing
+from gaitsim.render.terminal.plan import beside, draw_plan, leg_at, plan_of
+
+LEGS = {name: (f"{name} hip", f"{name} knee") for name in ("L1", "R1", "L2", "R2", "L3", "R3")}
+SIZE = (40, 16)
+
+
+@pytest.fixture
+def plan():
+    """A trunk of 0.4 × 0.2 m with a hip and a knee at each of three places of either side."""
+    names, segments, feet = ["trunk"], [[[0.2, 0, 0.1], [-0.2, 0, 0.1]]], []
+    for name, joints in LEGS.items():
+        x, y = {"1": 0.2, "2": 0.0, "3": -0.2}[name[1]], {"L": 0.1, "R": -0.1}[name[0]]
+        hip, knee, foot = np.array([x, y, 0.1]), np.array([x, 2 * y, 0.1]), np.array([x, 3 * y, 0])
+        names += joints
+        segments += [[hip, knee], [knee, foot]]
+        feet.append(foot)
+    skeleton = Skeleton(
+        np.array([segments], dtype=float),
+        tuple(names),
+        10.0,
+        contacts=np.array([feet]),
+        touching=np.ones((1, 6), bool),
+        contact_names=tuple(LEGS),
+    )
+    return plan_of(skeleton, LEGS)
+
+
+def rows(plan, lost=(), damaged=(), chosen="", size=SIZE):
+    codes, inks = draw_plan(plan, lost, damaged, chosen, size)
+    return ["".join(map(chr, row)) for row in codes], inks
+
+
+def test_the_front_is_above_and_left_is_left(plan):
+    text, _ = rows(plan)
+    at = {
+        leg: (row, line.index(leg)) for row, line in enumerate(text) for leg in LEGS if leg in line
+    }
+    assert at["L1"][0] == at["R1"][0] < at["L2"][0] < at["L3"][0]
+    assert at["L1"][1] == at["L3"][1] < at["R1"][1]
+    assert drawing.HEAD in text[at["L1"][0]]
+
+
+def test_a_lost_leg_is_dotted_and_has_its_sign_and_so_has_a_damaged_joint(plan):
+    text, inks = rows(plan, lost=("L2",), damaged=("R1 knee",), chosen="L2")
+    shown = "\n".join(text)
+    assert "[L2✗]" in shown
+    assert "R1!" in shown
+    whole, _ = rows(plan)
+    row = next(row for row, line in enumerate(text) if "L2" in line)
+    dots = [sum(bin(ord(sign) - 0x2800).count("1") for sign in line if "⠀" < sign <= "⣿")
+            for line in (text[row][:18], whole[row][:18])]  # fmt: skip
+    assert 0 < dots[0] < 0.6 * dots[1]
+    # Of R1, the hip is as it was; of L2, both segments are lost.
+    assert {drawing.LEG, drawing.DAMAGED} <= {*inks[:, 20:].flat}
+    assert drawing.LOST in inks[:, :20]
+    assert drawing.LOST not in inks[:, 20:]
+
+
+def test_a_leg_is_damaged_as_a_whole_where_no_segment_is_the_joint(plan):
+    names = tuple(name.replace("knee", "shank").replace("hip", "thigh") for name in plan.names)
+    other = drawing.Plan(plan.segments, plan.owners, names, plan.feet, plan.legs)
+    _, inks = rows(other, damaged=("R1 knee",))
+    assert (inks == drawing.DAMAGED).sum() > (rows(plan, damaged=("R1 knee",))[1] == 4).sum()
+
+
+@pytest.mark.parametrize(
+    ("leg", "way", "found"),
+    [
+        ("L1", (-1, 0), "L2"), ("L2", (1, 0), "L1"), ("L1", (0, -1), "R1"), ("R3", (0, 1), "L3"),
+        ("L1", (1, 0), "L1"), ("R2", (0, -1), "R2"),
+    ],
+)  # fmt: skip
+def test_arrows_go_to_the_next_leg(plan, leg, way, found):
+    assert beside(plan, leg, *way) == found
+
+
+@pytest.mark.parametrize("size", [SIZE, (27, 12)])
+def test_each_leg_is_found_where_it_is_drawn(plan, size):
+    text, _ = rows(plan, size=size)
+    assert [len(line) for line in text] == [size[0]] * size[1]
+    for row, line in enumerate(text):
+        for leg in LEGS:
+            if leg in line:
+                assert leg_at(plan, line.index(leg), row, size) == leg
+
+
+@pytest.mark.parametrize("size", [(3, 2), (1, 1)])
+def test_there_may_be_no_room(plan, size):
+    text, _ = rows(plan, lost=("L1",), chosen="R2", size=size)
+    assert [len(line) for line in text] == [size[0]] * size[1]
+    assert leg_at(plan, 0, 0, size) in LEGS

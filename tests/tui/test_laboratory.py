@@ -1,0 +1,113 @@
+"""The laboratory: legs off and on, the champion before and after, trials until a gait walks."""
+
+from pathlib import Path
+
+import pytest
+from textual.widgets import Input, Select
+from waiting import strips
+
+from gaitsim.adaptation.session import read_session, session_file
+from gaitsim.evaluation import evaluate
+from gaitsim.experiment import load_experiment, parse_assignments
+from gaitsim.runs.files.folder import create_run
+from gaitsim.runs.writer import RunWriter
+from gaitsim.tui.damage_choice import texts
+from gaitsim.tui.screens.laboratory import Laboratory
+
+
+@pytest.fixture
+def atlas(here, monkeypatch):
+    """A small atlas of the spider; trials are not watched."""
+    monkeypatch.setattr(Laboratory, "WATCHED", 0)
+    small = ("evolution.population=10", "evolution.generations=2", "search.cells=6")
+    axes = 'search.axes={"duty factor L1"=[0.0,1.0],"duty factor R1"=[0.0,1.0]}'
+    experiment = load_experiment("spider-atlas", parse_assignments([*small, axes]))
+    path = create_run(experiment, Path("runs/atlas"))
+    with RunWriter.open(path) as writer:
+        for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+            pass
+    return path
+
+
+def plan(screen):
+    return "\n".join(strip.text for strip in strips(screen.plan))
+
+
+@pytest.mark.slow
+def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
+    async def test(driver):
+        await driver.press("L")
+        screen = await driver.at("Laboratory")
+        await driver.until(lambda: screen.intact.walk is not None and not screen.is_busy("walk"))
+        assert "lab.adapt" not in driver.offered()
+        assert "intact" in screen.obstacle("adapt")
+
+        await driver.press("down", "enter")
+        await driver.until(lambda: screen.hurt.walk is not None and not screen.is_busy("walk"))
+        assert texts(screen.damage) == ("L2 lost",)
+        assert "[L2✗]" in plan(screen)
+        assert screen.hurt.walk.individual.damage == ("L2 lost",)
+        assert screen.intact.walk.individual.damage == ()
+        assert screen.command_line() == f"gaitsim adapt {atlas} --damage 'L2 lost'"
+
+        await driver.press("a")
+        await driver.until(lambda: screen.adapted.walk is not None and not screen.is_busy("adapt"))
+        trials = screen.adaptation.trials
+        assert screen.trials.row_count == len(trials) > 0
+        assert read_session(session_file(atlas, "L2-lost")).trials == trials
+        walk, best = screen.adapted.walk, screen.adaptation.best
+        assert walk.individual.member.number == best.member
+        assert walk.forward == pytest.approx(best.measured)
+
+        # Another damage is another search; the same one again has the trials that were made.
+        await driver.press("enter")
+        await driver.until(lambda: not screen.damage and not screen.is_busy("walk"))
+        assert screen.trials.row_count == 0
+        assert screen.hurt.walk is None
+        await driver.press("enter")
+        await driver.until(lambda: screen.hurt.walk is not None and not screen.is_busy("walk"))
+        await driver.press("a")
+        await driver.until(lambda: screen.adapted.walk is not None and not screen.is_busy("adapt"))
+        assert screen.adaptation.trials == trials
+
+    drive(test)
+
+
+def test_a_joint_is_damaged_as_far_as_the_body_allows(atlas, drive):
+    async def test(driver):
+        driver.app.open_laboratory(atlas)
+        screen = await driver.at("Laboratory")
+        await driver.until(lambda: screen.plan.plan is not None and not screen.is_busy("walk"))
+        await driver.press("d")
+        dialog = await driver.at("JointDialog")
+        dialog.query_one("#joint-kind", Select).value = "weak"
+        await driver.until(lambda: "weak" in dialog.text)
+        await driver.until(lambda: "problem" in dialog.query_one("#joint-text").classes)
+        assert "weak" in driver.text("#joint-text")
+        dialog.query_one("#joint-kind", Select).value = "stuck"
+        await driver.until(lambda: "problem" not in dialog.query_one("#joint-text").classes)
+        dialog.query_one("#joint-value", Input).focus()
+        await driver.type("20")
+        await driver.press("enter")
+        await driver.at("Laboratory")
+        await driver.until(lambda: screen.hurt.walk is not None and not screen.is_busy("walk"))
+        assert texts(screen.damage) == ("L1 coxa stuck 20",)
+        assert "[L1!]" in plan(screen)
+        await driver.press("i")
+        assert screen.damage == ()
+
+    drive(test)
+
+
+def test_a_run_that_is_no_atlas_can_be_damaged_and_a_body_without_legs_cannot(walk, drive):
+    path = walk()
+
+    async def test(driver):
+        driver.app.open_laboratory(path)
+        screen = await driver.at("Laboratory")
+        await driver.until(lambda: not screen.is_busy("read"))
+        assert "cannot be damaged" in screen.intact.canvas.words()
+        assert "lab.joint" not in driver.offered()
+        assert screen.command_line() == f"gaitsim play {path}"
+
+    drive(test)
