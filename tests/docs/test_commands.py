@@ -19,7 +19,7 @@ HELP = sorted((ROOT / "gaitsim" / "cli").rglob("*.py"))
 
 NOT_RUN = re.compile(
     r"gaitsim (tui|serve|play|study|compare|plugins|imitate|attach|stop)|run (walker|millipede)"
-    r"|--dask|--detach|night|--delete|--perturb|champions/|hopper|my-|mine|spring|--root"
+    r"|--interactive|--dask|--detach|night|--delete|--perturb|champions/|hopper|my-|mine|spring|--root"
 )
 """Commands that do not end by themselves, take long, or need a file of the reader's."""
 
