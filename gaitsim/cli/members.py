@@ -33,9 +33,16 @@ def members(
         typer.Option("--gaits", help="Also name the gait of each, with duty factor and frequency."),
     ] = False,
     workers: Workers = None,
+    show_map: Annotated[
+        bool, typer.Option("--map", help="Print an archive as a map of two of its axes.")
+    ] = False,
+    axes: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="NAME NAME", help="The two axes of the map. Default: the first ones."),
+    ] = None,
     json: Json = False,
 ) -> None:
-    """List the front or the archive that a search keeps.
+    """List the front or the archive that a search keeps, or print the archive as a map.
 
     Members have numbers from 1: those of a front by its first objective, those of an archive by
     its cells. A number names a member in other commands, as --member 3, or RUN#3 after --from.
@@ -48,16 +55,30 @@ def members(
 
     gaitsim members spider-atlas --gaits --out atlas.csv
 
+    gaitsim members spider-atlas --map
+
+    gaitsim members spider-atlas --map --axes yaw 'duty factor'
+
     gaitsim play spider-front --member 3
 
     gaitsim run spider --from spider-front#3
     """
+    if axes is not None and not show_map:
+        raise GaitsimError("--axes are those of a map", where="--axes", remedy="add --map")
+    if show_map and (json or gaits or out is not None):
+        remedy = "leave out --json, --gaits and --out"
+        raise GaitsimError("a map is printed", where="--map", remedy=remedy)
     if out is not None:
         if out.suffix.lower() != ".csv":
             raise GaitsimError(f"{out} is not a CSV file", where="--out", allowed="FILE.csv")
         check_folder(out)
     opened = RunSnapshot(find_run(run))
     found = _members(opened)
+    if show_map:
+        from gaitsim.cli.archive_map import print_map
+
+        print_map(opened, found, axes)
+        return
     columns, rows = _table(found, _gaits(opened, found, workers) if gaits else {})
     if out is not None:
         text = io.StringIO()

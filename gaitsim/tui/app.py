@@ -30,7 +30,7 @@ from gaitsim.tui.themes import DEFAULT, THEMES
 from gaitsim.tui.vi import ViKeys
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Which
+    from gaitsim.individual import Member, Which
     from gaitsim.tui.builder import ExperimentBuilder
 
 _PLAIN = PlainText()
@@ -180,6 +180,12 @@ class GaitsimApp(ViKeys):
         from gaitsim.tui.screens.laboratory import Laboratory
 
         self.push_screen(Laboratory(run, which))
+
+    def open_map(self, run: Path, member: "Member | None" = None) -> None:
+        """Show the archive of a run as a map, the cursor on a member or the best."""
+        from gaitsim.tui.screens.atlas import Map
+
+        self.push_screen(Map(run, member))
 
     def open_why(self, run: Path, which: "Which" = None) -> None:
         """Say why a champion or another individual scored."""

@@ -84,3 +84,33 @@ def test_a_run_without_a_front_has_no_members(gaitsim, puppet_file):
             gaitsim(*command, code=2).stderr.replace("│", " ").split()
         )
     assert gs.load("runs/puppet").members is None
+
+
+def test_an_archive_is_printed_as_a_map(gaitsim, puppet_file):
+    archive = """[search]
+plugin = "map-elites"
+axes = { price = [-1.0, 0.0], reach = [-1.0, 3.0], score = [-2.0, 3.0] }
+cells = [8, 9, 3]
+"""
+    puppet_file.write_text(puppet_file.read_text().partition("[search]")[0] + archive)
+    gaitsim("run", puppet_file, "--population", 30)
+    shown = gaitsim("members", "puppet", "--map").stdout
+    scores = gs.load("runs/puppet").members.scores
+    assert f"member {scores.argmax() + 1}, the best" in shown
+    assert f"{len(scores)} of 216 cells" in shown
+    assert "◆" in shown
+    assert "↑ reach (m)" in shown
+    turned = gaitsim("members", "puppet", "--map", "--axes", "reach", "score").stdout
+    assert "reach (m) →" in turned
+    for options, said in (
+        (("--map", "--axes", "reach", "height"), "unknown axis"),
+        (("--map", "--axes", "reach", "reach"), "two axes that differ"),
+        (("--axes", "reach", "price"), "add --map"),
+        (("--map", "--json"), "leave out --json, --gaits"),
+    ):
+        refused = gaitsim("members", "puppet", *options, code=2)
+        assert said in " ".join(refused.stderr.split())
+
+
+def test_a_front_has_no_map(gaitsim, front):
+    assert "has no map" in " ".join(gaitsim("members", "puppet", "--map", code=2).stderr.split())

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 EVERY = 1.0  # seconds between two looks at the folder
 ACTIONS = (
-    "delete", "stop", "rename", "note", "files", "replay", "why", "compare", "export", "filter",
-    "back",
+    "delete", "stop", "rename", "note", "files", "replay", "map", "why", "compare", "export",
+    "filter", "back",
 )  # fmt: skip
 
 

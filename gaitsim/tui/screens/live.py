@@ -24,7 +24,7 @@ from gaitsim.runs.fork import fork_run
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
-from gaitsim.tui.screens.live_source import about, explained
+from gaitsim.tui.screens.live_source import about, explained, keeps_archive
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
 
@@ -61,6 +61,7 @@ window or by `gaitsim attach`.
 - The table has the best score and its terms: over the generations, and of the best individuals.
 - The body is the champion so far. Drag to turn it, roll to zoom; **r** replays any generation.
   The ground under it is left out while the run evolves, unless the body has the focus.
+- **M** shows the archive of map-elites as a map, which fills as the run evolves.
 - **l** shows what happened: ★ a better best, ⚑ a champion that was kept, ▶ a stage.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -71,6 +72,7 @@ window or by `gaitsim attach`.
         Binding("c", "change", "Change", id="live.change", tooltip="Change options from here on"),
         Binding("f", "fork", "Fork", id="live.fork", tooltip="Copy the run under other options"),
         Binding("r", "replay", "Replay", id="live.replay", tooltip="See any generation move"),
+        Binding("M", "map", "Map", id="live.map", tooltip="The archive as a map, as it fills"),
         Binding("g", "goal", "Goal", id="live.goal", tooltip="How many generations it has"),
         Binding("w", "why", "Why", id="live.why", tooltip="Why the champion scored"),
         Binding("e", "export", "Export", id="live.export", tooltip="Gait files, plots, videos, …"),
@@ -96,7 +98,7 @@ window or by `gaitsim attach`.
         self.board = Board(run, clock)
         self._go = go
         self.process: RunProcess | None = None
-        self._stopping = False
+        self._stopping = self._has_archive = False
         self.title, self.sub_title = run.name, ""
 
     def compose(self) -> ComposeResult:
@@ -121,6 +123,7 @@ window or by `gaitsim attach`.
 
     def on_mount(self) -> None:
         self.sub_title = about(self.run)
+        self._look_for_archive()
         self._watch()
         self.set_interval(LOOK, self._look)
 
@@ -137,6 +140,11 @@ window or by `gaitsim attach`.
                 return
         if go and self.snapshot.state == "stopped":
             self._start()
+
+    @work(group="archive")
+    async def _look_for_archive(self) -> None:
+        self._has_archive = await self.in_thread(keeps_archive, self.run)
+        self._changed()
 
     def _look(self) -> None:
         """Follow a run that rested here, and that someone else evolves now."""
@@ -180,7 +188,12 @@ window or by `gaitsim attach`.
         """Update board and footer."""
         self.board.state = state = self.state
         self.board.stale()
-        self.offers = state, self.process is not None, self.snapshot.champion is not None
+        self.offers = (
+            state,
+            self.process is not None,
+            self.snapshot.champion is not None,
+            self._has_archive,
+        )
 
     @work(group="reread")
     async def _reread(self) -> None:
@@ -255,6 +268,9 @@ window or by `gaitsim attach`.
     def action_replay(self) -> None:
         self.gaitsim.open_replay(self.run)
 
+    def action_map(self) -> None:
+        self.gaitsim.open_map(self.run)
+
     def action_why(self) -> None:
         self.gaitsim.open_why(self.run)
 
@@ -307,6 +323,8 @@ window or by `gaitsim attach`.
                 return steered if here else state in (*RESTING, "finished")
             case "fork":
                 return state != "failed" or self.snapshot.generation > 0
+            case "map":
+                return self._has_archive and self.snapshot.generation > 0
             case "replay" | "why" | "export" | "laboratory":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)

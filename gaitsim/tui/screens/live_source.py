@@ -87,6 +87,14 @@ def about(run: Path) -> str:
     return f"{body} · {fitness} · seed {outline.seed}"
 
 
+def keeps_archive(run: Path) -> bool:
+    """Return whether the search of a run keeps an archive; False where it cannot be loaded."""
+    try:
+        return RunSnapshot(run).experiment.search.keeps == "archive"
+    except GaitsimError:
+        return False
+
+
 class ChampionMover:
     """Moves the champions of the run in the folder `run`."""
 

@@ -50,10 +50,19 @@ def typed_number(text: str, which: Which, shown: Shown) -> int | Member:
     Raises:
         GaitsimError: the text is none.
     """
-    digits, last = text.replace(",", "").strip(), last_of(shown, which)
+    return numbered(which, checked_number(text, kind_of(which), last_of(shown, which)))
+
+
+def checked_number(text: str, kind: str, last: int) -> int:
+    """Read a number from 1 to `last` of a kind, such as 'member'.
+
+    Raises:
+        GaitsimError: the text is none.
+    """
+    digits = text.replace(",", "").strip()
     if digits.isdecimal() and len(digits) < 10 and 1 <= int(digits) <= last:
-        return numbered(which, int(digits))
-    raise GaitsimError(f"there is no {kind_of(which)} {text}", allowed=f"1 to {last:,}")
+        return int(digits)
+    raise GaitsimError(f"there is no {kind} {text}", allowed=f"1 to {last:,}")
 
 
 def curve_of(shown: Shown) -> tuple[str, Series, float]:

@@ -65,6 +65,7 @@ The best individual of any generation, or a member of a front or archive, as it 
   Both keep step, and share the camera. The generation keys change the one that has the focus.
 - **Members**, where the search keeps a front or an archive: the slider and the generation keys go
   from member to member, and the curve is the front with the member's place. Again: generations.
+- **Map** shows an archive as a map, from which any gait is a few arrow keys away.
 - ★ is the champion of the run, or the member with the best score.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -106,6 +107,8 @@ The best individual of any generation, or a member of a front or archive, as it 
                 tooltip="Measures, terms and the curve of the best score"),
         Binding("s", "split", "Split", id="replay.split",
                 tooltip="A second body beside this one, or one alone"),
+        Binding("M", "map", "Map", id="replay.map",
+                tooltip="The archive as a map, the cursor on this member"),
         Binding("w", "why", "Why", id="replay.why", tooltip="Why it scored, and which gait it is"),
         Binding("L", "laboratory", "Laboratory", id="replay.laboratory",
                 tooltip="Remove legs of this body, and adapt its gait"),
@@ -309,6 +312,10 @@ The best individual of any generation, or a member of a front or archive, as it 
         pane = self.pane
         self.gaitsim.open_why(pane.run, pane.which)
 
+    def action_map(self) -> None:
+        pane = self.pane
+        self.gaitsim.open_map(pane.run, pane.which if isinstance(pane.which, Member) else None)
+
     def action_export(self) -> None:
         pane = self.pane
         others = {one.run for one in self.panes if one.run != pane.run}
@@ -334,6 +341,9 @@ The best individual of any generation, or a member of a front or archive, as it 
                 return self.pane.shown is not None
             case "members":
                 return self.pane.shown is not None and self.pane.shown.best_member is not None
+            case "map":
+                members = self.pane.shown.members if self.pane.shown is not None else None
+                return members is not None and members.cells is not None
             case "generation" | "best":
                 return self.pane.shown is not None or self.pane.problem is not None
         return super().check_action(action, parameters)

@@ -94,19 +94,7 @@ class Loader:
         """
         try:
             run = self._snapshot(which if isinstance(which, int) else 1)
-            found = run.individual(which)
-            if self._damage:
-                found = with_damage(found, self._damage)
-            _ = found.skeleton  # here, as it takes long
-            return Shown(
-                individual=found,
-                measurements=_measured(found),
-                last=run.generation,
-                champion=run.best_generation,
-                stage=(run.stage_at(found.generation).number, len(run.stages)),
-                history=run.history,
-                members=run.members,
-            )
+            return shown_of(run, which, self._damage)
         except OSError as error:
             self._run = None
             raise RunError(f"cannot read {self._path}: {error.strerror or error}") from None
@@ -130,6 +118,28 @@ class Loader:
             known = self._run = RunSnapshot(self._path)
             self._state, self._read = state, now
         return known
+
+
+def shown_of(run: RunSnapshot, which: Which, damage: Sequence[str] = ()) -> Shown:
+    """Move an individual of a run as it was read, on its damaged body if there is damage.
+
+    Raises:
+        GaitsimError: there is none, the run is damaged, or the body cannot be drawn.
+        OSError: a file cannot be read.
+    """
+    found = run.individual(which)
+    if damage:
+        found = with_damage(found, damage)
+    _ = found.skeleton  # here, as it takes long
+    return Shown(
+        individual=found,
+        measurements=_measured(found),
+        last=run.generation,
+        champion=run.best_generation,
+        stage=(run.stage_at(found.generation).number, len(run.stages)),
+        history=run.history,
+        members=run.members,
+    )
 
 
 def _measured(individual: Individual) -> Mapping[str, Measurement]:

@@ -234,7 +234,7 @@ class ReplayPane(Vertical):
         for heading, rows in (("measures", measures), ("terms of the score", terms)):
             if rows:
                 text.append("\n\n" if text else "").append(heading, "bold")
-                text.append("".join(f"\n{line}" for line in _lines(rows, width)))
+                text.append("".join(f"\n{line}" for line in number_lines(rows, width)))
         self._numbers.update(text)
 
     @on(Scrubber.Changed)
@@ -243,7 +243,7 @@ class ReplayPane(Vertical):
         self.ask(numbered(self.which, event.value))
 
 
-def _lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator[str]:
+def number_lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator[str]:
     """Yield lines of a name, a number and its unit, each below the other, so many cells wide."""
     numbers = [number(value, 4) for _, value, _ in rows]
     units = [clip(unit, UNIT) for _, _, unit in rows]

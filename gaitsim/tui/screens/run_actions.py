@@ -47,6 +47,7 @@ class RunActions(GaitScreen):
             id="home.laboratory",
             tooltip="Remove legs of its body, and adapt its gait",
         ),
+        Binding("M", "map", "Map", show=False, id="home.map", tooltip="The archive as a map"),
         Binding("p", "plugins", "Plugins", id="home.plugins", tooltip="What is installed"),
     ]
 
@@ -71,7 +72,7 @@ class RunActions(GaitScreen):
         run, chosen = self.current(), self._chosen()
         needs_run = (
             *("select_cursor", "mark", "replay", "why", "export", "laboratory"),
-            *("note", "rename", "files"),
+            *("map", "note", "rename", "files"),
         )
         if action in (*needs_run, "delete", "stop") and not chosen:
             return "There is no run here; n assembles one."
@@ -82,9 +83,11 @@ class RunActions(GaitScreen):
                 return "It does not evolve now."
             case "rename" if run is not None and run.evolves:
                 return "It evolves; stop it first, with x."
-            case "replay" | "why" | "export" | "laboratory" if run and run.problem is not None:
+            case "replay" | "why" | "export" | "map" | "laboratory" if (
+                run and run.problem is not None
+            ):
                 return "It cannot be read; the lines below the list say why."
-            case "replay" | "why" | "export" | "laboratory" if run and run.generation == 0:
+            case "replay" | "why" | "export" | "map" | "laboratory" if run and run.generation == 0:
                 return "It has no generation yet; open it, and let it evolve."
             case "compare" if len(self.marked()) < 2:
                 return "Mark two or more runs first, with space."
@@ -125,6 +128,11 @@ class RunActions(GaitScreen):
         run = self.current()
         if run is not None:
             self.gaitsim.open_laboratory(run.path)
+
+    def action_map(self) -> None:
+        run = self.current()
+        if run is not None:
+            self.gaitsim.open_map(run.path)
 
     def action_files(self) -> None:
         run = self.current()

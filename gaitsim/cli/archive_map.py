@@ -1,0 +1,63 @@
+"""A map of an archive, printed."""
+
+from gaitsim.cli.cells import lines
+from gaitsim.cli.console import output
+from gaitsim.cli.streams import results
+from gaitsim.contracts import Members
+from gaitsim.errors import GaitsimError, RunError, unknown
+from gaitsim.individual import Member
+from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.terminal.atlas_words import summary, words_of
+from gaitsim.render.terminal.colour_scale import styles
+from gaitsim.render.terminal.heat_map import HeatMap
+from gaitsim.runs.files.folder import command
+from gaitsim.runs.snapshot import RunSnapshot
+
+WIDEST, HIGHEST = 80, 36  # characters; as the cells of most maps fill
+PIPED = 80, 30
+
+
+def print_map(run: RunSnapshot, members: Members, axes: tuple[str, str] | None) -> None:
+    """Print the best elites along two axes of an archive, the best of all marked.
+
+    Args:
+        run: that the archive is of.
+        members: its elites.
+        axes: their names; None takes the first pair.
+
+    Raises:
+        GaitsimError: there is no such axis, or the members have no cells, as those of a front.
+    """
+    view = ArchiveView.of(members)
+    if view is None:
+        raise RunError(
+            f"the run {run.path} keeps a front, which has no map",
+            remedy=f"plot it: {command('plot', run.path, '--kind', 'front')}",
+        )
+    for name in axes or ():
+        if name not in view.names:
+            raise unknown("axis", name, view.names, where="--axes")
+    if axes is not None and axes[0] == axes[1]:
+        raise GaitsimError("a map has two axes that differ", where="--axes")
+    names = axes or next(iter(view.pairs), view.names)
+    console = output()
+    console.print(f"{run.path}: {summary(run, view)}", style="bold")
+    if not len(members.scores):
+        console.print("Every individual failed.")
+        return
+    terminal = results().isatty()
+    width = min(console.width, WIDEST) if terminal else PIPED[0]
+    height = min(console.height - 4, HIGHEST) if terminal else PIPED[1]
+    shaded = console.no_color or console.color_system is None
+    words = words_of(run.individual(Member(1)), view)
+    drawn = HeatMap(view, names, words, width, height, shaded=shaded)
+    if not drawn.fits:
+        raise GaitsimError("the terminal is too small for a map", remedy="make it larger")
+    best = view.best
+    assert best is not None, "there are members"
+    for line in lines(*drawn.draw(drawn.place_of(best)), styles("default", "bright_black")):
+        line.rstrip()
+        if line.plain:
+            console.print(line)
+    mark = "◆" if shaded else "▸ ▴"
+    console.print(f"{mark} member {best}, the best: {command('play', run.path, '--member', best)}")

@@ -1,0 +1,30 @@
+"""What a map of an archive says in words: its axes with their units, and how full it is."""
+
+from gaitsim.individual import Individual
+from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.terminal.text import number
+from gaitsim.runs.files.history import FIGURE
+from gaitsim.runs.snapshot import RunSnapshot
+
+
+def words_of(individual: Individual, view: ArchiveView) -> dict[str, str]:
+    """Return the axes of an archive and the score with their units, by name.
+
+    Args:
+        individual: one of its members.
+        view: the archive.
+    """
+    units = {name: individual.unit_of(name) for name in ("score", *view.names)}
+    return {name: f"{name} ({unit})" if unit else name for name, unit in units.items()}
+
+
+def summary(run: RunSnapshot, view: ArchiveView) -> str:
+    """Return generation, elites, coverage and, where the search has it, the QD score in words."""
+    elites, total = len(view.members.scores), view.total
+    score = run.history.get(f"{FIGURE}QD score")
+    said = [
+        f"generation {run.generation:,}",
+        f"{elites:,} of {total:,} cells ({elites / total:.1%})",
+        *([f"QD score {number(float(score[-1]), 1)}"] if score is not None else []),
+    ]
+    return "  ".join(said)

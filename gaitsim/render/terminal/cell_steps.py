@@ -1,0 +1,40 @@
+"""Moves of a cursor from one occupied cell of a panel to another."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Place = tuple[int, int]
+"""The column and the row of a panel's cell, from the low ends of its axes."""
+Occupied = NDArray[np.bool_]
+
+
+def stepped(occupied: Occupied, place: Place, across: int, up: int) -> Place:
+    """Return the nearest occupied cell in a direction, or the same where there is none.
+
+    Cells within 45 degrees of the direction come first.
+
+    Args:
+        occupied: which cells have an elite, (across, up).
+        place: to begin at.
+        across: −1, 0 or 1.
+        up: −1, 0 or 1, where `across` is 0.
+    """
+    cells = np.argwhere(occupied)
+    away = cells - np.array(place)
+    ahead, aside = away @ (across, up), np.abs(away @ (up, across))
+    for within in (aside <= ahead, ahead > 0):
+        chosen = np.flatnonzero((ahead > 0) & within)
+        if len(chosen):
+            # Straight on is preferred to a nearer cell beside the line.
+            best = chosen[np.argmin(ahead[chosen] + 2 * aside[chosen])]
+            return int(cells[best, 0]), int(cells[best, 1])
+    return place
+
+
+def nearest(occupied: Occupied, place: Place) -> Place | None:
+    """Return the occupied cell that is nearest to a place; None where all are empty."""
+    cells = np.argwhere(occupied)
+    if not len(cells):
+        return None
+    best = np.argmin(((cells - np.array(place)) ** 2).sum(1))
+    return int(cells[best, 0]), int(cells[best, 1])

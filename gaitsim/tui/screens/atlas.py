@@ -1,0 +1,281 @@
+"""Map: the archive of a run as a heat map, and the gait of the cell under the cursor."""
+
+import asyncio
+import time
+from functools import partial
+from pathlib import Path
+from textwrap import wrap
+from typing import ClassVar
+
+from rich.text import Text
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.reactive import reactive
+
+from gaitsim.errors import GaitsimError
+from gaitsim.individual import Member
+from gaitsim.render.terminal.text import number, visible_lines
+from gaitsim.runs.files.folder import command
+from gaitsim.tui.screens.atlas_source import Atlas, AtlasReader
+from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.elite_pane import ElitePane
+from gaitsim.tui.screens.numbering import checked_number
+from gaitsim.tui.screens.questions import Ask
+from gaitsim.tui.widgets.archive_map import ArchiveMap
+from gaitsim.tui.widgets.footer import Footer
+from gaitsim.tui.widgets.header import Header
+from gaitsim.tui.widgets.lines import Lines
+
+LOOK = 1.0  # seconds between two looks at a run that may grow
+SHARE = 10  # times as long as reading an archive takes, nothing is read again, but at most
+LONGEST = 10.0  # seconds
+PAUSE = 0.1  # seconds for which the cursor rests before an elite is moved
+BEHAVIOUR = 3  # lines of it below the map
+
+
+class Map(GaitScreen):
+    """The archive of a run along two of its axes; the elite under the cursor moves beside it.
+
+    Args:
+        run: the folder of a run.
+        member: under the cursor at first; None is the best.
+
+    Attributes:
+        map: the heat map with the cursor.
+        pane: the elite under the cursor.
+    """
+
+    HELP_TEXT = """
+All gaits that a search has found, as a map: each cell of two axes has the colour of its best
+score; dots are cells without a gait.
+
+- **Arrow keys**, or a click, go from gait to gait; it moves on the right, with its name, its
+  footfalls and measures. Below the map: its number, score and place on all axes.
+- **Axes**: an archive of more than two axes shows the best over the others in each cell. `]` and
+  `[` go through pairs of axes, opposite legs first; `x` and `z` change one of them.
+- **Best** is the best of all, **Go to** a member by its number.
+- While the run evolves, the map fills. Members have other numbers then as new ones come.
+- **Replay**, **Why**, **Export** and the **Laboratory** are for the gait under the cursor.
+- The title has the generation, the cells with a gait and their share (the coverage), and the sum
+  of all scores (the QD score).
+"""
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("left_square_bracket", "pair(-1)", "Axes", key_display="[", id="map.axes-back",
+                group=Binding.Group("Axes", compact=True), tooltip="The pair of axes before"),
+        Binding("right_square_bracket", "pair(1)", "Axes", key_display="]", id="map.axes-on",
+                group=Binding.Group("Axes", compact=True), tooltip="The next pair of axes"),
+        Binding("x", "axis(0)", "Across", show=False, id="map.across",
+                tooltip="Another axis across"),
+        Binding("z", "axis(1)", "Upwards", show=False, id="map.upwards",
+                tooltip="Another axis upwards"),
+        Binding("b", "best", "Best", id="map.best", tooltip="To the best of all"),
+        Binding("g,colon", "go_to", "Go to", key_display="g", id="map.go-to",
+                tooltip="A member by its number"),
+        Binding("r,enter", "replay", "Replay", key_display="r", id="map.replay",
+                tooltip="This gait frame by frame"),
+        Binding("w", "why", "Why", id="map.why", tooltip="Why it scored, and which gait it is"),
+        Binding("e", "export", "Export", id="map.export", tooltip="Gait files, plots, videos, …"),
+        Binding("L", "laboratory", "Laboratory", id="map.laboratory",
+                tooltip="Remove legs of the body, and adapt its gait"),
+        Binding("space", "play", "Hold", id="map.play", tooltip="Hold the body, or let it move"),
+        Binding("v", "view", "View", show=False, id="map.view",
+                tooltip="From the corner, the side, above, or the front"),
+    ]  # fmt: skip
+    DEFAULT_CSS = """
+    Map {
+        & #map-left { width: 5fr; height: 1fr; padding: 0 1; }
+        & #map-member { height: auto; }
+        & ArchiveMap:focus { background-tint: $foreground 3%; }
+    }
+    """
+    AUTO_FOCUS = "ArchiveMap"
+
+    # Everything that the keys depend on: the footer, which is slow, is updated only with it.
+    offers: reactive[tuple[bool, int]] = reactive((False, 0), init=False, bindings=True)
+
+    def __init__(self, run: Path, member: Member | None = None) -> None:
+        super().__init__()
+        self.run = run
+        self.map = ArchiveMap("reading the run …")
+        self.pane = ElitePane()
+        self._reader = AtlasReader(run)
+        self._atlas: Atlas | None = None
+        self._first = member
+        self._pair: tuple[str, ...] = ()
+        self._asked: int | None = None  # the member that is to move
+        self._member = Lines(id="map-member")
+        self.title, self.sub_title = run.name, "map"
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        with Horizontal():
+            with Vertical(id="map-left"):
+                yield self.map
+                yield self._member
+            yield self.pane
+        yield Footer()
+
+    def on_mount(self) -> None:
+        self._follow()
+
+    # The archive
+
+    @work(group="follow")
+    async def _follow(self) -> None:
+        """Read the archive again where the run has grown, while the screen is seen."""
+        while True:
+            begun = time.monotonic()
+            if self.is_current:
+                try:
+                    atlas = await self.in_thread(self._reader.poll)
+                except GaitsimError as error:
+                    if self._atlas is None:
+                        self.map.say(visible_lines(str(error)))
+                else:
+                    if atlas is not None:
+                        self._take(atlas)
+            await asyncio.sleep(min(max(LOOK, SHARE * (time.monotonic() - begun)), LONGEST))
+
+    def _take(self, atlas: Atlas) -> None:
+        """Show an archive, with the cursor where it was."""
+        if atlas.view.names != (self._atlas.view.names if self._atlas else None):
+            self._pair = next(iter(atlas.view.pairs), atlas.view.names)
+        self._atlas = atlas
+        self.sub_title = atlas.summary
+        self.map.say("no elite yet: every individual has failed so far")
+        count = len(atlas.view.members.scores)
+        first, self._first = self._first, None
+        wanted = first.number if first is not None and first.number <= count else None
+        self._show(wanted)
+
+    def _show(self, member: int | None) -> None:
+        assert self._atlas is not None, "it was taken"
+        self.map.show(self._atlas.view, self._pair, self._atlas.words, member)
+        self.offers = bool(len(self._atlas.view.members.scores)), len(self._atlas.view.names)
+
+    # The elite under the cursor
+
+    @on(ArchiveMap.Moved)
+    def _moved(self) -> None:
+        """Say who is under the cursor, and let it move once the cursor rests."""
+        atlas, member = self._atlas, self.map.member
+        if atlas is None or member is None:
+            return
+        self._say(atlas, member)
+        self._asked = member
+        kept = self._reader.kept(atlas, member)
+        if kept is not None:
+            self.pane.show(kept)
+        elif not self.is_busy("elite"):
+            self._load()
+
+    @work(group="elite")
+    async def _load(self) -> None:
+        """Move the member under the cursor, and then the one that is there by then."""
+        while True:
+            await asyncio.sleep(PAUSE)
+            atlas, asked = self._atlas, self._asked
+            assert atlas is not None
+            assert asked is not None
+            elite = self._reader.kept(atlas, asked)
+            if elite is None:
+                try:
+                    elite = await self.in_thread(self._reader.elite, atlas, asked)
+                except GaitsimError as error:
+                    if asked == self._asked:
+                        self.pane.fail(error)
+            if asked == self._asked:
+                if elite is not None:
+                    self.pane.show(elite)
+                return
+
+    def _say(self, atlas: Atlas, member: int) -> None:
+        """Show number, score and behaviour of a member below the map."""
+        members = atlas.view.members
+        width = max(self._member.size.width, 20)
+        head = Text(f"member {member:,}", "bold", no_wrap=True, end="", overflow="ellipsis")
+        head.append(f" of {len(members.scores):,}", "not bold")
+        head.append(" ★" if member == atlas.view.best else "")
+        head.append(f"   score {number(float(members.scores[member - 1]), 4)}")
+        shared, *items = atlas.behaviour(member)
+        said = " ".join([shared, *items]) if shared else "  ".join(items)
+        behaviour = [Text(line, no_wrap=True, end="") for line in wrap(said, width)[:BEHAVIOUR]]
+        self._member.show([head, *behaviour])
+
+    # What keys do
+
+    def action_pair(self, steps: int) -> None:
+        """Show the next pair of axes, with the cursor on the same gait."""
+        assert self._atlas is not None
+        pairs = self._atlas.view.pairs
+        at = pairs.index(self._pair) if self._pair in pairs else 0
+        self._turn(pairs[(at + steps) % len(pairs)])
+
+    def action_axis(self, which: int) -> None:
+        """Show another axis across (0) or upwards (1)."""
+        assert self._atlas is not None
+        names = self._atlas.view.names
+        pair = [*self._pair]
+        other = pair[1 - which]
+        free = [name for name in names if name != other]
+        pair[which] = free[(free.index(pair[which]) + 1) % len(free)]
+        self._turn(tuple(pair))
+
+    def _turn(self, pair: tuple[str, ...]) -> None:
+        self._pair = pair
+        self._show(self.map.member)
+
+    def action_best(self) -> None:
+        if self._atlas is not None:
+            self.map.go_to(self._atlas.view.best)
+
+    @work(group="ask", exclusive=True)
+    async def action_go_to(self) -> None:
+        """Ask for a member's number, and go to its cell."""
+        assert self._atlas is not None
+        last = len(self._atlas.view.members.scores)
+        check = partial(checked_number, kind="member", last=last)
+        question = Ask("Go to member", check=check, about=f"1 to {last:,}")
+        answer = await self.app.push_screen_wait(question)
+        if answer is not None:
+            self.map.go_to(check(answer))
+
+    def action_replay(self) -> None:
+        self.gaitsim.open_replay(self.run, self._which)
+
+    def action_why(self) -> None:
+        self.gaitsim.open_why(self.run, self._which)
+
+    def action_export(self) -> None:
+        self.gaitsim.open_export(self.run, self._which)
+
+    def action_laboratory(self) -> None:
+        self.gaitsim.open_laboratory(self.run, self._which)
+
+    def action_play(self) -> None:
+        canvas = self.pane.canvas
+        canvas.playing = not canvas.playing
+
+    def action_view(self) -> None:
+        self.pane.canvas.action_next_view()
+
+    @property
+    def _which(self) -> Member | None:
+        return Member(self.map.member) if self.map.member is not None else None
+
+    def command_line(self) -> str:
+        axes = ("--axes", *self._pair) if len(self._pair) == 2 else ()
+        return command("members", self.run, "--map", *axes)
+
+    def obstacle(self, action: str) -> str:
+        known, axes = self.offers
+        if action in ("pair", "axis") and axes < 3:
+            return "Only an archive of three axes or more has others to show."
+        if (
+            action in ("best", "go_to", "replay", "why", "export", "play", "view", "laboratory")
+            and not known
+        ):
+            return "No elite is shown yet."
+        return super().obstacle(action)

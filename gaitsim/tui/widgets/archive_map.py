@@ -1,0 +1,166 @@
+"""A heat map of an archive with a cursor on one of its elites."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from rich.style import Style
+from textual import events
+from textual.binding import Binding, BindingType
+from textual.message import Message
+
+from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.terminal.cell_steps import Place, nearest, stepped
+from gaitsim.render.terminal.colour_scale import styles
+from gaitsim.render.terminal.heat_map import HeatMap
+from gaitsim.tui.widgets.cells import Cells, Picture
+
+_PARTS = ("axis", "empty", "pointer")
+
+
+class ArchiveMap(Cells, can_focus=True):
+    """Two axes of an archive, or its only one; arrow keys and clicks go from elite to elite.
+
+    Args:
+        message: shown where there is no elite.
+
+    Attributes:
+        view: the archive; None for none yet.
+        names: of the axes that are shown, one or two.
+        marks: a character of one column on the cells of these members, by number.
+    """
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"map--axis", "map--empty", "map--pointer"}
+    DEFAULT_CSS = """
+    ArchiveMap {
+        width: 1fr; height: 1fr;
+        & > .map--axis { color: $foreground 80%; }
+        & > .map--empty { color: $foreground 25%; }
+        & > .map--pointer { color: #ff2d95; }
+        &:light > .map--pointer { color: #d6006c; }
+    }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("left,h", "move(-1, 0)", "Left", show=False, id="map.left",
+                tooltip="To the next elite on the left"),
+        Binding("right,l", "move(1, 0)", "Right", show=False, id="map.right",
+                tooltip="To the next elite on the right"),
+        Binding("up,k", "move(0, 1)", "Up", show=False, id="map.up",
+                tooltip="To the next elite above"),
+        Binding("down,j", "move(0, -1)", "Down", show=False, id="map.down",
+                tooltip="To the next elite below"),
+    ]  # fmt: skip
+
+    @dataclass
+    class Moved(Message):
+        """Another elite is under the cursor, by its number; None where there are none."""
+
+        member: int | None
+
+    def __init__(self, message: str = "no elite yet", **settings: Any) -> None:
+        super().__init__(**settings)
+        self._message = message
+        self.view: ArchiveView | None = None
+        self.names: tuple[str, ...] = ()
+        self.marks: Mapping[int, str] = {}
+        self._words: Mapping[str, str] = {}
+        self._map: HeatMap | None = None
+        self._drawn_at: tuple[int, int] | None = None
+        self._place: Place | None = None
+        self._values: tuple[float, ...] = ()  # where the cursor is on the axes
+        self._wanted: int | None = None  # the member that it is to be on
+
+    def show(
+        self,
+        view: ArchiveView,
+        names: tuple[str, ...],
+        words: Mapping[str, str],
+        member: int | None,
+    ) -> None:
+        """Show axes of an archive, with the cursor on a member.
+
+        Args:
+            view: the archive.
+            names: of the axes, one or two.
+            words: the names with units, as the axes have them, and the score.
+            member: a number; None stays at the values on the axes, or goes to the best.
+        """
+        if member is None and (names != self.names or not self._values):
+            member = view.best
+        self.view, self.names, self._words = view, names, words
+        self._map = None
+        self.go_to(member)
+
+    def say(self, message: str) -> None:
+        """Show a message in place of the map, or as long as there is no elite."""
+        self._message = message
+        self.redraw()
+
+    def go_to(self, member: int | None) -> None:
+        """Go to the cell that a member is in; None stays."""
+        self._wanted, self._place = member, None
+        self._find()
+        self.redraw()
+
+    @property
+    def member(self) -> int | None:
+        """The number of the elite under the cursor."""
+        found = self._map
+        return None if found is None or self._place is None else int(found.numbers[self._place])
+
+    def _find(self) -> HeatMap | None:
+        """Return the map at the size of the widget, with the cursor on an elite."""
+        columns, rows = self.content_size
+        if self.view is None or not columns or not rows:
+            return None
+        if self._map is None or self._drawn_at != (columns, rows):
+            shaded = self.app.no_color
+            self._map = HeatMap(self.view, self.names, self._words, columns, rows, shaded=shaded)
+            self._drawn_at, self._place = (columns, rows), None
+        if self._place is None and (self._wanted or self._values):
+            wanted = self._wanted
+            near = self._map.place_of(wanted) if wanted else self._map.cell_of(*self._values)
+            self._point(self._map, nearest(self._map.occupied, near))
+        return self._map
+
+    def _point(self, found: HeatMap, place: Place | None) -> None:
+        """Put the cursor on a cell; None where all are empty."""
+        self._place, self._wanted = place, None
+        self._values = () if place is None else found.middle_of(place)
+        self.post_message(self.Moved(self.member))
+
+    def words(self) -> str:
+        if self.view is None or not len(self.view.members.scores):
+            return self._message
+        found = self._find()
+        return "" if found is not None and found.fits else "too narrow for a map"
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        found = self._find()
+        assert found is not None, "else there are words"
+        marks = {found.place_of(number): mark for number, mark in self.marks.items()}
+        return found.draw(self._place, marks)
+
+    def ink_styles(self) -> list[Style]:
+        """Return the styles of axes, cursor, empty cells, and pairs of colours."""
+        colours = [self.ink_style(f"map--{part}").color for part in _PARTS]
+        names = [colour.name if colour is not None else "default" for colour in colours]
+        if self.app.no_color:  # the pointer's colour would be a dark grey
+            names[_PARTS.index("pointer")] = names[_PARTS.index("axis")]
+        return [self.ink_style() + Style.parse(style) for style in styles(*names)]
+
+    def action_move(self, across: int, up: int) -> None:
+        found = self._find()
+        if found is not None and self._place is not None:
+            self._go(found, stepped(found.occupied, self._place, across, up))
+
+    def on_click(self, event: events.Click) -> None:
+        found = self._find()
+        place = None if found is None else found.cell_at(event.x, event.y)
+        if found is not None and place is not None:
+            self._go(found, nearest(found.occupied, place))
+
+    def _go(self, found: HeatMap, place: Place | None) -> None:
+        if place is not None and place != self._place:
+            self._point(found, place)
+            self.redraw()

@@ -1,0 +1,115 @@
+"""The map of an archive: the cursor, the axes, and the elite beside it."""
+
+import numpy as np
+from textual.widgets import Input
+
+from gaitsim.evaluation import evaluate
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.writer import RunWriter
+
+AXES = "search.axes={reach=[-1.0, 3.0], price=[-1.0, 0.0], score=[-2.0, 3.0]}"
+ATLAS = ("search.plugin=map-elites", AXES, "search.cells=[12, 9, 3]", "evolution.population=40")
+
+
+def evolved_once(run):
+    with RunWriter.open(run) as writer:
+        next(iter(writer.evolve(lambda genomes: evaluate(writer.experiment, genomes))))
+
+
+async def shown(driver, run):
+    """Open the map of a run; return it with an elite beside it, held, as motion delays a pilot."""
+    driver.app.open_map(run)
+    screen = await driver.at("Map")
+    await driver.until(lambda: screen.pane.elite is not None)
+    screen.pane.canvas.playing = False
+    return screen
+
+
+def test_the_cursor_goes_from_elite_to_elite_whose_gait_moves_beside_the_map(walk, drive):
+    run = walk("atlas", 3, *ATLAS, generations=9)
+    members = RunSnapshot(run).members
+    best = int(np.argmax(members.scores)) + 1
+
+    async def test(driver):
+        screen = await shown(driver, run)
+        plan, pane = screen.map, screen.pane
+        assert plan.member == best
+        assert f"member {best}" in screen.query_one("#map-member").text
+        assert pane.elite.shown.individual.member.number == best
+        assert f"{len(members.scores)} of 324 cells" in screen.sub_title
+        assert "QD score" in screen.sub_title
+        axes = plan.names
+        assert screen.command_line().endswith(f"members runs/atlas --map --axes {' '.join(axes)}")
+
+        # The cursor only rests on elites, and the body is that of the last one.
+        met = set()
+        for key in ("left", "down", "left", "up", "right", "down", "left"):
+            await driver.press(key)
+            met.add(plan.member)
+        assert len(met) > 2
+        await driver.until(lambda: pane.elite.shown.individual.member.number == plan.member)
+        assert pane.elite.shown.individual.score == members.scores[plan.member - 1]
+
+        # The same gait stays under the cursor along other axes, where it is the best of its cell.
+        await driver.press("b", "right_square_bracket")
+        assert plan.names != axes
+        assert plan.member == best
+        await driver.press("z", "x", "left_square_bracket")
+        assert plan.member == best
+
+        await driver.press("g")
+        await driver.until(lambda: driver.screen.query("#answer"))
+        driver.screen.query_one(Input).value = str(len(members.scores) + 1)
+        await driver.press("enter")
+        assert "there is no member" in driver.text("#ask-problem")
+        driver.screen.query_one(Input).value = "2"
+        await driver.press("enter")
+        await driver.until(lambda: driver.screen is screen)
+        where = [members.values[name][1] for name in plan.names]
+        cell = plan._map.cell_of(*where)
+        assert plan._map.numbers[cell] == plan.member
+
+        # A click on an empty cell goes to the elite that is nearest.
+        await driver.pilot.click(plan, offset=(plan.size.width - 4, 2))
+        await driver.pilot.pause()
+        assert plan.member is not None
+
+    drive(test, size=(90, 30))
+
+
+def test_the_map_fills_as_the_run_evolves_and_leads_to_the_replay(walk, drive, monkeypatch):
+    monkeypatch.setattr("gaitsim.tui.screens.atlas.LOOK", 0.05)
+    monkeypatch.setattr("gaitsim.tui.screens.atlas.SHARE", 1)
+    run = walk("atlas", 3, *ATLAS, generations=9)
+    walk("plain", 3)
+
+    async def test(driver):
+        screen = await shown(driver, run)
+        plan = screen.map
+        await driver.press("left", "down")
+
+        # Members are added while another process evolves the run; the cursor stays.
+        before, place = plan.view, plan._place
+        evolved_once(run)
+        await driver.until(lambda: plan.view is not before)
+        assert plan._place == place
+        assert "generation 4" in screen.sub_title
+
+        await driver.press("r")
+        replay = await driver.at("Replay")
+        await driver.until(lambda: replay.pane.shown is not None)
+        assert replay.pane.which.number == plan.member
+        assert "replay.map" in driver.offered()
+        await driver.press("escape")
+        await driver.at("Map")
+
+        # A run without an archive says so.
+        driver.app.open_map(run.with_name("plain"))
+        await driver.until(lambda: "keeps no archive" in driver.screen.map.words())
+        assert "map.best" not in driver.offered()
+        await driver.press("escape", "escape")
+        driver.app.open_run(run)
+        await driver.at("Live")
+        await driver.until(lambda: "live.map" in driver.offered())
+
+    drive(test, size=(90, 30))
