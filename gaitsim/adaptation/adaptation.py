@@ -91,7 +91,10 @@ class Adaptation(ReprMixin, Iterator[Trial]):
             RunError: the file cannot be written.
         """
         if self.proposal is None:
-            raise GaitsimError(f"the adaptation has ended: {self.ending}")
+            raise GaitsimError(
+                f"the adaptation has ended: {self.ending}",
+                remedy="continue it with more trials or another value of stop",
+            )
         trial = tried(self.proposal, measured)
         session = replace(self.session, trials=(*self.trials, trial))
         proposal = propose(self.prior, session.trials, session.settings)

@@ -19,7 +19,7 @@ from gaitsim.evaluation.evaluator import IN_CACHE
 from gaitsim.evaluation.processes import OnWarning
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual, Member
-from gaitsim.runs.compatibility import versions
+from gaitsim.runs.compatibility import ENGINES, versions
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -103,9 +103,7 @@ def read_prior(
     members = atlas_members(run)
     experiment, genomes = run.experiment_at(run.generation), members.genomes
     unit = unit_of(experiment, genomes, measure)
-    # Complete only once a gait was moved, as an engine is loaded then.
-    parts = (checksum_of(members), run.finished.experiment, sorted(versions(experiment).items()))
-    key = "\n".join(map(str, (measure, *parts)))
+    key = _key(run, members, measure)
     performed = read_intact(run.path, measure, key, len(genomes))
     if performed is None:
         with Evaluator(experiment, workers, on_warning) as evaluator:
@@ -131,6 +129,17 @@ def read_prior(
         _shares(members),
         performed,
     )
+
+
+def _key(run: RunSnapshot, members: Members, measure: str) -> str:
+    """Return all that the performance of the members depends on."""
+    experiment = run.experiment_at(run.generation)
+    # The versions are complete once a gait was moved, as an engine is loaded then.
+    known = versions(experiment)
+    if not experiment.organism.dynamic:  # an engine moves another body of this process
+        known = {name: version for name, version in known.items() if name not in ENGINES}
+    parts = (measure, checksum_of(members), run.finished.experiment, sorted(known.items()))
+    return "\n".join(map(str, parts))
 
 
 def _evaluated(

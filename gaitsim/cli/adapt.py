@@ -16,7 +16,7 @@ from gaitsim.adaptation.settings import Settings
 from gaitsim.choices import GaitFormat
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.adaptation_view import View
-from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.console import echo, notice, output, wrote
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import Json, RunName, Workers
 from gaitsim.cli.progress_bar import Progress
@@ -166,12 +166,17 @@ def adapt(
                 view.trial(adaptation.record(value))
             if place == "robot" and not interactive and adaptation.proposal:
                 view.proposal(adaptation.proposal, _gait_file(adaptation, called, format))
+                if not json:
+                    record = command("adapt", run.path, "--name", called, "--measured")
+                    output().print(f"  {record} NUMBER  # what it measured", style="dim")
             if adaptation.proposal is None:
                 view.end()
             if figure is not None:
                 save(adaptation_figure(adaptation), figure)
                 view.figure(figure)
     except KeyboardInterrupt:
+        if interactive:
+            echo("")  # after the question
         notice(f"Stopped; the trials are kept. Continue: {command('adapt', run.path, *words)}")
         sys.exit(INTERRUPTED)
 

@@ -58,7 +58,7 @@ class View:
                 {"proposal": proposal.number, **_without_number(proposal), "file": str(file)}
             )
             return
-        echo(f"{self._expected(proposal)}: try {file}")
+        echo(f"{self._expected(proposal)}\n  play {file}")
 
     def end(self) -> None:
         """Print why the adaptation has ended, its best gait, and what can be done with it."""
@@ -82,12 +82,16 @@ class View:
             style="bold",
         )
         damage = [word for text in adaptation.session.damage for word in ("--damage", text)]
-        for meaning, words in {
-            "watch it": ("play", prior.source, "--member", best.member, *damage),
-            "export it": ("export", prior.source, "--member", best.member),
-            "film it": ("video", prior.source, "--member", best.member, *damage),
-        }.items():
-            output().print(f"  {command(*map(str, words))}  # {meaning}", style="dim")
+        chosen = (prior.source, "--member", best.member)
+        commands = {
+            "watch it": command("play", *chosen, *damage),
+            "export it": command("export", *chosen),
+            "film it": command("video", *chosen, *damage),
+        }
+        if adaptation.session.place == "physics":
+            commands["in physics"] = command("analyse", *chosen, *damage, "--physics")
+        for meaning, line in commands.items():
+            output().print(f"  {line}  # {meaning}", style="dim")
 
     def figure(self, file: Path) -> None:
         """Report the file of a plot."""

@@ -16,8 +16,8 @@ from gaitsim.registry import KINDS, entries, plugin_errors
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 
-_PHYSICS = ("mujoco", "pymunk")  # engines of which another version computes another motion
-LIBRARIES = ("numpy", *_PHYSICS)
+ENGINES = ("mujoco", "pymunk")  # engines of which another version computes another motion
+LIBRARIES = ("numpy", *ENGINES)
 _installed = cache(version)  # reading it takes a millisecond
 
 
@@ -125,7 +125,7 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
 def versions(experiment: Experiment) -> dict[str, str]:
     """Return what a run depends on: gaitsim, the libraries in use, each plugin's package."""
     found = {"gaitsim": _installed("gaitsim"), "numpy": np.__version__}
-    for name in _PHYSICS:
+    for name in ENGINES:
         if name in sys.modules:
             own = getattr(sys.modules[name], "__version__", None)  # its package has another name
             found[name] = str(own or _installed(name))

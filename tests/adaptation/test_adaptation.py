@@ -11,8 +11,13 @@ import pytest
 
 from gaitsim.adaptation import Prior, Settings, adapt, best_of, ending, propose, read_prior
 from gaitsim.adaptation.gaussian_process import posterior
+from gaitsim.adaptation.simulation import in_simulation
 from gaitsim.adaptation.trials import Trial, believe, tried
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment
+from gaitsim.gait import on_twin
+from gaitsim.gait.damaged import with_damage
+from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 
 SETTINGS = Settings()
@@ -169,3 +174,17 @@ def test_the_prior_of_an_atlas_holds_its_members_measured_on_the_intact_body(pup
 def test_a_run_without_an_archive_is_not_an_atlas(puppet_run):
     with pytest.raises(GaitsimError, match="is not an atlas"):
         read_prior(puppet_run(), "reach")
+
+
+def test_trials_in_simulation_are_made_on_the_damaged_body_or_its_twin():
+    experiment = load_experiment("spider")
+    genome = experiment.space().random(1, np.random.default_rng(5))[0]
+    gait = Individual(experiment, 0.0, {}, 1, genome)
+    lost = ["L2 lost"]
+    moved = {"forward": with_damage(gait, lost), "lateral": on_twin(gait, lost)}
+    for physics, (measure, individual) in enumerate(moved.items()):
+        measured = in_simulation(experiment, lost, measure, physics=bool(physics))
+        assert measured(gait) == individual.measures[measure] != gait.measures[measure]
+    for physics in (False, True):
+        with pytest.raises(GaitsimError, match="L9"):
+            in_simulation(experiment, ["L9 lost"], physics=physics)
