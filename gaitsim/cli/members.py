@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,6 +21,8 @@ from gaitsim.runs.files.folder import command, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 FREQUENCY = "stride frequency"
+
+_MOST_DRAWN = 1_000  # rows: Rich takes a millisecond for each
 
 
 def members(
@@ -153,7 +155,10 @@ def _print(run: RunSnapshot, members: Members, columns: list[str], rows: list[li
     units = {name: first.unit_of(name) for name in ("score", *members.values)} | {FREQUENCY: "Hz"}
     heads = [f"{name}, {units[name]}" if units.get(name) else name for name in columns]
     cells = [[_shown(one) for one in row] for row in rows]
-    print_table(heads, cells, numbers=[head for head in heads if head != "gait"])
+    if count <= _MOST_DRAWN:
+        print_table(heads, cells, numbers=[head for head in heads if head != "gait"])
+    else:
+        echo(_aligned([heads, *cells]))
     console.print(f"Watch one: {command('play', run.path, '--member', 1)}", style="dim")
 
 
@@ -161,3 +166,12 @@ def _shown(value: Any) -> str:
     if value is None:
         return "–"
     return number(value) if isinstance(value, float) else str(value)
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> str:
+    """Return the same table as plain lines, which are never folded."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    )
