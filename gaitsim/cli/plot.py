@@ -98,7 +98,7 @@ def plot(
 
     gaitsim plot spider --kind runs --beside spider-2
 
-    gaitsim plot spider-atlas --kind archive --axes 'duty factor' yaw
+    gaitsim plot spider-atlas --kind archive --axes 'duty factor L1' 'duty factor R1'
 
     gaitsim plot fly --kind channel --channel altitude --generations 1,50,200
 

@@ -76,7 +76,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("spider", 4, None),
         ("fly", 8, None),
         ("spider-front", 8, None),
-        ("spider-atlas", 10, None),
+        ("spider-atlas", 10, 300),
         ("quadruped", 4, 2),
     ):
         options = {"population": population, "generations": generations}

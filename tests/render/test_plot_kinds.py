@@ -108,6 +108,8 @@ def drawn(spider_run, bundled):
         runs |= dict.fromkeys(("archive", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
         beside = (bundled("millipede"),) if kind == "runs" else ()
+        if kind == "archive":
+            more["axes"] = ("duty factor L1", "duty factor R1")
         return KINDS[kind].draw(asked(run, beside=beside, **more))
 
     return draw
