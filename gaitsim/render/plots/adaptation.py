@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST_NUMBERS = 20  # of trials that are written beside their points
 _ROOM = 0.15  # above and below the points, in shares of their range
 
 
@@ -101,28 +100,15 @@ def _draw_map(axes: "Axes", adaptation: Adaptation, theme: Theme) -> None:
         rasterized=True,
     )
     best = adaptation.best
-    for trial in trials:
+    for trial in sorted(trials, key=lambda trial: trial == best):  # the best one on top
+        fill, ink = theme.background, theme.ink
+        if trial == best:
+            fill, ink = theme.colours[1], theme.background
         x, y = places[trial.member - 1]
-        chosen = trial == best
-        axes.plot(
-            x,
-            y,
-            marker="D" if chosen else "o",
-            markersize=6 if chosen else 4.5,
-            markerfacecolor=theme.colours[1] if chosen else theme.background,
-            markeredgecolor=theme.ink,
-            markeredgewidth=0.8,
-            zorder=5 if chosen else 4,
+        axes.plot(x, y, "o", markersize=8, markerfacecolor=fill, markeredgecolor=theme.ink)
+        axes.annotate(
+            str(trial.number), (x, y), color=ink, fontsize=5.5, ha="center", va="center_baseline"
         )
-        if len(trials) <= _MOST_NUMBERS:
-            axes.annotate(
-                str(trial.number),
-                (x, y),
-                (4, 3),
-                textcoords="offset points",
-                fontsize=6,
-                zorder=6,
-            )
     axes.set_xlabel(names[0])
     axes.set_ylabel(names[1])
     bar = axes.figure.colorbar(drawn, ax=axes, location="bottom", aspect=40, pad=0.02)
