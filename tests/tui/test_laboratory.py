@@ -1,11 +1,13 @@
 """The laboratory: legs off and on, the champion before and after, trials until a gait walks."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from textual.widgets import Input, Select
 from waiting import strips
 
+from gaitsim.adaptation import Trial
 from gaitsim.adaptation.session import read_session, session_file
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment, parse_assignments
@@ -13,6 +15,7 @@ from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.damage_choice import texts
 from gaitsim.tui.screens.laboratory import Laboratory
+from gaitsim.tui.screens.laboratory_trials import axes_of, mark
 
 
 @pytest.fixture
@@ -31,6 +34,17 @@ def atlas(here, monkeypatch):
 
 def plan(screen):
     return "\n".join(strip.text for strip in strips(screen.plan))
+
+
+def test_trials_have_signs_on_the_map_and_the_axes_are_those_of_a_damaged_leg():
+    trials = [Trial(number, number, 1.0, 0.1, 0.5) for number in (1, 10, 36)]
+    assert [mark(trial, trials[1]) for trial in trials] == ["1", "★", "+"]
+    assert mark(trials[1], None) == "a"
+    pairs = (("duty factor L1", "duty factor R1"), ("duty factor L2", "duty factor R2"))
+    view = SimpleNamespace(pairs=pairs, names=("duty factor L1",))
+    assert axes_of(view, ["R2"]) == pairs[1]
+    assert axes_of(view, []) == axes_of(view, ["R3"]) == pairs[0]
+    assert axes_of(SimpleNamespace(pairs=(), names=("yaw",)), ["L1"]) == ("yaw",)
 
 
 @pytest.mark.slow
@@ -53,7 +67,8 @@ def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
         await driver.press("a")
         await driver.until(lambda: screen.adapted.walk is not None and not screen.is_busy("adapt"))
         trials = screen.adaptation.trials
-        assert screen.trials.row_count == len(trials) > 0
+        assert screen.trials.table.row_count == len(trials) > 0
+        assert {*screen.trials.map.marks} == {trial.member for trial in trials}
         assert read_session(session_file(atlas, "L2-lost")).trials == trials
         walk, best = screen.adapted.walk, screen.adaptation.best
         assert walk.individual.member.number == best.member
@@ -62,7 +77,7 @@ def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
         # Another damage is another search; the same one again has the trials that were made.
         await driver.press("enter")
         await driver.until(lambda: not screen.damage and not screen.is_busy("walk"))
-        assert screen.trials.row_count == 0
+        assert screen.trials.table.row_count == 0
         assert screen.hurt.walk is None
         await driver.press("enter")
         await driver.until(lambda: screen.hurt.walk is not None and not screen.is_busy("walk"))

@@ -56,7 +56,7 @@ class JointDialog(ModalScreen[tuple[str, str] | None]):
         joint = next(iter(self._now), self._joints[0])
         kind, value = self._parts(joint)
         with Vertical(classes="dialog") as box:
-            box.border_subtitle = "enter takes it, esc cancels"
+            box.border_subtitle = "esc cancels"
             yield Static("Damage a joint", classes="dialog-title")
             with Horizontal(classes="row"):
                 yield Label("Joint")

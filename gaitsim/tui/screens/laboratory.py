@@ -21,7 +21,7 @@ from gaitsim.tui.damage_choice import damage_options, texts
 from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
 from gaitsim.tui.screens.laboratory_loading import read_subject, walk_on
 from gaitsim.tui.screens.laboratory_pane import WalkPane
-from gaitsim.tui.screens.laboratory_trials import TrialTable
+from gaitsim.tui.screens.laboratory_trials import Trials
 from gaitsim.tui.screens.numbering import options_of
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
@@ -60,8 +60,11 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
   Gaussian process whose prior mean is the map. *Expected* is its forecast with a standard
   deviation, *measured* the trial, *kept* the share of the best of the intact map. It ends
   when the best trial reaches 90 % of what is still expected, or after 20 trials.
+- **Map**: what is expected of each gait after the trials, which have their numbers on it; ★ is the
+  best.
 - **Stop** keeps all trials; **Adapt** continues them, as does `gaitsim adapt`.
-- Enter or a click on a trial shows it again. **Replay** and **Export** take the gait shown.
+- Enter or a click on a trial shows it again. **Replay** and **Export** take the gait shown, on the
+  damaged body of the run.
 - **Physics** does everything on the body's twin in rigid-body physics, if it has one.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -79,9 +82,9 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         & #lab-left { width: 27; }
         & #lab-damage { height: auto; max-height: 4; padding: 0 1; }
         & #lab-state { height: auto; max-height: 2; padding: 0 1; background: $surface; }
-        & TrialTable { height: 8; }
+        & Trials { height: 9; }
         &.-wide #lab-left { width: 40; }
-        &.-tall TrialTable { height: 14; }
+        &.-tall Trials { height: 18; }
     }
     """
     AUTO_FOCUS = "BodyPlan"
@@ -95,7 +98,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         self.intact = WalkPane("champion, intact", "reading the run …")
         self.hurt = WalkPane("champion, damaged", "enter removes the chosen leg")
         self.adapted = WalkPane("adapted", "a tries gaits of the atlas")
-        self.trials = TrialTable()
+        self.trials = Trials()
         self.title = visible(run.name)
 
     def compose(self) -> ComposeResult:
@@ -195,13 +198,19 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
             proposal = adaptation.proposal
             self._say(f"trial {proposal.number} of at most {adaptation.session.settings.trials} …")
             trial = await self.in_thread(next, adaptation)
-            self.trials.show(adaptation)
+            self._list(adaptation)
             await self._show_trial(adaptation, trial, fast=True)
             await asyncio.sleep(self.WATCHED)
-        self.trials.show(adaptation)
+        self._list(adaptation)
         if adaptation.best is not None:
             await self._show_trial(adaptation, adaptation.best)
         self._say(adaptation.ending or "Stopped; press a to continue.")
+
+    def _list(self, adaptation: Adaptation) -> None:
+        """Show all trials, on the map along axes of a damaged leg."""
+        assert self.subject is not None, "there are no trials before"
+        assert self.subject.run.members is not None, "it is an atlas"
+        self.trials.show(adaptation, self.subject.run.members, self.subject.hurt(self.damage))
 
     async def _show_trial(
         self, adaptation: Adaptation, trial: Trial, *, fast: bool = False
@@ -250,7 +259,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         if self.subject is not None:
             self._say(str(error))
             return
-        for part in ("#lab-left", WalkPane, TrialTable):
+        for part in ("#lab-left", WalkPane, Trials):
             self.query(part).set(display=False)
         self.intact.display = True
         self.intact.say(str(error), title=" ")

@@ -59,6 +59,11 @@ class Subject:
         experiment = load_experiment(own.organism.twin) if physics else own
         damaged(experiment, texts(damage))
 
+    def hurt(self, damage: Choice) -> list[str]:
+        """Return the legs that are lost or have a damaged joint."""
+        parts = {one.part for one in damage}
+        return [leg for leg, joints in self.legs.items() if parts & {leg, *joints}]
+
     @property
     def unadaptable(self) -> str:
         """Why its gait cannot be adapted; '' if it can."""
