@@ -7,8 +7,8 @@ import typer
 
 from gaitsim.cli.console import echo, output, print_json, wrote
 from gaitsim.cli.gait_view import print_gait
-from gaitsim.cli.options import BestOf, Json, MemberOf, RunName
-from gaitsim.cli.parsing import which
+from gaitsim.cli.options import BestOf, Damage, Json, MemberOf, RunName
+from gaitsim.cli.parsing import hurt, which
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
 from gaitsim.errors import GaitsimError
@@ -28,6 +28,7 @@ def analyse(
     run: RunName,
     generation: BestOf = None,
     member: MemberOf = None,
+    damage: Damage = None,
     gait: Annotated[
         Path | None,
         typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
@@ -53,6 +54,8 @@ def analyse(
 
     gaitsim analyse spider --physics
 
+    gaitsim analyse spider --damage "L2 lost" --physics
+
     gaitsim analyse spider --generation 10 --figure gait.pdf
 
     gaitsim analyse spider --gait my-gait.csv --json
@@ -60,7 +63,7 @@ def analyse(
     if figure is not None:
         check_target(figure)
     opened = RunSnapshot(find_run(run))
-    individual = _individual(opened, which(generation, member), gait)
+    individual = hurt(_individual(opened, which(generation, member), gait), damage)
     history = opened.history
     found = analyse_individual(individual)
     if figure is not None:

@@ -8,8 +8,8 @@ import typer
 
 from gaitsim.choices import GaitFormat
 from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.options import BestOf, ExportFile, MemberOf, RunName
-from gaitsim.cli.parsing import file_format, which
+from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName
+from gaitsim.cli.parsing import file_format, hurt, which
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
 from gaitsim.gait.files.writer import Gait, check_folder, gait_of, write_gait
@@ -32,6 +32,7 @@ def export(
     out: ExportFile = None,
     generation: BestOf = None,
     member: MemberOf = None,
+    damage: Damage = None,
     keyframe_ms: Annotated[
         int | None,
         _servo(min=1, max=60_000, help="Milliseconds between two rows. Default: every frame."),
@@ -55,6 +56,8 @@ def export(
     gaitsim export spider --format mat
 
     gaitsim export spider --out gait.csv
+
+    gaitsim export spider --damage "R1 femur stuck 20"
 
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
     """
@@ -80,7 +83,7 @@ def export(
             allowed="servo, with these options",
         )
     servos = ServoRange.around(centre or 0.0, low, high) if table else None
-    individual = opened.individual(which(generation, member))
+    individual = hurt(opened.individual(which(generation, member)), damage)
     gait = gait_of(individual)
     ends = "servo.csv" if servos else chosen
     path = out or exports_folder(opened.path) / f"gait-{individual.stem}.{ends}"

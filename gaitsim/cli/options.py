@@ -15,6 +15,14 @@ MemberOf = Annotated[
         "--member", min=1, help="This member of the front or archive; 'gaitsim members' lists them."
     ),
 ]
+Damage = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--damage",
+        metavar="TEXT",
+        help="Damage to the body, such as 'L2 lost' or 'R1 femur stuck 20'; may be repeated.",
+    ),
+]
 ExperimentName = Annotated[
     str,
     typer.Argument(

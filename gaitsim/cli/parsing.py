@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Member, Which
+from gaitsim.individual import Individual, Member, Which
 
 
 def which(generation: int | None, member: int | None) -> Which:
@@ -44,6 +44,17 @@ def asked_individuals(
             allowed="one of the two",
         )
     return asked_generations(several)
+
+
+def hurt(individual: Individual, damage: Sequence[str] | None) -> Individual:
+    """Return the individual with the damage of `--damage` to its body, or as it is without.
+
+    Raises:
+        GaitsimError: the body cannot be damaged, or not like this.
+    """
+    from gaitsim.gait.damaged import with_damage
+
+    return with_damage(individual, damage) if damage else individual
 
 
 def asked_generations(several: str | None) -> tuple[int, ...]:

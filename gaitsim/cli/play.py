@@ -12,8 +12,8 @@ from gaitsim.choices import TerminalView
 from gaitsim.cli.cells import BODY, lines
 from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import BestOf, MemberOf, RunName
-from gaitsim.cli.parsing import which
+from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName
+from gaitsim.cli.parsing import hurt, which
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.scene.clip import Clip
@@ -32,6 +32,7 @@ def play(
     run: RunName,
     generation: BestOf = None,
     member: MemberOf = None,
+    damage: Damage = None,
     view: Annotated[TerminalView, typer.Option(help="Direction of the camera.")] = "iso",
     speed: Annotated[float, typer.Option(help="Speed relative to real time.")] = 1.0,
     whole: Annotated[
@@ -54,6 +55,8 @@ def play(
     gaitsim play spider --generation 10 --view side --speed 0.25
 
     gaitsim play fly --whole --at 2.5
+
+    gaitsim play spider --damage "L2 lost" --damage "R1 femur stuck 20"
     """
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
@@ -61,7 +64,7 @@ def play(
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
-    found = RunSnapshot(find_run(run)).individual(which(generation, member))
+    found = hurt(RunSnapshot(find_run(run)).individual(which(generation, member)), damage)
     clip = Clip(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)
     if at is None:

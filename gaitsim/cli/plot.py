@@ -9,8 +9,8 @@ import typer
 
 from gaitsim.choices import PlotFormat, PlotKind, Theme
 from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.options import BestOf, MemberOf, RunName
-from gaitsim.cli.parsing import asked_individuals, file_format, seconds
+from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName
+from gaitsim.cli.parsing import asked_individuals, file_format, hurt, seconds
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Which
@@ -37,6 +37,7 @@ def plot(
     ] = "fitness",
     generation: BestOf = None,
     member: MemberOf = None,
+    damage: Damage = None,
     generations: Annotated[
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several, as 1,50,300, for --kind channel."),
@@ -94,6 +95,8 @@ def plot(
 
     gaitsim plot spider --kind footfall --window 4:7
 
+    gaitsim plot spider --kind footfall --damage "L2 lost"
+
     gaitsim plot quadruped --kind joints --channel torque
 
     gaitsim plot spider --kind runs --beside spider-2
@@ -110,6 +113,7 @@ def plot(
         {
             "--generation": generation,
             "--member": member,
+            "--damage": damage,
             "--generations": generations,
             "--channel": channel,
             "--component": component,
@@ -128,15 +132,16 @@ def plot(
         axes=axes or (),
     )
     if kind == "all":
-        _plot_all(request, numbers, out, format or "png")
+        _plot_all(request, numbers, damage or (), out, format or "png")
     else:
-        _plot(kind, request, numbers, out, format)
+        _plot(kind, request, numbers, damage or (), out, format)
 
 
 def _plot(
     kind: PlotKind,
     request: Request,
     numbers: Sequence[Which],
+    damage: Sequence[str],
     out: Path | None,
     format: PlotFormat | None,
 ) -> None:
@@ -144,7 +149,7 @@ def _plot(
         file_format(format, out, FORMATS, "png", "plots")
         check_target(out)
     if KINDS[kind].moves:
-        request = _with_individuals(request, numbers)
+        request = _with_individuals(request, numbers, damage)
     figure = KINDS[kind].draw(request)
     path = out or exports_folder(request.run.path) / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
@@ -153,7 +158,11 @@ def _plot(
 
 
 def _plot_all(
-    request: Request, numbers: Sequence[Which], out: Path | None, format: PlotFormat
+    request: Request,
+    numbers: Sequence[Which],
+    damage: Sequence[str],
+    out: Path | None,
+    format: PlotFormat,
 ) -> None:
     """Plot every kind that the body has; report the others with the reason."""
     if out is not None and out.exists() and not out.is_dir():
@@ -162,7 +171,7 @@ def _plot_all(
             where="--out",
             allowed="a folder, which is made where it is missing",
         )
-    request = _with_individuals(request, numbers)
+    request = _with_individuals(request, numbers, damage)
     folder = out or exports_folder(request.run.path)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -191,9 +200,9 @@ def _check_channel(request: Request) -> None:
         raise NothingToPlotError(f"{OWN[name]} draws {name}; --channel chooses another")
 
 
-def _with_individuals(request: Request, numbers: Sequence[Which]) -> Request:
-    """Return the request with the individuals of the generations."""
-    found = tuple(request.run.individual(number) for number in numbers or (None,))
+def _with_individuals(request: Request, numbers: Sequence[Which], damage: Sequence[str]) -> Request:
+    """Return the request with the individuals of the generations, on their damaged bodies."""
+    found = tuple(hurt(request.run.individual(number), damage) for number in numbers or (None,))
     return replace(request, individuals=found)
 
 

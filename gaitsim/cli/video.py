@@ -7,7 +7,7 @@ import typer
 from gaitsim.choices import Theme, VideoFormat, VideoView
 from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.interrupts import all_or_nothing
-from gaitsim.cli.options import BestOf, ExportFile, MemberOf, RunName
+from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName
 from gaitsim.cli.parsing import asked_individuals, file_format, pixels
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
@@ -26,6 +26,7 @@ def video(
     out: ExportFile = None,
     generation: BestOf = None,
     member: MemberOf = None,
+    damage: Damage = None,
     generations: Annotated[
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several generations, in a race."),
@@ -56,6 +57,8 @@ def video(
 
     gaitsim video spider --generations 1,50,300 --view side
 
+    gaitsim video spider --damage "L2 lost"
+
     gaitsim video spider --out spider.gif --speed 0.5 --theme dark --no-intro
     """
     chosen = file_format(format, out, FORMATS, "mp4", "videos")
@@ -65,7 +68,7 @@ def video(
         check_folder(out)
     opened = RunSnapshot(find_run(run))
     with all_or_nothing():
-        made = Video(opened, wanted, settings)
+        made = Video(opened, wanted, settings, damage or ())
         if made.caution:
             notice(f"Warning: {made.caution}")
         path = out or exports_folder(opened.path) / made.name

@@ -26,6 +26,9 @@ Generation = Annotated[int | None, Field(ge=1, description="The best of it. None
 Member = Annotated[
     int | None, Field(ge=1, description="Of a front or archive; gaitsim members lists them.")
 ]
+Damage = Annotated[
+    str | None, Field(description="Damage to the body, as L2 lost, R1 femur stuck 20.")
+]
 Generations = Annotated[str | None, Field(description="The best of several, as 1,50,300.")]
 
 
@@ -43,7 +46,9 @@ class Settings(BaseModel):
         found = []
         for name, value in self.model_dump(exclude=set(without), exclude_defaults=True).items():
             flag = name.replace("_", "-")
-            if isinstance(value, bool):
+            if name == "damage":
+                found += [f"--damage={one}" for one in split_names(value)]
+            elif isinstance(value, bool):
                 found.append(f"--{flag}" if value else f"--no-{flag}")
             elif value is not None:
                 found += [f"--{flag}", str(value)]
@@ -54,11 +59,13 @@ class GaitFile(Settings):
     format: Annotated[GaitFormat, Field(description="MATLAB and Octave, CSV or NumPy.")] = "mat"
     generation: Generation = None
     member: Member = None
+    damage: Damage = None
 
 
 class Servo(Settings):
     generation: Generation = None
     member: Member = None
+    damage: Damage = None
     keyframe_ms: Annotated[
         int | None,
         Field(
@@ -79,6 +86,7 @@ class Plot(Settings):
     format: Annotated[PlotFormat, Field(description="PNG at 300 dots an inch, or vectors.")] = "png"
     generation: Generation = None
     member: Member = None
+    damage: Damage = None
     generations: Generations = None
     window: Annotated[str | None, Field(description="A part of the motion in seconds, as 2:5.")] = (
         None
@@ -115,6 +123,7 @@ class Video(Settings):
     format: Annotated[VideoFormat, Field(description="H.264, or GIF for slides.")] = "mp4"
     generation: Generation = None
     member: Member = None
+    damage: Damage = None
     generations: Annotated[
         str | None, Field(description="The best of several, in a race, as 1,50,300.")
     ] = None
@@ -132,6 +141,7 @@ class Video(Settings):
 class Analysis(Settings):
     generation: Generation = None
     member: Member = None
+    damage: Damage = None
     perturb: Annotated[bool, Field(description="Repeat it with late and inexact servos.")] = False
     physics: Annotated[bool, Field(description="Play it on the body's twin in physics, too.")] = (
         False

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitsim.gait import analyse_individual
+from gaitsim.gait import analyse_individual, with_damage
 from gaitsim.gait.files.writer import gait_of, write_gait
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -50,6 +50,23 @@ def test_a_gait_is_reported_and_why_it_scored(gaitsim, spider):
         assert text in shown.stdout
     assert "Robustness to perturbations" not in shown.stdout
     assert "The run recorded" not in shown.stdout
+
+
+def test_a_damaged_body_is_analysed_and_plotted(gaitsim, spider, tmp_path):
+    damage = ("--damage", "L2 lost", "--damage", "R1 femur stuck 20")
+    found = strict(gaitsim("analyse", "spider", *damage, "--json").stdout)
+    duty = {foot["name"]: foot["duty_factor"] for foot in found["feet"]}
+    assert duty.pop("L2") == 0
+    assert len(duty) == 7
+    hurt = with_damage(spider.individual(), ["L2 lost", "R1 femur stuck 20"])
+    assert found["travel"]["forward"] == pytest.approx(hurt.measures["forward"])
+    gaitsim("plot", "spider", "--kind", "footfall", *damage)
+    assert [*tmp_path.glob("runs/spider/exports/footfall-*-L2-lost--R1-femur-stuck-20.png")]
+    assert "L2 lost" in gaitsim("play", "spider", "--at", 1, *damage).stdout
+    for wrong, said in (("L9 lost", "L1, L2"), ("L1 femur weak", "spider-physics")):
+        assert said in gaitsim("analyse", "spider", "--damage", wrong, code=2).stderr
+    refused = gaitsim("plot", "spider", "--kind", "fitness", *damage, code=2).stderr
+    assert "does not take --damage" in refused
 
 
 def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_MOTION = ("--generation", "--member", "--window")
+_INDIVIDUAL = ("--generation", "--member", "--damage")
+_MOTION = (*_INDIVIDUAL, "--window")
 _CHANNEL = (*_MOTION, "--generations", "--channel", "--component")
 
 
@@ -67,7 +68,7 @@ KINDS: Mapping[str, Kind] = {
     "path": Kind(path_figure),
     "channel": Kind(channel_figure, _CHANNEL, usual_channel),
     "footfall": Kind(footfall_figure, check=contacts_of),
-    "phase": Kind(phase_figure, ("--generation", "--member"), stride_of),
+    "phase": Kind(phase_figure, _INDIVIDUAL, stride_of),
     "joints": Kind(joints_figure, (*_MOTION, "--channel"), require_joints),
     "stability": Kind(stability_figure, check=contacts_of),
 }
