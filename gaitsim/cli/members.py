@@ -44,10 +44,11 @@ def members(
     ] = None,
     json: Json = False,
 ) -> None:
-    """List the front or the archive that a search keeps, or print the archive as a map.
+    """List the front or the archive that a search keeps.
 
-    Members have numbers from 1: those of a front by its first objective, those of an archive by
-    its cells. A number names a member in other commands, as --member 3, or RUN#3 after --from.
+    --map prints the archive as a map instead. Members have numbers from 1: those of a front by
+    its first objective, those of an archive by its cells. A number names a member in other
+    commands, as --member 3, or RUN#3 after --from.
 
     [bold]Examples[/bold]
 
