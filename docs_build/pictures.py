@@ -16,6 +16,7 @@ import numpy as np
 from PIL import Image
 
 import gaitsim as gs
+from gaitsim.gait import with_damage
 from gaitsim.render.encoder import cells, encode, palette
 from gaitsim.render.plots.style import LIGHT, picture
 from gaitsim.render.scene import THEMES
@@ -104,6 +105,8 @@ def bodies() -> None:
     for name, seconds in (("spider", 4.2), ("millipede", 0.75), ("quadruped", 2.2)):
         still = gs.picture(gs.load(name).champion, seconds, size=(640, 360))
         _smaller(still, HERE / f"{name}.png")
+    hurt = with_damage(gs.load("spider").champion, ["L1 lost", "R3 femur stuck 20"])
+    _smaller(gs.picture(hurt, 3.2, size=(640, 360)), HERE / "spider-damaged.png")
     standing = HERE / "robot-standing.png"
     skeleton = gs.load("quadruped").champion.skeleton
     write_still(skeleton, standing, "quadruped", size=(640, 360))

@@ -12,6 +12,7 @@ from gaitsim.experiment.model import space_of
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, error, reported
 from gaitsim.testing.rules.bits import same
+from gaitsim.testing.rules.damage import without_a_leg
 from gaitsim.testing.rules.repeats import repeated
 from gaitsim.testing.rules.views import drawn, measured, played
 
@@ -39,6 +40,7 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
     yield from drawn(body, motion)
     yield from measured(body, motion)
     yield from played(body, motion)
+    yield from without_a_leg(body, genomes, motion)
     yield from _speed(body, space, figures)
 
 

@@ -1,0 +1,41 @@
+"""Rules for a body that can be damaged."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gaitsim.contracts import Genomes, Motion, Organism
+from gaitsim.testing.report import Finding, error
+from gaitsim.testing.rules.bits import same
+from gaitsim.testing.rules.views import drawn
+
+
+def without_a_leg(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
+    """Check that a body without its first leg moves by the genomes of the intact one."""
+    legs = body.leg_joints()
+    if "damage" not in type(body).model_fields or len(legs) < 2 or dict(body).get("damage"):
+        return
+    lost = f"{next(iter(legs))} lost"
+    damaged = type(body).model_validate({**dict(body), "damage": (lost,)})
+    first, second = (
+        one.genome_space().random(5, np.random.default_rng(3)) for one in (body, damaged)
+    )
+    if not same(first, second):
+        yield error(
+            "damage",
+            f"the genome space of the intact body with '{lost}'",
+            "another",
+            "let genome_space() not depend on 'damage'",
+        )
+        return
+    moved = damaged.move(genomes.copy())
+    other = [name for name in motion if np.shape(moved[name]) != motion[name].shape]
+    if other:
+        yield error(
+            "damage",
+            f"{other[0]}: the shape of the intact body with '{lost}', {motion[other[0]].shape}",
+            f"shape {np.shape(moved[other[0]])}",
+            "keep the joints and the foot of a lost leg in the channels",
+        )
+        return
+    yield from drawn(damaged, moved)
