@@ -101,7 +101,7 @@ def plot(
 
     gaitsim plot spider --kind runs --beside spider-2
 
-    gaitsim plot spider-atlas --kind archive --axes 'duty factor L1' 'duty factor R1'
+    gaitsim plot spider-atlas --kind archive
 
     gaitsim plot fly --kind channel --channel altitude --generations 1,50,200
 
