@@ -152,7 +152,8 @@ score; dots are cells without a gait.
 
     def _show(self, member: int | None) -> None:
         assert self._atlas is not None, "it was taken"
-        self.map.show(self._atlas.view, self._pair, self._atlas.words, member)
+        words = self._reader.words(self._atlas)
+        self.map.show(self._atlas.view, self._pair, words, member)
         self.offers = bool(len(self._atlas.view.members.scores)), len(self._atlas.view.names)
 
     # The elite under the cursor
@@ -189,6 +190,8 @@ score; dots are cells without a gait.
             if asked == self._asked:
                 if elite is not None:
                     self.pane.show(elite)
+                if self.map.words_shown != self._reader.words(atlas):  # the units are known now
+                    self._show(None)
                 return
 
     def _say(self, atlas: Atlas, member: int) -> None:

@@ -27,12 +27,10 @@ class Atlas:
     Attributes:
         run: as it was read.
         view: its archive.
-        words: the names of the axes with their units, and the score's, as the map has them.
     """
 
     run: RunSnapshot
     view: ArchiveView
-    words: dict[str, str]
 
     @property
     def summary(self) -> str:
@@ -73,7 +71,7 @@ class AtlasReader:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._follower = RunFollower(path)
-        self._words: tuple[int, dict[str, str]] = 0, {}
+        self._words: dict[str, str] = {}
         self._elites: OrderedDict[bytes, Elite] = OrderedDict()
 
     def poll(self) -> Atlas | None:
@@ -96,11 +94,12 @@ class AtlasReader:
                 f"the search {name!r} of this run keeps no archive, so there is no map",
                 remedy="evolve with map-elites, as the preset spider-atlas does",
             )
-        stages = len(run.stages)
-        if self._words[0] != stages and len(view.members.scores):
-            self._words = stages, words_of(run.individual(Member(1)), view)
-        names = {name: name for name in ("score", *view.names)}
-        return Atlas(run, view, self._words[1] or names)
+        return Atlas(run, view)
+
+    def words(self, atlas: Atlas) -> dict[str, str]:
+        """Return the axes and the score as the map has them: with units once an elite moved."""
+        plain = {name: name for name in ("score", *atlas.view.names)}
+        return plain | self._words
 
     def kept(self, atlas: Atlas, member: int) -> Elite | None:
         """Return a member that was moved before; None where it was not."""
@@ -117,6 +116,7 @@ class AtlasReader:
             gait = analyse_individual(shown.individual).name
         except GaitsimError:
             gait = None
+        self._words = words_of(shown.individual, atlas.view)
         elite = self._elites[_key(atlas, member)] = Elite(shown, gait)
         if len(self._elites) > KEPT:
             self._elites.popitem(last=False)

@@ -27,6 +27,7 @@ class ArchiveMap(Cells, can_focus=True):
     Attributes:
         view: the archive; None for none yet.
         names: of the axes that are shown, one or two.
+        words_shown: the names of the axes with their units, and the score's.
         marks: a character of one column on the cells of these members, by number.
     """
 
@@ -63,7 +64,7 @@ class ArchiveMap(Cells, can_focus=True):
         self.view: ArchiveView | None = None
         self.names: tuple[str, ...] = ()
         self.marks: Mapping[int, str] = {}
-        self._words: Mapping[str, str] = {}
+        self.words_shown: Mapping[str, str] = {}
         self._map: HeatMap | None = None
         self._drawn_at: tuple[int, int] | None = None
         self._place: Place | None = None
@@ -87,7 +88,7 @@ class ArchiveMap(Cells, can_focus=True):
         """
         if member is None and (names != self.names or not self._values):
             member = view.best
-        self.view, self.names, self._words = view, names, words
+        self.view, self.names, self.words_shown = view, names, words
         self._map = None
         self.go_to(member)
 
@@ -115,7 +116,9 @@ class ArchiveMap(Cells, can_focus=True):
             return None
         if self._map is None or self._drawn_at != (columns, rows):
             shaded = self.app.no_color
-            self._map = HeatMap(self.view, self.names, self._words, columns, rows, shaded=shaded)
+            self._map = HeatMap(
+                self.view, self.names, self.words_shown, columns, rows, shaded=shaded
+            )
             self._drawn_at, self._place = (columns, rows), None
         if self._place is None and (self._wanted or self._values):
             wanted = self._wanted
