@@ -1,6 +1,7 @@
 """The map of an archive: the cursor, the axes, and the elite beside it."""
 
 import numpy as np
+import pytest
 from textual.widgets import Input
 
 from gaitsim.evaluation import evaluate
@@ -77,6 +78,7 @@ def test_the_cursor_goes_from_elite_to_elite_whose_gait_moves_beside_the_map(wal
     drive(test, size=(90, 30))
 
 
+@pytest.mark.slow
 def test_the_map_fills_as_the_run_evolves_and_leads_to_the_replay(walk, drive, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.atlas.LOOK", 0.05)
     monkeypatch.setattr("gaitsim.tui.screens.atlas.SHARE", 1)

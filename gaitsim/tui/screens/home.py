@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 EVERY = 1.0  # seconds between two looks at the folder
 ACTIONS = (
     "delete", "stop", "rename", "note", "files", "replay", "map", "why", "compare", "export",
-    "filter", "back",
+    "filter", "laboratory", "back",
 )  # fmt: skip
 
 
