@@ -84,7 +84,29 @@ def move(self, genomes):
 def play(self, joint_angles):
 """
 
+LEGS = """
+damage: tuple[str, ...] = option((), "lost legs")
+def leg_joints(self):
+    return {"L": (), "R": ()}
+"""
+
 ERRORS = {
+    "genes that go with a leg": (
+        "organism",
+        LEGS + "def genome_space(self):\n"
+        "    n = 2 - len(self.damage)\n"
+        "    return RealSpace(-np.ones(n), np.ones(n), ('a', 'b')[:n])",
+        "damage",
+        "another",
+    ),
+    "a channel that goes with a leg": (
+        "organism",
+        LEGS + "def move(self, genomes):\n"
+        "    shape = (len(genomes), 2 - len(self.damage))\n"
+        "    return Motion(1.0, {'distance': genomes[:, 0], 'feet': np.zeros(shape)})",
+        "damage",
+        "shape (6, 1)",
+    ),
     "labels twice": (
         "organism",
         "def genome_space(self):\n    return RealSpace(-np.ones(2), np.ones(2), ('a', 'a'))",
