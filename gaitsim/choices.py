@@ -18,6 +18,7 @@ PlotKind = Literal[
     "search",
     "front",
     "archive",
+    "gaits",
     "path",
     "channel",
     "footfall",

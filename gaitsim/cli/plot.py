@@ -1,6 +1,7 @@
 """`gaitsim plot`."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -31,8 +32,8 @@ def plot(
         Kind,
         typer.Option(
             metavar="KIND",
-            help="fitness, terms, diversity, genome, runs, search, front, archive, path, channel, "
-            "footfall, phase, joints, stability, or all of these that the run has.",
+            help="fitness, terms, diversity, genome, runs, search, front, archive, gaits, path, "
+            "channel, footfall, phase, joints, stability, or all of these that the run has.",
         ),
     ] = "fitness",
     generation: BestOf = None,
@@ -103,6 +104,8 @@ def plot(
 
     gaitsim plot spider-atlas --kind archive
 
+    gaitsim plot spider-atlas --kind gaits
+
     gaitsim plot fly --kind channel --channel altitude --generations 1,50,200
 
     gaitsim plot spider --kind all --format svg --theme dark
@@ -150,11 +153,27 @@ def _plot(
         check_target(out)
     if KINDS[kind].moves:
         request = _with_individuals(request, numbers, damage)
-    figure = KINDS[kind].draw(request)
+    with Progress("naming gaits", "members") if kind == "gaits" else nullcontext() as progress:
+        figure = KINDS[kind].draw(_reported(request, progress))
     path = out or exports_folder(request.run.path) / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
     wrote(path)
     echo(path)
+
+
+def _reported(request: Request, progress: Progress | None) -> Request:
+    """Return the request with its long work shown in a bar."""
+    if progress is None:
+        return request
+    done_before = 0
+
+    def report(done: int, total: int) -> None:
+        nonlocal done_before
+        progress.expect(total)
+        progress.advance(done - done_before)
+        done_before = done
+
+    return replace(request, progress=report)
 
 
 def _plot_all(

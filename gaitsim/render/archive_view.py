@@ -10,8 +10,8 @@ from gaitsim.contracts import Members
 
 EMPTY = -1  # in place of a member's number
 MOST = 60  # parts of an axis in a panel, unless the caller says otherwise
-_FEWEST = 8  # parts of an axis of a tessellation
-_SPREAD = 25  # Voronoi cells of many axes for each cell of a panel, on average
+_MANY = 4_000  # Voronoi cells
+_ROUNDING = 1e-9  # share of an axis: values on a border are above it
 _ALL_PAIRS = 4  # axes: six pairs
 
 
@@ -115,8 +115,15 @@ class ArchiveView:
             together = -(-(len(borders) - 1) // most)
             inner = borders[:-1:together]
             return np.append(inner, borders[-1])
-        along = 1.5 * self.total ** (1 / len(self.names)), (self.total / _SPREAD) ** 0.5
-        return np.linspace(borders[0], borders[-1], min(max(round(max(along)), _FEWEST), most) + 1)
+        if len(self.names) <= 2:
+            parts = max(8, round(1.5 * self.total ** (1 / len(self.names))))
+        else:
+            # Round numbers: duty factors of strides of 20 frames are multiples of 1/20, which
+            # other parts would hold unevenly.
+            parts = 20 if self.total >= _MANY else 10
+        while parts > most:
+            parts = -(-parts // 2)
+        return np.linspace(borders[0], borders[-1], parts + 1)
 
     def _best_within(
         self,
@@ -129,6 +136,7 @@ class ArchiveView:
             known = self.members.values[name]
             if self.members.centroids is None:  # values may be beyond the ends of the axis
                 known = self.borders[name][self.cells[:, self.names.index(name)]]
+            known = known + _ROUNDING * (ends[-1] - ends[0])
             places.append(np.searchsorted(ends[1:-1], known, side="right"))
         numbers = np.full(shape, EMPTY, np.int64)
         # Of several members in a cell, the last assignment remains: the best, of equals the first.

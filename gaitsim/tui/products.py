@@ -100,6 +100,7 @@ PLOTS = {
     "search": "Progress of the search",
     "front": "Front of objectives",
     "archive": "Archive of elites",
+    "gaits": "Best gait of each pattern",
     "path": "Path in space",
     "channel": "Channel over time",
     "footfall": "Footfalls",

@@ -12,8 +12,10 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.path import Path as MatplotlibPath
 
+import gaitsim as gs
 from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.experiment import load_atlas
 from gaitsim.gait import margin_of, stability_margin
 from gaitsim.gait.contact import feet_of
 from gaitsim.render.plots.channel import usual_channel
@@ -105,7 +107,7 @@ def drawn(spider_run, bundled):
 
     def draw(kind, **more):
         runs = {"phase": "millipede", "front": "spider-front"}
-        runs |= dict.fromkeys(("archive", "search"), "spider-atlas")
+        runs |= dict.fromkeys(("archive", "gaits", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
         beside = (bundled("millipede"),) if kind == "runs" else ()
         if kind == "archive":
@@ -127,7 +129,8 @@ def test_every_kind_is_drawn_of_a_walker_and_always_the_same(drawn, tmp_path, ki
     assert pictures[0] == pictures[1]
     save(drawn(kind, theme=DARK), tmp_path / "dark.png", DARK)
     image = matplotlib.image.imread(tmp_path / "dark.png")
-    assert image.shape[1] == 1020  # 86 mm at 300 dots an inch
+    width = 1530 if kind == "gaits" else 1020  # 86 mm at 300 dots an inch is a column
+    assert image.shape[1] == width
     assert image[-1, -1, :3] == pytest.approx([21 / 255, 24 / 255, 28 / 255], abs=0.003)
 
 
@@ -211,6 +214,19 @@ def test_of_three_axes_each_pair_shows_the_best_over_the_third(puppet_run, cells
     np.testing.assert_array_equal(
         alone.collections[0].get_array(), panels[2].collections[0].get_array()
     )
+
+
+def test_pairs_of_many_axes_are_half_of_a_matrix_labelled_at_its_edges(tmp_path):
+    axes = [f"duty factor {leg}" for leg in ("L1", "L2", "L3", "R1", "R2")]
+    small = {"evolution.generations": 1, "evolution.population": 10}
+    atlas = load_atlas("spider-cma", axes=dict.fromkeys(axes), cells=20, set=small)
+    for _ in gs.evolve(atlas, out=tmp_path / "run"):
+        pass
+    *panels, _ = KINDS["archive"].draw(Request(RunSnapshot(tmp_path / "run"))).axes
+    assert len(panels) == 10
+    for which in ("x", "y"):
+        shown = [getattr(one, f"get_{which}label")() for one in panels]
+        assert [name for name in shown if name] == (axes[:-1] if which == "x" else axes[1:])
 
 
 def test_an_archive_of_one_axis_is_a_line_of_steps(puppet_run):

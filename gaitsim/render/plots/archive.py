@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
-MOST = 4  # axes: six panels
+_APART = 4  # axes: six panels; those of more are in a matrix
+_MOST = 10  # axes: 45 panels
 _COLOURS = "viridis"
 _PARTS = 1_000, 1_000  # most cells along both axes of a panel
 _MOST_VECTORS = 20_000  # cells of a panel; more are a picture in SVG and PDF, too
@@ -28,8 +29,9 @@ _MOST_VECTORS = 20_000  # cells of a panel; more are a picture in SVG and PDF, t
 def archive_figure(request: Request) -> "Figure":
     """Plot the scores of the elites in the cells of two axes; empty cells are blank.
 
-    Of more than two axes, each pair has a panel, where a cell shows the best over all others. The
-    best elite is marked, where it is on both axes.
+    Of more than two axes, each pair has a panel, where a cell shows the best over all others; of
+    more than four, the panels are half of a matrix. The best elite is marked, where it is on both
+    axes.
 
     Raises:
         GaitsimError: an axis to plot is not one of the archive.
@@ -52,15 +54,11 @@ def archive_figure(request: Request) -> "Figure":
     low, extended = lowest(scores)
     norm = Normalize(low, max(float(scores.max()), low + 1e-9))
     with styled(theme):
-        columns = min(len(panels), 3)
-        rows = -(-len(panels) // columns)
-        width = WIDTH if columns == 1 else 2.1 * WIDTH
-        figure = Figure(figsize=(width, 3.2 if columns == 1 else 1.1 + 2.2 * rows))
-        places = [*figure.subplots(rows, columns, squeeze=False).ravel()]
-        for unused in places[len(panels) :]:
-            unused.remove()
+        matrix = len(panels) > 1 and len(archive.names) > _APART
+        figure = Figure(figsize=_size(len(panels), matrix))
+        places = _triangle(figure, len(archive.names)) if matrix else _rows(figure, len(panels))
         drawn: Any = None
-        for axes, names in zip(places, panels, strict=False):
+        for axes, names in zip(places, panels, strict=True):
             axes.set_xlabel(labels[names[0]])
             if len(names) == 1:
                 _draw_steps(axes, archive, names[0], theme)
@@ -68,17 +66,25 @@ def archive_figure(request: Request) -> "Figure":
                 continue
             drawn = _draw_cells(axes, archive, names, norm)
             axes.set_ylabel(labels[names[1]])
-            _mark_best(axes, archive, names, theme)
+            _mark_best(axes, archive, names, theme, 3 if matrix else 5)
+            if matrix:
+                axes.label_outer()
         if drawn is not None:
-            bar = figure.colorbar(
-                drawn,
-                ax=places[: len(panels)],
-                location="bottom",
-                aspect=40,
-                pad=0.02,
-                shrink=0.8 if columns == 1 else 0.5,
-                extend="min" if extended else "neither",
-            )
+            extend = "min" if extended else "neither"
+            if matrix:
+                # In the empty half.
+                beside = figure.add_axes((0.55, 0.8, 0.36, 0.015))
+                bar = figure.colorbar(drawn, cax=beside, orientation="horizontal", extend=extend)
+            else:
+                bar = figure.colorbar(
+                    drawn,
+                    ax=places,
+                    location="bottom",
+                    aspect=40,
+                    pad=0.02,
+                    shrink=0.8 if len(panels) == 1 else 0.5,
+                    extend=extend,
+                )
             bar.outline.set_visible(False)
             bar.ax.tick_params(length=0)
             others = len(archive.names) > len(panels[0])
@@ -86,7 +92,7 @@ def archive_figure(request: Request) -> "Figure":
         more = f", generation {run.generation}, {len(scores):,} of {archive.total:,} cells"
         head(
             figure,
-            heading_of_run(run.path.resolve().name, run.experiment, more),
+            heading_of_run(run.path.resolve().name, run.experiment, more, figure.get_figwidth()),
             *places[0].get_legend_handles_labels(),
         )
     return figure
@@ -100,13 +106,38 @@ def _panels(known: Sequence[str], asked: Sequence[str]) -> list[tuple[str, ...]]
         raise GaitsimError(f"the archive {what}", where="--axes", allowed=", ".join(known))
     if asked or len(known) == 1:
         return [tuple(asked or known)]
-    if len(known) > MOST:
+    if len(known) > _MOST:
         raise NothingToPlotError(
             f"an archive of {len(known)} axes has {len(known) * (len(known) - 1) // 2} pairs",
-            allowed=f"at most {MOST} axes at once",
+            allowed=f"at most {_MOST} axes at once",
             remedy=f"choose two, such as --axes '{known[0]}' '{known[1]}'",
         )
+    if len(known) > _APART:  # row after row of the matrix
+        return [(across, up) for row, up in enumerate(known) for across in known[:row]]
     return list(combinations(known, 2))
+
+
+def _size(panels: int, matrix: bool) -> tuple[float, float]:
+    """Return width and height of the figure, inches."""
+    if matrix:
+        return 2.1 * WIDTH, 2.1 * WIDTH
+    return (WIDTH, 3.2) if panels == 1 else (2.1 * WIDTH, 1.1 + 2.2 * -(-panels // 3))
+
+
+def _rows(figure: "Figure", panels: int) -> "list[Axes]":
+    columns = min(panels, 3)
+    places = [*figure.subplots(-(-panels // columns), columns, squeeze=False).ravel()]
+    for unused in places[panels:]:
+        unused.remove()
+    return places[:panels]
+
+
+def _triangle(figure: "Figure", axes: int) -> "list[Axes]":
+    """Return the panels below the diagonal, row after row; those of a column share their axis."""
+    places = figure.subplots(axes - 1, axes - 1, sharex="col", sharey="row")
+    for row, column in zip(*np.triu_indices(axes - 1, 1), strict=True):
+        places[row, column].remove()
+    return [places[row, column] for row, column in zip(*np.tril_indices(axes - 1), strict=True)]
 
 
 def _label(name: str, unit: str) -> str:
@@ -150,7 +181,9 @@ def _draw_steps(axes: "Axes", archive: ArchiveView, name: str, theme: Theme) -> 
     axes.set_xlim(*archive.borders[name][[0, -1]])
 
 
-def _mark_best(axes: "Axes", archive: ArchiveView, names: tuple[str, ...], theme: Theme) -> None:
+def _mark_best(
+    axes: "Axes", archive: ArchiveView, names: tuple[str, ...], theme: Theme, size: float
+) -> None:
     members = archive.members
     best = int(np.argmax(members.scores))
     ends = [archive.borders[name][[0, -1]] for name in names]
@@ -167,7 +200,7 @@ def _mark_best(axes: "Axes", archive: ArchiveView, names: tuple[str, ...], theme
             *place,
             linestyle="",
             marker="D",
-            markersize=5,
+            markersize=size,
             markerfacecolor="none",
             markeredgecolor=colour,
             markeredgewidth=width,

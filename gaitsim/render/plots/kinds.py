@@ -12,6 +12,7 @@ from gaitsim.render.plots.diversity import diversity_figure
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.footfall import contacts_of, footfall_figure
 from gaitsim.render.plots.front import front_figure
+from gaitsim.render.plots.gaits import gaits_figure, require_gaits
 from gaitsim.render.plots.genome import genome_figure
 from gaitsim.render.plots.joints import joints_figure, require_joints
 from gaitsim.render.plots.path import path_figure
@@ -65,6 +66,7 @@ KINDS: Mapping[str, Kind] = {
     "search": Kind(search_figure, (), require_figures),
     "front": Kind(front_figure, (), partial(require_kept, kept="front")),
     "archive": Kind(archive_figure, ("--axes",), partial(require_kept, kept="archive")),
+    "gaits": Kind(gaits_figure, (), require_gaits),
     "path": Kind(path_figure),
     "channel": Kind(channel_figure, _CHANNEL, usual_channel),
     "footfall": Kind(footfall_figure, check=contacts_of),

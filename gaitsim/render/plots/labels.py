@@ -35,13 +35,13 @@ def score_words(individual: Individual) -> str:
     return f"score {numeral(individual.score)} {individual.experiment.fitness.unit}".rstrip()
 
 
-def heading_of_run(run: str, experiment: Experiment, more: str = "") -> str:
+def heading_of_run(run: str, experiment: Experiment, more: str = "", width: float = WIDTH) -> str:
     """Return the names of a run and, where it differs, of its experiment, its seed, and a text.
 
-    Names are shortened where there is no room for them.
+    Names are shortened where a figure of this width, inches, has no room for them.
     """
     rest = f", seed {experiment.seed}{more}"
-    room = max(10, _HEADING - len(rest))
+    room = max(10, int(_HEADING * width / WIDTH) - len(rest))
     name, kind = (" ".join(text.split()) for text in (run, experiment.name))
     both = f"{name} ({kind})"
     return (both if name != kind and len(both) <= room else shortened(name, room)) + rest

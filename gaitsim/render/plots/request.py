@@ -1,5 +1,6 @@
 """The arguments of a plot."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from gaitsim.errors import GaitsimError
@@ -43,6 +44,7 @@ class Request:
         theme: colours.
         beside: other runs, for the kind that shows several.
         axes: two axes of an archive; () draws all pairs.
+        progress: is called with how much of a long work is done, and of how much.
     """
 
     run: RunSnapshot
@@ -53,6 +55,7 @@ class Request:
     theme: Theme = LIGHT
     beside: tuple[RunSnapshot, ...] = ()
     axes: tuple[str, ...] = ()
+    progress: Callable[[int, int], object] = lambda done, total: None
 
     @property
     def individual(self) -> Individual:
