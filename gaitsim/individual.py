@@ -34,8 +34,28 @@ class Member:
         return f"member {self.number}"
 
 
+@dataclass(frozen=True)
+class Near:
+    """The best member of a front or archive whose values are near given ones, by axis.
+
+    Distances are in shares of an axis, the greatest of the axes counts. Members count as near
+    whose distance is at most `WITHIN` more than the least, and the one with the highest score is
+    chosen.
+    """
+
+    values: Mapping[str, float]
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name}={value:g}" for name, value in self.values.items())
+
+
+WITHIN = 0.05
+
 Which = int | Member | None
 """An individual of a run: the best of a generation, a member, or the best of all."""
+
+Asked = Which | Near
+"""An individual of a run as a user asks for it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

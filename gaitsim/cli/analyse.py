@@ -16,7 +16,7 @@ from gaitsim.gait import analyse_individual, on_twin
 from gaitsim.gait.files.reader import individual_of, read_gait
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
-from gaitsim.individual import Individual, Member, Which
+from gaitsim.individual import Asked, Individual, Member
 from gaitsim.render.plots.gait import plot_gait
 from gaitsim.render.plots.style import check_target
 from gaitsim.render.terminal.explanation import on_physics
@@ -95,7 +95,7 @@ def analyse(
         echo(f"\n{figure}")
 
 
-def _individual(run: RunSnapshot, asked: Which, gait: Path | None) -> Individual:
+def _individual(run: RunSnapshot, asked: Asked, gait: Path | None) -> Individual:
     if gait is None:
         return run.individual(asked)
     if asked is not None:

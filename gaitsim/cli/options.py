@@ -10,9 +10,12 @@ BestOf = Annotated[
     int | None, typer.Option(min=1, help="The best of this generation. Default: of all.")
 ]
 MemberOf = Annotated[
-    int | None,
+    str | None,
     typer.Option(
-        "--member", min=1, help="This member of the front or archive; 'gaitsim members' lists them."
+        "--member",
+        metavar="N|NAME=VALUE,…",
+        help="This member of the front or archive, which 'gaitsim members' lists; or the best one "
+        "near these values, as 'duty factor L2=0'.",
     ),
 ]
 Damage = Annotated[

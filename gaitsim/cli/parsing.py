@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Individual, Member, Which
+from gaitsim.individual import Asked, Individual, Member, Near
 
 
-def which(generation: int | None, member: int | None) -> Which:
+def which(generation: int | None, member: str | None) -> Asked:
     """Return the individual of `--generation` or `--member`; None for neither.
 
     Raises:
-        GaitsimError: both are given.
+        GaitsimError: both are given, or the member is neither a number nor values by name.
     """
     if member is None:
         return generation
@@ -22,12 +22,30 @@ def which(generation: int | None, member: int | None) -> Which:
             where="--generation, --member",
             allowed="one of the two: members are of the last generation",
         )
-    return Member(member)
+    return _member(member)
+
+
+def _member(text: str) -> Member | Near:
+    allowed = "a number from 1, or NAME=VALUE with commas between, as 'duty factor L2=0'"
+    if text.isascii() and text.isdecimal() and len(text) < 10 and int(text):
+        return Member(int(text))
+    if "=" not in text:
+        raise GaitsimError(f"{text!r} is not a member", where="--member", allowed=allowed)
+    values = by_name(text, "--member", allowed)
+    try:
+        found = {name: float(value) for name, value in values.items()}
+        if not all(map(math.isfinite, found.values())):
+            raise ValueError
+    except ValueError:
+        raise GaitsimError(
+            f"{text!r} has a value that is not a number", where="--member", allowed=allowed
+        ) from None
+    return Near(found)
 
 
 def asked_individuals(
-    one: int | None, several: str | None, member: int | None
-) -> tuple[Which, ...]:
+    one: int | None, several: str | None, member: str | None
+) -> tuple[Asked, ...]:
     """Return the individuals of `--generation`, `--generations 1,50` or `--member`, in order.
 
     Raises:

@@ -14,7 +14,7 @@ from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName
 from gaitsim.cli.parsing import asked_individuals, file_format, hurt, seconds
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Which
+from gaitsim.individual import Asked
 from gaitsim.render.plots.channel import OWN, usual_channel
 from gaitsim.render.plots.kinds import KINDS, OF_ALL, file_stem
 from gaitsim.render.plots.request import NothingToPlotError, Request
@@ -143,7 +143,7 @@ def plot(
 def _plot(
     kind: PlotKind,
     request: Request,
-    numbers: Sequence[Which],
+    numbers: Sequence[Asked],
     damage: Sequence[str],
     out: Path | None,
     format: PlotFormat | None,
@@ -178,7 +178,7 @@ def _reported(request: Request, progress: Progress | None) -> Request:
 
 def _plot_all(
     request: Request,
-    numbers: Sequence[Which],
+    numbers: Sequence[Asked],
     damage: Sequence[str],
     out: Path | None,
     format: PlotFormat,
@@ -219,7 +219,7 @@ def _check_channel(request: Request) -> None:
         raise NothingToPlotError(f"{OWN[name]} draws {name}; --channel chooses another")
 
 
-def _with_individuals(request: Request, numbers: Sequence[Which], damage: Sequence[str]) -> Request:
+def _with_individuals(request: Request, numbers: Sequence[Asked], damage: Sequence[str]) -> Request:
     """Return the request with the individuals of the generations, on their damaged bodies."""
     found = tuple(hurt(request.run.individual(number), damage) for number in numbers or (None,))
     return replace(request, individuals=found)

@@ -12,7 +12,7 @@ from gaitsim.choices import VideoFormat
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.gait.damaged import with_damage
 from gaitsim.gait.files.writer import check_folder
-from gaitsim.individual import Individual, Which
+from gaitsim.individual import Asked, Individual
 from gaitsim.registry import contract_error
 from gaitsim.render.encoder import encode
 from gaitsim.render.intro import fitness_picture
@@ -125,7 +125,7 @@ class Video:
     def __init__(
         self,
         run: RunSnapshot,
-        generations: Sequence[Which] = (),
+        generations: Sequence[Asked] = (),
         settings: RenderSettings | None = None,
         damage: Sequence[str] = (),
     ) -> None:

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts.search import Members
-from gaitsim.errors import ExperimentError, RunError
+from gaitsim.errors import ExperimentError, RunError, unknown
 from gaitsim.evolution.searching import members, state_mismatch
 from gaitsim.experiment import Experiment, Overrides, parse_experiment
 from gaitsim.experiment.problems import COMMAND_LINE
-from gaitsim.individual import Individual, Member, Which
+from gaitsim.individual import WITHIN, Asked, Individual, Member, Near
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.contents import RunFiles
 from gaitsim.runs.files.folder import BESTS, CHECKPOINT, EXPERIMENT, HISTORY, command
@@ -185,7 +185,7 @@ class RunSnapshot(RunFiles):
             )
         return found
 
-    def individual(self, which: Which = None) -> Individual:
+    def individual(self, which: Asked = None) -> Individual:
         """Return the best individual of a generation, or of all; or a member.
 
         Of all, only those count whose scores can be compared with the last generation's.
@@ -195,7 +195,29 @@ class RunSnapshot(RunFiles):
             RunError: no generation is finished yet, there is no such one, no such member, or all
                 failed; or the files of the run contradict each other.
         """
+        if isinstance(which, Near):
+            which = self._nearest(which)
         return self._member(which) if isinstance(which, Member) else self._best(which)
+
+    def _nearest(self, which: Near) -> Member:
+        """Return the best member near given values.
+
+        Raises:
+            RunError: there are no members, or a name is not one of their values'.
+        """
+        found = self.members
+        if found is None or not len(found.scores):
+            return Member(1)  # refused with the reason
+        away = np.zeros(len(found.scores))
+        for name, value in which.values.items():
+            if name not in found.values:
+                raise unknown("axis", name, found.values, where=f"the members of {self.path}")
+            known = found.values[name]
+            ends = known if found.borders is None else found.borders[name]
+            width = float(np.max(ends) - np.min(ends)) or 1.0
+            away = np.maximum(away, np.abs(known - value) / width)
+        near = np.flatnonzero(away <= away.min() + WITHIN)
+        return Member(int(near[np.argmax(found.scores[near])]) + 1)
 
     def _member(self, which: Member) -> Individual:
         found = self.members

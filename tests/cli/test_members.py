@@ -66,11 +66,27 @@ def test_a_member_is_the_same_individual_everywhere(gaitsim, front, tmp_path):
     assert gs.load("b").snapshot.start.genome.tobytes() == genome.tobytes()
 
 
+def test_a_member_is_named_by_values_too(gaitsim, front):
+    least, most = front[0]["price"], front[-1]["price"]
+    near = [row for row in front if row["price"] - least <= 0.05 * (most - least)]
+    best = max(near, key=lambda row: row["score"])
+    shown = gaitsim("analyse", "puppet", "--member", f"price={least - 1}", "--json").stdout
+    assert json.loads(shown)["member"] == best["member"]
+    (exact,) = {row["member"] for row in front if row["price"] == most}
+    both = f"price={most},reach={front[-1]['reach']}"
+    shown = gaitsim("play", "puppet", "--member", both, "--at", 0).stdout
+    assert f"member {exact} of" in shown
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         (("play", "puppet", "--member", 99), "has no member 99"),
         (("play", "puppet", "--member", 1, "--generation", 1), "--generation, --member"),
+        (("play", "puppet", "--member", 0), "not a member"),
+        (("play", "puppet", "--member", "price"), "not a member"),
+        (("play", "puppet", "--member", "price=x"), "not a number"),
+        (("play", "puppet", "--member", "prize=1"), "unknown axis 'prize'"),
         (("plot", "puppet", "--kind", "fitness", "--member", 1), "does not take --member"),
         (("video", "puppet", "--generations", "1,2", "--member", 1), "--member, --generations"),
         (("run", "puppet.toml", "--from", "puppet#99"), "has no member 99"),
