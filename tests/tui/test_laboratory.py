@@ -73,6 +73,12 @@ def test_from_a_lost_leg_to_a_gait_that_walks(atlas, drive):
         walk, best = screen.adapted.walk, screen.adaptation.best
         assert walk.individual.member.number == best.member
         assert walk.forward == pytest.approx(best.measured)
+        await driver.press("e")
+        await driver.at("ExportDialog")
+        await driver.until(lambda: "--damage" in driver.text("#export-command"))
+        assert f"--member {best.member} '--damage=L2 lost'" in driver.text("#export-command")
+        await driver.press("escape")
+        await driver.at("Laboratory")
 
         # Another damage is another search; the same one again has the trials that were made.
         await driver.press("enter")
