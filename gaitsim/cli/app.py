@@ -18,8 +18,7 @@ app = group(
         "fork": "Copy a run, to continue the copy with other options.",
         "runs": "List the runs in a folder, oldest first; or delete runs.",
         "show": "Show a run in full: its plugins, its progress, its stages and its champion.",
-        "members": "List the front or the archive that a search keeps, or print the archive as a "
-        "map.",
+        "members": "List the front or the archive that a search keeps.",
         "note": "Show the note of a run, or write it.",
         "rename": "Rename a run.",
         "export": "Write the champion's joint angles to a file, in radians or for servos.",

@@ -81,6 +81,10 @@ def _next_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str,
             command("play", run.path, "--member", view.best),
             "the best gait; any other has a number",
         )
+    legs = [*run.experiment.organism.leg_joints()]
+    if legs and "damage" in type(run.experiment.organism).model_fields:
+        lost = command("adapt", run.path, "--damage", f"{legs[0]} lost")
+        yield lost, "walk again without a leg"
     yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
 
 
