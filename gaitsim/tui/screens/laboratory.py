@@ -244,9 +244,11 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
     def _arrange(self) -> None:
         """Show three bodies where there is room, else the two that matter now."""
         wide = self.app.size.width >= WIDE
-        self.adapted.display = wide or self.adapted.walk is not None
+        possible = self.subject is None or not self.subject.unadaptable
+        self.adapted.display = possible and (wide or self.adapted.walk is not None)
         self.intact.display = wide or not self.adapted.display
-        self.trials.display = self.adaptation is not None or self.app.size.height >= HIGH
+        high = self.app.size.height >= HIGH
+        self.trials.display = possible and (high or self.adaptation is not None)
 
     def on_resize(self) -> None:
         self._arrange()
