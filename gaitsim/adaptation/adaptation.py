@@ -14,6 +14,7 @@ from gaitsim.adaptation.session import (
     default_name,
     mismatch,
     read_session,
+    replace_session,
     session_file,
     write_session,
 )
@@ -88,7 +89,7 @@ class Adaptation(ReprMixin, Iterator[Trial]):
 
         Raises:
             GaitsimError: it is not a finite number, or the adaptation has ended.
-            RunError: the file cannot be written.
+            RunError: the file cannot be written, or another process has changed it.
         """
         if self.proposal is None:
             raise GaitsimError(
@@ -99,7 +100,7 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         session = replace(self.session, trials=(*self.trials, trial))
         proposal = propose(self.prior, session.trials, session.settings)
         if self.path is not None:
-            write_session(self.path, session)
+            replace_session(self.path, self.session, session)
         self.session, self.proposal = session, proposal
         return trial
 
@@ -172,9 +173,9 @@ def open_adaptation(
     if any(trial.member > len(members.scores) for trial in session.trials):
         raise RunError(f"{path} is damaged: it names members that the atlas does not have")
     measured = robot
-    if robot is not None and damage:
+    if robot is not None and place != "robot":
         raise GaitsimError(
-            "damage is for trials in simulation, not on a robot", where="damage, robot"
+            "damage and physics are for trials in simulation, not on a robot", where="robot"
         )
     if place != "robot":
         physics = place == "physics"
@@ -186,6 +187,8 @@ def open_adaptation(
         on_progress=on_progress,
         on_warning=on_warning,
     )
-    if path is not None and session != found:
+    if path is not None and fresh:
         write_session(path, session)
+    elif path is not None and session != found:
+        replace_session(path, found, session)
     return Adaptation(prior, session, measured, path)

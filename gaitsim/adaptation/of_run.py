@@ -64,11 +64,10 @@ class RunAdaptations:
             "noise": noise,
             "stop": stop,
         }
-        simulated = robot is None and (physics or damage)
         return open_adaptation(
             self.snapshot,
             damage,
-            place=("physics" if physics else "simulation") if simulated else "robot",
+            place="physics" if physics else "simulation" if damage else "robot",
             robot=robot,
             measure=measure,
             settings={key: value for key, value in given.items() if value is not None},

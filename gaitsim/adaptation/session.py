@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.settings import MOST_TRIALS, Settings
 from gaitsim.adaptation.trials import Trial
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
@@ -105,8 +105,22 @@ def read_session(path: Path) -> Session | None:
     return session
 
 
+def replace_session(path: Path, read: Session | None, session: Session) -> None:
+    """Write a session in place of the one that was read from its file.
+
+    Raises:
+        RunError: another process has changed the file since, or it cannot be written.
+    """
+    if read_session(path) != read:
+        raise RunError(
+            f"{path} has changed meanwhile: another process adapts with it",
+            remedy="run the same command again, which continues it, or choose another --name",
+        )
+    write_session(path, session)
+
+
 def write_session(path: Path, session: Session) -> None:
-    """Write a session atomically.
+    """Write a session atomically, whatever its file holds.
 
     Raises:
         RunError: it cannot be written.
@@ -139,6 +153,8 @@ def _words(value: str | tuple[str, ...]) -> str:
 def _contradiction(session: Session) -> str:
     """Return what no adaptation writes, or ''."""
     trials = session.trials
+    if len(trials) > MOST_TRIALS:
+        return f"it has {len(trials)} trials, of at most {MOST_TRIALS}"
     if [trial.number for trial in trials] != [*range(1, len(trials) + 1)]:
         return "its trials are not numbered in order"
     members = [trial.member for trial in trials]

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from gaitsim.errors import GaitsimError
 
+MOST_TRIALS = 1000
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -35,7 +37,13 @@ class Settings:
 
     def __post_init__(self) -> None:
         lowest = {"trials": 1, "kappa": 0, "length_scale": 1e-3, "noise": 1e-9, "stop": 0}
-        highest = {"trials": 1000, "kappa": 1e3, "length_scale": 1e3, "noise": 1e3, "stop": 1e3}
+        highest = {
+            "trials": MOST_TRIALS,
+            "kappa": 1e3,
+            "length_scale": 1e3,
+            "noise": 1e3,
+            "stop": 1e3,
+        }
         for name, low in lowest.items():
             value, high = getattr(self, name), highest[name]
             if not (low <= value <= high and math.isfinite(value)):

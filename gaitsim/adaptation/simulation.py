@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from gaitsim.adaptation.performance import MEASURE, performance_of
 from gaitsim.adaptation.trials import Measured
-from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.gait import on_twin
+from gaitsim.experiment import Experiment
 from gaitsim.gait.damaged import damaged
+from gaitsim.gait.twin import on_twin, twin_of
 from gaitsim.individual import Individual
 
 
@@ -31,16 +31,12 @@ def in_simulation(
     Raises:
         GaitsimError: the body cannot be damaged, or not like this; or it has no twin.
     """
-    if physics and experiment.organism.twin:
-        _body(load_experiment(experiment.organism.twin), damage)  # checks the damage early
-    body = experiment if physics else _body(experiment, damage)
+    if physics:
+        twin_of(experiment, damage)  # refuses what cannot be, before a trial
+    body = damaged(experiment, damage) if damage and not physics else experiment
 
     def measured(individual: Individual) -> float:
         moved = on_twin(individual, damage) if physics else replace(individual, experiment=body)
         return float(performance_of(moved.experiment, moved.motion, measure)[0])
 
     return measured
-
-
-def _body(experiment: Experiment, damage: Sequence[str]) -> Experiment:
-    return damaged(experiment, damage) if damage else experiment

@@ -12,7 +12,7 @@ import typer
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
 from gaitsim.adaptation.prior import atlas_members
 from gaitsim.adaptation.session import Place, canonical, default_name, session_file
-from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.settings import MOST_TRIALS, Settings
 from gaitsim.choices import GaitFormat
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.adaptation_view import View
@@ -50,7 +50,7 @@ def adapt(
         ),
     ] = None,
     trials: Annotated[
-        int | None, _trials(min=1, max=1000, help=f"At most. Default: {DEFAULT.trials}.")
+        int | None, _trials(min=1, max=MOST_TRIALS, help=f"At most. Default: {DEFAULT.trials}.")
     ] = None,
     stop: Annotated[
         float | None,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import load_experiment
+from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.gait.damaged import damaged
 from gaitsim.gait.files.reader import GaitFile, individual_of
 from gaitsim.gait.of_individual import analyse_individual
@@ -34,8 +34,22 @@ class Transferred(NamedTuple):
 
 def has_twin(individual: Individual) -> bool:
     """Return whether the body names a physical twin, which can play its joint angles."""
-    organism = individual.experiment.organism
-    return bool(organism.twin) and "joint_angles" in organism.channels
+    return _has_twin(individual.experiment)
+
+
+def twin_of(experiment: Experiment, damage: Sequence[str] = ()) -> Experiment:
+    """Return the experiment of the physical twin of a body, with this damage.
+
+    Raises:
+        GaitsimError: the body has no twin, or the twin cannot have this damage.
+    """
+    if not _has_twin(experiment):
+        raise GaitsimError(
+            f"{experiment.entries['organism']} has no physical twin",
+            allowed="a kinematic body whose plugin names one, such as the spider",
+        )
+    twin = load_experiment(experiment.organism.twin)
+    return damaged(twin, damage) if damage else twin
 
 
 def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Individual:
@@ -50,21 +64,16 @@ def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Indi
             damage.
         PluginError: the twin fails.
     """
-    organism, angles = individual.experiment.organism, individual.joint_angles
-    if angles is None or not has_twin(individual):
-        raise GaitsimError(
-            f"{individual.experiment.entries['organism']} has no physical twin",
-            allowed="a kinematic body whose plugin names one, such as the spider",
-        )
+    twin = twin_of(individual.experiment, individual.damage if damage is None else damage)
+    angles = individual.joint_angles
+    assert angles is not None, "the body has the channel joint_angles"
     gait = GaitFile(
         individual.source or Path(individual.name),
         angles,
         individual.motion.frame_rate,
-        tuple(organism.joint_names()),
+        tuple(individual.experiment.organism.joint_names()),
     )
-    twin = load_experiment(organism.twin)
-    told = individual.damage if damage is None else tuple(damage)
-    return individual_of(gait, damaged(twin, told) if told else twin)
+    return individual_of(gait, twin)
 
 
 def compare_with_twin(individual: Individual, twin: Individual) -> tuple[Transferred, ...]:
@@ -76,6 +85,11 @@ def compare_with_twin(individual: Individual, twin: Individual) -> tuple[Transfe
         PluginError: a body cannot be drawn or measured.
     """
     return tuple(_paired(_known(individual), _known(twin)))
+
+
+def _has_twin(experiment: Experiment) -> bool:
+    organism = experiment.organism
+    return bool(organism.twin) and "joint_angles" in organism.channels
 
 
 def _known(individual: Individual) -> dict[str, Measurement]:

@@ -133,6 +133,8 @@ def test_what_is_not_an_atlas_or_cannot_be_damaged_is_refused(gaitsim, puppet_fi
     gaitsim("run", puppet_file, "--workers", 1, "--out", "whole")
     done = gaitsim("adapt", "whole", *LOST, "--measure", "reach", code=2)
     assert "cannot be damaged" in done.stderr
+    assert "no physical twin" in gaitsim("adapt", "whole", *LOST, "--physics", code=2).stderr
+    assert not [*tmp_path.rglob("adaptations/*")], "nothing was evaluated before"
 
 
 def foreign(stored):
@@ -145,6 +147,12 @@ def repeated(stored):
 
 def infinite(stored):
     stored["trials"][1]["measured"] = float("nan")
+
+
+def endless(stored):
+    stored["trials"] = [
+        {**stored["trials"][0], "number": number, "member": number} for number in range(1, 1002)
+    ]
 
 
 def escaping(stored):
@@ -170,7 +178,7 @@ def test_a_hostile_file_is_refused_and_nothing_outside_changes(adapt, atlas, tmp
         shutil.rmtree(outside)
         file.rmdir() if file.is_dir() and not file.is_symlink() else file.unlink()
         file.write_bytes(data)
-    for change in (foreign, repeated, infinite, escaping):
+    for change in (foreign, repeated, infinite, endless, escaping):
         stored = json.loads(data)
         change(stored)
         file.write_text(json.dumps(stored))
@@ -199,8 +207,22 @@ def test_python_makes_the_same_trials_and_takes_a_function_for_a_robot(adapt, at
     assert by_hand.record(first.measured) == first
     with pytest.raises(gs.GaitsimError, match="finite"):
         by_hand.record("far")
-    with pytest.raises(gs.GaitsimError, match="robot"):
-        run.adapt(["A lost"], robot=robot)
+    for simulated in ({"damage": ["A lost"]}, {"physics": True}):
+        with pytest.raises(gs.GaitsimError, match="robot"):
+            run.adapt(**simulated, robot=robot)
+
+
+def test_two_processes_lose_no_trial_of_each_other(atlas):
+    run = gs.load(atlas)
+    one, other = (run.adapt(name="mine") for _ in range(2))
+    first = one.record(1.0)
+    with pytest.raises(gs.GaitsimError, match="another process"):
+        other.record(2.0)
+    assert other.trials == ()
+    continued = run.adapt(name="mine")
+    assert continued.trials == (first,)
+    assert continued.record(2.0).number == 2
+    assert run.adapt(name="mine", fresh=True).trials == ()
 
 
 def test_the_figure_shows_each_trial_and_its_place_on_the_map(adapt, atlas, tmp_path):

@@ -169,6 +169,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
                 self.adaptation = await self.in_thread(self._open)
             await self._try(self.adaptation)
         except GaitsimError as error:
+            self.adaptation = None  # read its file again, as another process may have changed it
             self._fail(error)
         finally:
             self._stopping = False

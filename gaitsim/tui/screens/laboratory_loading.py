@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import load_experiment
 from gaitsim.gait.damaged import can_be_damaged, damaged, with_damage
 from gaitsim.gait.of_individual import frames_before_fall
-from gaitsim.gait.twin import has_twin, on_twin
+from gaitsim.gait.twin import has_twin, on_twin, twin_of
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.plan import Plan, plan_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -55,9 +54,7 @@ class Subject:
         Raises:
             GaitsimError: it cannot.
         """
-        own = self.champion.experiment
-        experiment = load_experiment(own.organism.twin) if physics else own
-        damaged(experiment, texts(damage))
+        (twin_of if physics else damaged)(self.champion.experiment, texts(damage))
 
     def hurt(self, damage: Choice) -> list[str]:
         """Return the legs that are lost or have a damaged joint."""
