@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Measure, Motion
 from gaitsim.errors import unknown
-from gaitsim.evaluation.scoring import check_motion
+from gaitsim.evaluation.scoring import moved, values_of
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_errors
 
@@ -24,14 +24,13 @@ def performance(experiment: Experiment, genomes: Genomes, measure: str) -> Float
         GaitsimError: the body has no such measure.
         PluginError: the body fails or breaks its contract.
     """
-    return performance_of(experiment, _moved(experiment, genomes), measure)
+    return performance_of(experiment, moved(experiment, genomes), measure)
 
 
 def performance_of(experiment: Experiment, motion: Motion, measure: str) -> Floats:
     """Return the performance of a motion, (population,), as `performance` does."""
-    found = _measured(experiment, motion, measure)
-    with plugin_errors(experiment.entries["organism"], f"measuring {measure!r}"):
-        values = np.array(found.values, np.float64)
+    known = _measures(experiment, motion, measure)
+    values = values_of(experiment.entries["organism"], known, measure, motion.population)
     values[list(motion.failures)] = 0.0
     return np.where(np.isfinite(values), values, 0.0)
 
@@ -42,19 +41,14 @@ def unit_of(experiment: Experiment, genomes: Genomes, measure: str) -> str:
     Raises:
         GaitsimError: the body has no such measure.
     """
-    return str(_measured(experiment, _moved(experiment, genomes[:1]), measure).unit)
+    return str(_measures(experiment, moved(experiment, genomes[:1]), measure)[measure].unit)
 
 
-def _moved(experiment: Experiment, genomes: Genomes) -> Motion:
-    body = experiment.entries["organism"]
-    with plugin_errors(body, "moving a population"):
-        return check_motion(body, experiment.organism.move(genomes.copy()))
-
-
-def _measured(experiment: Experiment, motion: Motion, measure: str) -> Measure:
+def _measures(experiment: Experiment, motion: Motion, measure: str) -> Mapping[str, Measure]:
+    """Return the measures of a motion, with this one among them."""
     body = experiment.entries["organism"]
     with plugin_errors(body, "measuring a population"):
         known: Mapping[str, Measure] = experiment.organism.measures(motion)
     if measure not in known:
         raise unknown("measure", measure, known, where=str(body))
-    return known[measure]
+    return known

@@ -22,7 +22,7 @@ from gaitsim.cli.options import Json, RunName, Workers
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import gait_of, write_gait
-from gaitsim.legged.damage import DAMAGE_HELP
+from gaitsim.legged.damage import DAMAGE_HELP, damage_options
 from gaitsim.render.plots.adaptation import adaptation_figure
 from gaitsim.render.plots.style import check_target, save
 from gaitsim.runs.files.folder import command, exports_folder, find_run
@@ -141,8 +141,7 @@ def adapt(
         "length_scale": length_scale,
         "noise": noise,
     }
-    words = [word for text in damaged for word in ("--damage", text)]
-    words += ["--physics"] * physics + ["--interactive"] * interactive
+    words = damage_options(damaged) + ["--physics"] * physics + ["--interactive"] * interactive
     words += ["--name", name] if name else []
     try:
         with interruptible():

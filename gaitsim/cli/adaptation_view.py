@@ -8,6 +8,7 @@ from gaitsim.adaptation.adaptation import Adaptation
 from gaitsim.adaptation.trials import Proposal, Trial
 from gaitsim.cli.console import echo, output, print_json, wrote
 from gaitsim.gait import analyse_individual
+from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import command
 
 
@@ -81,7 +82,7 @@ class View:
             f"{share:.0%} of the best on the intact body",
             style="bold",
         )
-        damage = [word for text in adaptation.session.damage for word in ("--damage", text)]
+        damage = damage_options(adaptation.session.damage)
         chosen = (prior.source, "--member", best.member)
         commands = {
             "watch it": command("play", *chosen, *damage),

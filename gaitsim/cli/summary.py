@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.cli.console import output, print_json, print_table
+from gaitsim.gait.damaged import can_be_damaged
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.text import number
@@ -82,24 +83,22 @@ def _next_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str,
             "the best gait; any other has a number",
         )
     legs = [*run.experiment.organism.leg_joints()]
-    if legs and "damage" in type(run.experiment.organism).model_fields:
+    if legs and can_be_damaged(run.experiment):
         lost = command("adapt", run.path, "--damage", f"{legs[0]} lost")
         yield lost, "walk again without a leg"
     yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
 
 
 def print_archive(run: RunSnapshot, view: ArchiveView) -> None:
-    """Print the share of cells that are occupied, the other figures, and the best member."""
-    count = len(view.members.scores)
-    shown = [f"{count:,} of {view.total:,} cells ({count / view.total:.1%})"]
+    """Print how many cells are occupied, and the other figures of the search."""
+    shown = [view.filled]
     for name in figures_of(run.history):
         if name != "coverage":
             value = float(run.history[FIGURE + name][-1])
             shown.append(
                 f"{name} {value:,.0f}" if abs(value) >= 1000 else f"{name} {number(value)}"
             )
-    console = output()
-    console.print(f"Archive: {', '.join(shown)}")
+    output().print(f"Archive: {', '.join(shown)}")
 
 
 def next_goal(run: RunSnapshot) -> int:

@@ -1,12 +1,12 @@
 """Evaluate one chunk of a population: move it, score it, and check the contract."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, Motion
+from gaitsim.contracts import Genomes, Measure, Motion
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
@@ -124,15 +124,27 @@ def _values(
     for name in names:
         if name not in measures:
             continue
-        with plugin_errors(body, f"measuring {name!r}"):
-            found[name] = np.array(measures[name].values, np.float64)
-        if found[name].shape != scores.shape:
-            raise contract_error(
-                body,
-                f"gave the measure {name!r} the shape {found[name].shape}",
-                f"(population,) = {scores.shape}",
-            )
+        found[name] = values_of(body, measures, name, len(scores))
     return {name: found[name] for name in names}
+
+
+def values_of(
+    body: Entry, measures: Mapping[str, Measure], name: str, population: int
+) -> NDArray[np.float64]:
+    """Return a copy of the values of a measure, (population,).
+
+    Raises:
+        PluginError: the body fails or breaks its contract; names its package.
+    """
+    with plugin_errors(body, f"measuring {name!r}"):
+        values = np.array(measures[name].values, np.float64)
+    if values.shape != (population,):
+        raise contract_error(
+            body,
+            f"gave the measure {name!r} the shape {values.shape}",
+            f"(population,) = ({population},)",
+        )
+    return values
 
 
 def _failures(body: Entry, motion: Motion) -> dict[int, str]:
@@ -149,6 +161,18 @@ def _failures(body: Entry, motion: Motion) -> dict[int, str]:
         index: str(motion.failures[index]).encode(errors="backslashreplace").decode()
         for index in sorted(motion.failures)
     }
+
+
+def moved(experiment: Experiment, genomes: Genomes) -> Motion:
+    """Move genomes, (population, genes), without a score; leave them unchanged.
+
+    Raises:
+        PluginError: the body fails or breaks its contract; names its package.
+    """
+    body = experiment.entries["organism"]
+    with plugin_errors(body, "moving a population"):
+        motion: object = experiment.organism.move(genomes.copy())
+    return check_motion(body, motion)
 
 
 def check_motion(body: Entry, motion: object) -> Motion:

@@ -7,10 +7,10 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment.loading import load_experiment
 from gaitsim.experiment.model import Experiment
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Typed
+from gaitsim.legged.stepping import DUTY
 from gaitsim.registry import EXPERIMENTS, contract_error, entries, options, plugin_errors
 
 SUFFIX = "-atlas"  # of the preset of a body's atlas
-DUTY = "duty factor"
 SHARE = 0.0, 1.0
 Axes = Mapping[str, tuple[float, float] | None]
 

@@ -9,7 +9,7 @@ import numpy as np
 from gaitsim.contracts import Genomes, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.scoring import check_motion
+from gaitsim.evaluation.scoring import moved
 from gaitsim.experiment import Experiment
 from gaitsim.gait.contact import feet_of
 from gaitsim.gait.intervals import Floats
@@ -111,7 +111,7 @@ def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, 
         GaitsimError: the body has no feet, or no channel `stance` that says when they stand.
     """
     seen = genomes[np.unique(np.linspace(0, len(genomes) - 1, _SEEN).astype(int))]
-    motion = _moved(experiment, seen)
+    motion = moved(experiment, seen)
     entry, organism = experiment.entries["organism"], experiment.organism
     channel = organism.channels.get("stance")
     with plugin_errors(entry, "drawing an individual"):
@@ -131,7 +131,7 @@ def _feet(experiment: Experiment, genomes: Genomes) -> tuple[Floats, tuple[str, 
 def _named(
     experiment: Experiment, genomes: Genomes, places: Floats, names: tuple[str, ...]
 ) -> list[Gait]:
-    motion = _moved(experiment, genomes)
+    motion = moved(experiment, genomes)
     with plugin_errors(experiment.entries["organism"], "computing the channel 'stance'"):
         stance = np.asarray(motion["stance"]).astype(bool)
     order = body_order(places[None])
@@ -165,9 +165,3 @@ def _lasted(experiment: Experiment, motion: Motion) -> Floats | None:
         if found is None or found.unit != "s":
             return None
         return np.asarray(found.values, np.float64)
-
-
-def _moved(experiment: Experiment, genomes: Genomes) -> Motion:
-    entry = experiment.entries["organism"]
-    with plugin_errors(entry, "moving a population"):
-        return check_motion(entry, experiment.organism.move(genomes.copy()))

@@ -40,6 +40,11 @@ class Damage:
         return f"{self.part} {self.kind} {value:.6g}"
 
 
+def damage_options(damage: Sequence[str]) -> list[str]:
+    """Return the options of a command line that name damage."""
+    return [word for text in damage for word in ("--damage", text)]
+
+
 def parse_damage(
     texts: Sequence[str],
     legs: Mapping[str, Sequence[str]],

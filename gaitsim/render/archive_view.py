@@ -67,6 +67,12 @@ class ArchiveView:
         return int(np.prod([len(borders) - 1 for borders in self.borders.values()]))
 
     @property
+    def filled(self) -> str:
+        """How many cells are occupied, in words."""
+        count = len(self.members.scores)
+        return f"{count:,} of {self.total:,} cells ({count / self.total:.1%})"
+
+    @property
     def best(self) -> int | None:
         """Number of the member with the highest score, from 1; None for an empty archive."""
         scores = self.members.scores

@@ -1,6 +1,6 @@
 """Which legs and joints of a body are damaged, as keys and dialogs change it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from gaitsim.legged.damage import Damage
 
@@ -31,8 +31,3 @@ def ordered(damage: Choice, legs: Legs) -> Choice:
 def texts(damage: Choice) -> tuple[str, ...]:
     """Return damage as `--damage` takes it, a text for each part."""
     return tuple(map(str, damage))
-
-
-def damage_options(damage: Sequence[str]) -> list[str]:
-    """Return the options of commands that name damage."""
-    return [word for text in damage for word in ("--damage", text)]

@@ -1,7 +1,7 @@
 """Damage as keys and dialogs change it."""
 
-from gaitsim.legged.damage import Damage, parse_damage
-from gaitsim.tui.damage_choice import damage_options, texts, with_joint, with_leg
+from gaitsim.legged.damage import Damage, damage_options, parse_damage
+from gaitsim.tui.damage_choice import texts, with_joint, with_leg
 
 LEGS = {name: (f"{name} coxa", f"{name} femur") for name in ("L1", "L2", "R1")}
 

@@ -20,11 +20,10 @@ def words_of(individual: Individual, view: ArchiveView) -> dict[str, str]:
 
 def summary(run: RunSnapshot, view: ArchiveView) -> str:
     """Return generation, elites, coverage and, where the search has it, the QD score in words."""
-    elites, total = len(view.members.scores), view.total
     score = run.history.get(f"{FIGURE}QD score")
     said = [
         f"generation {run.generation:,}",
-        f"{elites:,} of {total:,} cells ({elites / total:.1%})",
+        view.filled,
         *([f"QD score {number(float(score[-1]), 1)}"] if score is not None else []),
     ]
     return "  ".join(said)

@@ -15,9 +15,10 @@ from gaitsim.adaptation import Trial
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
+from gaitsim.legged.damage import damage_options
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import command
-from gaitsim.tui.damage_choice import damage_options, texts
+from gaitsim.tui.damage_choice import texts
 from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
 from gaitsim.tui.screens.laboratory_loading import read_subject, walk_on
 from gaitsim.tui.screens.laboratory_pane import WalkPane

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitsim.adaptation.performance import MEASURE
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.damaged import can_be_damaged, damaged, with_damage
 from gaitsim.gait.of_individual import frames_before_fall
@@ -13,8 +14,6 @@ from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.plan import Plan, plan_of
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.damage_choice import Choice, Legs, texts
-
-FORWARD = "forward"  # the measure of how far an individual walks
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +99,7 @@ def walk_on(individual: Individual, damage: Choice, physics: bool) -> Walk:
     """
     found = (on_twin if physics else with_damage)(individual, texts(damage))
     _ = found.skeleton  # here, as it takes long
-    forward = found.measurements.get(FORWARD)
+    forward = found.measurements.get(MEASURE)
     path = found.skeleton.path
     frames = frames_before_fall(found)
     return Walk(

@@ -12,8 +12,8 @@ from textual.containers import Horizontal
 from textual.reactive import reactive
 
 from gaitsim.individual import Member, Which
+from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import command
-from gaitsim.tui.damage_choice import damage_options
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.numbering import (
     in_words,
