@@ -1,7 +1,6 @@
 """`gaitsim plot`."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -153,27 +152,16 @@ def _plot(
         check_target(out)
     if KINDS[kind].moves:
         request = _with_individuals(request, numbers, damage)
-    with Progress("naming gaits", "members") if kind == "gaits" else nullcontext() as progress:
-        figure = KINDS[kind].draw(_reported(request, progress))
+    members = request.run.members if kind == "gaits" else None
+    if members is None:
+        figure = KINDS[kind].draw(request)
+    else:
+        with Progress("naming gaits", "members", len(members.scores)) as progress:
+            figure = KINDS[kind].draw(replace(request, progress=progress.advance))
     path = out or exports_folder(request.run.path) / f"{file_stem(kind, request)}.{format or 'png'}"
     save(figure, path, request.theme)
     wrote(path)
     echo(path)
-
-
-def _reported(request: Request, progress: Progress | None) -> Request:
-    """Return the request with its long work shown in a bar."""
-    if progress is None:
-        return request
-    done_before = 0
-
-    def report(done: int, total: int) -> None:
-        nonlocal done_before
-        progress.expect(total)
-        progress.advance(done - done_before)
-        done_before = done
-
-    return replace(request, progress=report)
 
 
 def _plot_all(

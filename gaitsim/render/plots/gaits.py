@@ -52,7 +52,7 @@ def gaits_figure(request: Request) -> "Figure":
     gaits: list[Gait] = []
     for part in gaits_of(best.experiment, members.genomes):
         gaits += part
-        request.progress(len(gaits), total)
+        request.progress(len(part))
     found = patterns(gaits, members.scores)
     with styled(theme):
         feet = contacts_of(best)[0].shape[1]

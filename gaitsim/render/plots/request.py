@@ -44,7 +44,7 @@ class Request:
         theme: colours.
         beside: other runs, for the kind that shows several.
         axes: two axes of an archive; () draws all pairs.
-        progress: is called with how much of a long work is done, and of how much.
+        progress: called with the number of members that were worked on since the last call.
     """
 
     run: RunSnapshot
@@ -55,7 +55,7 @@ class Request:
     theme: Theme = LIGHT
     beside: tuple[RunSnapshot, ...] = ()
     axes: tuple[str, ...] = ()
-    progress: Callable[[int, int], object] = lambda done, total: None
+    progress: Callable[[int], object] = lambda done: None
 
     @property
     def individual(self) -> Individual:

@@ -12,7 +12,6 @@ from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, Points, cells, dra
 # Inks, the higher over the lower.
 TRUNK, LOST, LEG, DAMAGED = 1, 2, 3, 4
 CHOSEN = 4  # added to the ink of a label whose leg is chosen
-INKS = DAMAGED + CHOSEN + 1
 DOTTED = 1, 2  # dots drawn and left out of a lost leg
 SIGNS = {LOST: "✗", DAMAGED: "!"}
 HEAD = "▲"

@@ -1,7 +1,7 @@
 """The legs of a body from above, to be chosen and damaged."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from rich.style import Style
 from textual import events
@@ -62,15 +62,6 @@ class BodyPlan(Cells, can_focus=True):
 
         leg: str
 
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(**settings)
-        self._message = "reading the body …"
-
-    def say(self, message: str) -> None:
-        """Show a message as long as there is no plan."""
-        self._message = message
-        self.redraw()
-
     def watch_plan(self, plan: Plan | None) -> None:
         self.leg = next(iter(plan.legs), "") if plan is not None else ""
         self.redraw()
@@ -82,7 +73,7 @@ class BodyPlan(Cells, can_focus=True):
         self.redraw()
 
     def words(self) -> str:
-        return "" if self.plan is not None else self._message or " "
+        return "" if self.plan is not None else "reading the body …"
 
     def picture(self, columns: int, rows: int) -> Picture:
         assert self.plan is not None, "else there are words"
