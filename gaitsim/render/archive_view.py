@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Members
+from gaitsim.render.ticks import round_step
 
 EMPTY = -1  # in place of a member's number
 MOST = 60  # parts of an axis in a panel, unless the caller says otherwise
@@ -124,9 +125,10 @@ class ArchiveView:
         if len(self.names) <= 2:
             parts = max(8, round(1.5 * self.total ** (1 / len(self.names))))
         else:
-            # Round numbers: duty factors of strides of 20 frames are multiples of 1/20, which
-            # other parts would hold unevenly.
-            parts = 20 if self.total >= _MANY else 10
+            # Parts of a round width: duty factors of strides of 20 frames are multiples of 1/20,
+            # and narrower parts would leave empty stripes between them.
+            span = borders[-1] - borders[0]
+            parts = max(1, round(span / round_step(span / (20 if self.total >= _MANY else 10))))
         while parts > most:
             parts = -(-parts // 2)
         return np.linspace(borders[0], borders[-1], parts + 1)

@@ -1,5 +1,7 @@
 """A view of an archive along a few of its axes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,3 +73,14 @@ def test_opposite_legs_are_the_first_pairs_of_many_axes_and_an_empty_archive_is_
     assert len(set(archive.pairs)) == 28
     assert archive.best is None
     assert (archive.panel(*archive.pairs[0]).members == EMPTY).all()
+
+
+def test_duty_factors_of_strides_of_20_frames_leave_no_stripe_empty():
+    members = view(8, 15_625, 400).members
+    borders = {name: np.array([0.0, 0.7]) for name in members.values}
+    values = {name: RNG.integers(0, 14, 400) / 20 for name in members.values}
+    archive = ArchiveView.of(replace(members, values=values, borders=borders))
+    assert archive is not None
+    known = archive.panel("axis 0", "axis 4").members != EMPTY
+    assert known.any(axis=0).all()
+    assert known.any(axis=1).all()
