@@ -1,7 +1,7 @@
 """Evaluate one chunk of a population: move it, score it, and check the contract."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,14 +54,15 @@ def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     if not np.array_equal(lent, genomes):
         raise contract_error(body, "changes the genomes that it is given")
     evaluation = evaluate_motion(experiment, motion, len(genomes))
+    read = _values(experiment, check_motion(body, motion), evaluation)
     # A channel may be a view of them.
     if not np.array_equal(lent, genomes):
         raise contract_error(experiment.entries["fitness"], "changes the motion that it is given")
-    return evaluation
+    return replace(evaluation, values=read)
 
 
 def evaluate_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
-    """Score what a body returned as the motion of a population.
+    """Score what a body returned as the motion of a population; `values` is empty.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
@@ -92,12 +93,10 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
         wrong = [f"{name} is {t[index]}" for name, t in terms.items() if not np.isfinite(t[index])]
         reasons[index] = ", ".join(wrong) or "the sum of the terms is too large"
         scores[index] = -np.inf
-    return Evaluation(scores, terms, reasons, _values(experiment, moved, scores, terms))
+    return Evaluation(scores, terms, reasons)
 
 
-def _values(
-    experiment: Experiment, motion: Motion, scores: Scores, terms: dict[str, Scores]
-) -> dict[str, Scores]:
+def _values(experiment: Experiment, motion: Motion, evaluation: Evaluation) -> dict[str, Scores]:
     """Return what the search reads beside the scores, each (population,) float64.
 
     Raises:
@@ -108,7 +107,7 @@ def _values(
         names = experiment.search.reads()
     if not names:
         return {}
-    body = experiment.entries["organism"]
+    body, scores, terms = experiment.entries["organism"], evaluation.scores, evaluation.terms
     with plugin_errors(body, "measuring a population"):
         measures = experiment.organism.measures(motion)
     found = {"score": scores, **terms, **{f"{TERM}{name}": term for name, term in terms.items()}}

@@ -1,5 +1,6 @@
 """Terms over time and in words; the same gait under other conditions."""
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -60,6 +61,9 @@ def test_terms_over_time_end_with_the_score(on_the_spider):
     # Forward is what it had walked by then, at its even speed.
     assert found.terms["forward"] == pytest.approx(0.125 * found.seconds, abs=0.01)
     assert found.timed
+    # A search that reads measures does not need their channels of a part of the motion.
+    atlas = replace(individual, experiment=load_experiment("spider-atlas"))
+    assert terms_over_time(atlas).terms["forward"] == pytest.approx(found.terms["forward"])
 
 
 def test_a_fitness_without_time_has_constant_terms():
