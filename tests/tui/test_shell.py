@@ -21,6 +21,7 @@ from gaitsim.tui.jump import targets
 from gaitsim.tui.keys import problems
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.home import Home
+from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.search_words import SEARCH
 from gaitsim.tui.themes import THEMES
 from gaitsim.tui.widgets.footer import MORE, Footer, Item, fitting
@@ -45,6 +46,17 @@ def everything(kind, *, leaves=True):
         waiting += known
         found += [one for one in known if one.__module__.startswith("gaitsim.tui")]
     return [one for one in found if not (leaves and one.__subclasses__())]
+
+
+def test_a_key_for_the_screen_before_does_not_close_a_dialog_without_widgets(here, drive):
+    async def test(driver):
+        driver.app.push_screen(Confirm("Delete it?", "Delete"))
+        assert not await driver.app.run_action("dismiss", driver.app.screen)
+        await driver.until(lambda: driver.app.screen.query("#yes"))
+        await driver.press("escape")
+        await driver.at("Home")
+
+    drive(test)
 
 
 class TestEveryScreen:
