@@ -31,6 +31,7 @@ from gaitsim_searches.variation import along_lines, flipped, isotropic, mixed
 _MOST_CELLS = 1_000_000
 _MOST_CENTROIDS = 50_000
 _MOST_BYTES = 64_000_000
+_FARTHEST = 1e100  # end of an axis, so that differences are finite
 
 
 class MapElites(Search):
@@ -100,6 +101,11 @@ class MapElites(Search):
             if not low < high:
                 raise ValueError(
                     f"the low end of the axis {name!r}, {low:g}, must be below {high:g}"
+                )
+            if max(-low, high) > _FARTHEST:
+                raise ValueError(
+                    f"the ends of the axis {name!r} are too far apart; at most "
+                    f"{-_FARTHEST:g} to {_FARTHEST:g}"
                 )
         if isinstance(self.cells, tuple):
             if len(self.cells) != len(self.axes):
