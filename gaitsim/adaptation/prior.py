@@ -169,7 +169,7 @@ def atlas_members(run: RunSnapshot) -> Members:
         raise RunError(
             f"the run {run.path} is not an atlas: its search keeps no archive",
             allowed="a run of the search map-elites",
-            remedy=f"evolve an atlas: {command('run', 'spider-atlas')}",
+            remedy=f"evolve an atlas: {command('atlas', 'spider')}",
         )
     members = run.members
     if members is None or not len(members.scores):
