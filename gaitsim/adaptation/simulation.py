@@ -7,7 +7,7 @@ from gaitsim.adaptation.performance import MEASURE, performance_of
 from gaitsim.adaptation.trials import Measured
 from gaitsim.experiment import Experiment
 from gaitsim.gait.damaged import damaged
-from gaitsim.gait.twin import on_twin, twin_of
+from gaitsim.gait.twin import played_on, twin_of
 from gaitsim.individual import Individual
 
 
@@ -32,11 +32,12 @@ def in_simulation(
         GaitsimError: the body cannot be damaged, or not like this; or it has no twin.
     """
     if physics:
-        twin_of(experiment, damage)  # refuses what cannot be, before a trial
-    body = damaged(experiment, damage) if damage and not physics else experiment
+        body = twin_of(experiment, damage)
+    else:
+        body = damaged(experiment, damage) if damage else experiment
 
     def measured(individual: Individual) -> float:
-        moved = on_twin(individual, damage) if physics else replace(individual, experiment=body)
-        return float(performance_of(moved.experiment, moved.motion, measure)[0])
+        moved = played_on(individual, body) if physics else replace(individual, experiment=body)
+        return float(performance_of(body, moved.motion, measure)[0])
 
     return measured

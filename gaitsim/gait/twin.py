@@ -64,7 +64,17 @@ def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Indi
             damage.
         PluginError: the twin fails.
     """
-    twin = twin_of(individual.experiment, individual.damage if damage is None else damage)
+    told = individual.damage if damage is None else damage
+    return played_on(individual, twin_of(individual.experiment, told))
+
+
+def played_on(individual: Individual, twin: Experiment) -> Individual:
+    """Play the joint angles of an individual on another body, as `twin_of` returns it.
+
+    Raises:
+        GaitsimError: the body cannot play them.
+        PluginError: the body fails.
+    """
     angles = individual.joint_angles
     assert angles is not None, "the body has the channel joint_angles"
     gait = GaitFile(
