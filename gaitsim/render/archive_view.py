@@ -10,6 +10,7 @@ from gaitsim.contracts import Members
 from gaitsim.render.ticks import round_step
 
 EMPTY = -1  # in place of a member's number
+_FEW = 0.1  # share of the cells of a map that may have the darkest colour, as they are far below
 MOST = 60  # parts of an axis in a panel, unless the caller says otherwise
 _MANY = 4_000  # Voronoi cells
 _ROUNDING = 1e-9  # share of an axis: values on a border are above it
@@ -178,6 +179,6 @@ def lowest(scores: NDArray[np.float64]) -> tuple[float, bool]:
 
     A few bad elites would else take most of the colours.
     """
-    least, usual, most = np.quantile(scores, [0, 0.02, 1])
+    least, usual, most = np.quantile(scores, [0, _FEW, 1])
     few = most - usual < 0.75 * (most - least)
     return float(usual if few else least), bool(few)

@@ -51,7 +51,8 @@ def archive_figure(request: Request) -> "Figure":
     labels = {name: _label(name, individual.unit_of(name)) for name in archive.names}
     score = _label("score", individual.experiment.fitness.unit)
     scores = archive.members.scores
-    low, extended = lowest(scores)
+    shown = np.concatenate([archive.panel(*one, most=_PARTS).scores.ravel() for one in panels])
+    low, extended = lowest(shown[np.isfinite(shown)])
     norm = Normalize(low, max(float(scores.max()), low + 1e-9))
     with styled(theme):
         matrix = len(panels) > 1 and len(archive.names) > _APART
