@@ -8,7 +8,7 @@ import typer
 from gaitsim.cli.console import echo, output, print_json, wrote
 from gaitsim.cli.gait_view import print_gait
 from gaitsim.cli.options import BestOf, Damage, Json, MemberOf, RunName
-from gaitsim.cli.parsing import hurt, which
+from gaitsim.cli.parsing import asked_damage, which
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
 from gaitsim.errors import GaitsimError
@@ -63,7 +63,7 @@ def analyse(
     if figure is not None:
         check_target(figure)
     opened = RunSnapshot(find_run(run))
-    individual = hurt(_individual(opened, which(generation, member), gait), damage)
+    individual = asked_damage(_individual(opened, which(generation, member), gait), damage)
     history = opened.history
     found = analyse_individual(individual)
     if figure is not None:

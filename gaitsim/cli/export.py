@@ -9,7 +9,7 @@ import typer
 from gaitsim.choices import GaitFormat
 from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName
-from gaitsim.cli.parsing import file_format, hurt, which
+from gaitsim.cli.parsing import asked_damage, file_format, which
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
 from gaitsim.gait.files.writer import Gait, check_folder, gait_of, write_gait
@@ -83,7 +83,7 @@ def export(
             allowed="servo, with these options",
         )
     servos = ServoRange.around(centre or 0.0, low, high) if table else None
-    individual = hurt(opened.individual(which(generation, member)), damage)
+    individual = asked_damage(opened.individual(which(generation, member)), damage)
     gait = gait_of(individual)
     ends = "servo.csv" if servos else chosen
     path = out or exports_folder(opened.path) / f"gait-{individual.stem}.{ends}"

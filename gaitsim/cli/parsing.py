@@ -64,7 +64,7 @@ def asked_individuals(
     return asked_generations(several)
 
 
-def hurt(individual: Individual, damage: Sequence[str] | None) -> Individual:
+def asked_damage(individual: Individual, damage: Sequence[str] | None) -> Individual:
     """Return the individual with the damage of `--damage` to its body, or as it is without.
 
     Raises:

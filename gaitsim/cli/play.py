@@ -13,7 +13,7 @@ from gaitsim.cli.cells import BODY, lines
 from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName
-from gaitsim.cli.parsing import hurt, which
+from gaitsim.cli.parsing import asked_damage, which
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.scene.clip import Clip
@@ -64,7 +64,7 @@ def play(
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
-    found = hurt(RunSnapshot(find_run(run)).individual(which(generation, member)), damage)
+    found = asked_damage(RunSnapshot(find_run(run)).individual(which(generation, member)), damage)
     clip = Clip(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)
     if at is None:

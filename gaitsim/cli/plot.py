@@ -10,7 +10,7 @@ import typer
 from gaitsim.choices import PlotFormat, PlotKind, Theme
 from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName
-from gaitsim.cli.parsing import asked_individuals, file_format, hurt, seconds
+from gaitsim.cli.parsing import asked_damage, asked_individuals, file_format, seconds
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Asked
@@ -209,7 +209,9 @@ def _check_channel(request: Request) -> None:
 
 def _with_individuals(request: Request, numbers: Sequence[Asked], damage: Sequence[str]) -> Request:
     """Return the request with the individuals of the generations, on their damaged bodies."""
-    found = tuple(hurt(request.run.individual(number), damage) for number in numbers or (None,))
+    found = tuple(
+        asked_damage(request.run.individual(number), damage) for number in numbers or (None,)
+    )
     return replace(request, individuals=found)
 
 

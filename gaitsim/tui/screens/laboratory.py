@@ -212,7 +212,9 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         """Show all trials, on the map along axes of a damaged leg."""
         assert self.subject is not None, "there are no trials before"
         assert self.subject.run.members is not None, "it is an atlas"
-        self.trials.show(adaptation, self.subject.run.members, self.subject.hurt(self.damage))
+        self.trials.show(
+            adaptation, self.subject.run.members, self.subject.damaged_legs(self.damage)
+        )
 
     async def _show_trial(
         self, adaptation: Adaptation, trial: Trial, *, fast: bool = False

@@ -55,7 +55,7 @@ class Subject:
         """
         (twin_of if physics else damaged)(self.champion.experiment, texts(damage))
 
-    def hurt(self, damage: Choice) -> list[str]:
+    def damaged_legs(self, damage: Choice) -> list[str]:
         """Return the legs that are lost or have a damaged joint."""
         parts = {one.part for one in damage}
         return [leg for leg, joints in self.legs.items() if parts & {leg, *joints}]
