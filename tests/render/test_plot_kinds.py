@@ -16,7 +16,7 @@ import gaitsim as gs
 from gaitsim.contracts import Channel, Motion, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment import load_atlas
-from gaitsim.gait import margin_of, stability_margin
+from gaitsim.gait import margin_of, stability_margin, with_damage
 from gaitsim.gait.contact import feet_of
 from gaitsim.render.plots.channel import usual_channel
 from gaitsim.render.plots.channels import read_signal
@@ -27,7 +27,7 @@ from gaitsim.render.plots.footfall import footfall_figure
 from gaitsim.render.plots.genome import genome_figure
 from gaitsim.render.plots.joints import joints_figure, legs_of
 from gaitsim.render.plots.kinds import KINDS, file_stem
-from gaitsim.render.plots.labels import heading_of_run, numeral, shortened
+from gaitsim.render.plots.labels import heading_of, heading_of_run, numeral, shortened
 from gaitsim.render.plots.panels import intervals
 from gaitsim.render.plots.path import path_figure, scene_of
 from gaitsim.render.plots.phase import phase_figure, stride_of
@@ -906,6 +906,13 @@ def test_files_are_named_after_what_they_show(spider_run):
     assert file_stem("path", asked(spider_run, 2)) == "path-generation-2"
     request = asked(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
     assert file_stem("channel", request) == "channel-feet-L1----z-generation-1-3"
+
+
+def test_a_heading_has_the_damage_rather_than_the_score(spider_run):
+    champion = spider_run.individual()
+    assert "score" in heading_of([champion])
+    hurt = with_damage(champion, ["R3 femur stuck 20"])
+    assert heading_of([hurt]).endswith("R3 femur stuck 20")
 
 
 def test_long_names_lose_their_middle():

@@ -48,10 +48,15 @@ def heading_of_run(run: str, experiment: Experiment, more: str = "", width: floa
 
 
 def heading_of(individuals: Sequence[Individual]) -> str:
-    """Return the run's name and seed with the generation and score, or the generations."""
+    """Return the run's name and seed with the generation and score, or the generations.
+
+    A damaged body has no score where there is no room for both.
+    """
     numbers = ", ".join(str(individual.generation) for individual in individuals)
     one = individuals[0]
     what = f"{one.label}, {score_words(one)}"
+    if one.damage and len(f"{one.name}, seed {one.experiment.seed}, {what}") > _HEADING:
+        what = one.label
     if len(individuals) > 1:
         what = f"generations {shortened(numbers, 24)}"
     return heading_of_run(one.name, one.experiment, f", {what}")

@@ -16,7 +16,7 @@ from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
-from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.tui.damage_choice import texts
 from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
@@ -82,7 +82,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         & #lab-top { height: 1fr; min-height: 8; }
         & #lab-left { width: 27; }
         & #lab-damage { height: auto; max-height: 4; padding: 0 1; }
-        & #lab-state { height: auto; max-height: 2; padding: 0 1; background: $surface; }
+        & #lab-state { height: auto; max-height: 4; padding: 0 1; background: $surface; }
         & Trials { height: 9; }
         &.-wide #lab-left { width: 40; }
         &.-tall Trials { height: 18; }
@@ -258,7 +258,7 @@ Remove legs of a body, watch its champion fail, and let it adapt (Cully et al. 2
         self._arrange()
 
     def _say(self, text: str) -> None:
-        self.query_one("#lab-state", Static).update(Text(visible(text)))
+        self.query_one("#lab-state", Static).update(Text(visible_lines(text)))
 
     def _fail(self, error: GaitsimError) -> None:
         """Show an error; without a body, in place of all else."""
