@@ -1,9 +1,12 @@
 """Adaptations of a run, for Python."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Protocol
 
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
+from gaitsim.adaptation.report import Report, make_report
+from gaitsim.adaptation.settings import Settings
 from gaitsim.adaptation.trials import Measured
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -74,5 +77,38 @@ class RunAdaptations:
             record=name is not None,
             name=name,
             fresh=fresh,
+            workers=workers,
+        )
+
+    def adaptation_report(
+        self: _HasSnapshot,
+        folder: str | Path,
+        *,
+        pairs: bool = False,
+        physics: bool = False,
+        settings: Settings | None = None,
+        workers: int | None = None,
+    ) -> Report:
+        """Adapt to the loss of each leg, as `gaitsim adapt --report` does; or continue a report.
+
+        Args:
+            folder: which keeps all trials in `report.json`.
+            pairs: whether also to the loss of each two legs.
+            physics: whether the physical twin of the body moves.
+            settings: of the adaptations; None for those of `gaitsim adapt`.
+            workers: how many gaits are tried at a time; None for as many as there are cores.
+
+        Raises:
+            GaitsimError: the body cannot lose legs, or has no twin.
+            RunError: the run is not an atlas; or the folder has another report, or cannot be
+                written.
+        """
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        return make_report(
+            self.snapshot,
+            Path(folder),
+            pairs=pairs,
+            physics=physics,
+            settings=settings,
             workers=workers,
         )

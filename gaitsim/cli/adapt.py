@@ -10,11 +10,13 @@ from typing import Annotated, Any
 import typer
 
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
+from gaitsim.adaptation.performance import MEASURE
 from gaitsim.adaptation.prior import atlas_members
 from gaitsim.adaptation.session import Place, canonical, default_name, session_file
 from gaitsim.adaptation.settings import MOST_TRIALS, Settings
 from gaitsim.choices import GaitFormat
 from gaitsim.cli import INTERRUPTED
+from gaitsim.cli.adaptation_report import report_to
 from gaitsim.cli.adaptation_view import View
 from gaitsim.cli.console import echo, notice, output, wrote
 from gaitsim.cli.interrupts import interruptible
@@ -29,6 +31,7 @@ from gaitsim.runs.files.folder import command, exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 _trials = partial(typer.Option, rich_help_panel="How trials are chosen")
+_report = partial(typer.Option, rich_help_panel="Report over all leg losses")
 _robot = partial(typer.Option, rich_help_panel="Trials on a real robot")
 DEFAULT = Settings()
 
@@ -99,6 +102,11 @@ def adapt(
         Path | None,
         typer.Option(metavar="FILE", help="Plot the trials: PNG, SVG or PDF, as the name ends."),
     ] = None,
+    report: Annotated[
+        Path | None,
+        _report(metavar="DIR", help="Adapt to the loss of each leg: tables and figures."),
+    ] = None,
+    pairs: Annotated[bool, _report("--pairs", help="And to the loss of each two legs.")] = False,
     workers: Workers = None,
     json: Json = False,
 ) -> None:
@@ -119,6 +127,8 @@ def adapt(
     gaitsim adapt spider-atlas --name leg-gone
 
     gaitsim adapt spider-atlas --name leg-gone --measured 1.3
+
+    gaitsim adapt spider-atlas --report losses --pairs --physics
     """
     place: Place = "physics" if physics else "simulation" if damage else "robot"
     _check(place, interactive, measured, json)
@@ -127,6 +137,22 @@ def adapt(
         check_target(figure)
     run = RunSnapshot(find_run(atlas))
     damaged = canonical(damage or ())
+    given = {
+        key: value
+        for key, value in {
+            "trials": trials,
+            "stop": stop,
+            "kappa": kappa,
+            "length_scale": length_scale,
+            "noise": noise,
+        }.items()
+        if value is not None
+    }
+    if report is not None or pairs:
+        others = damage or interactive or measured or name or fresh or figure or json
+        options = {"physics": physics, "pairs": pairs, "measure": measure or MEASURE}
+        report_to(run, None if others else report, given, workers=workers, **options)
+        return
     called = name or default_name(place, damaged)
     if value is not None and not session_file(run.path, called).exists():
         raise GaitsimError(
@@ -134,13 +160,6 @@ def adapt(
             where="--measured",
             remedy="leave --measured out, to get the first gait",
         )
-    given = {
-        "trials": trials,
-        "stop": stop,
-        "kappa": kappa,
-        "length_scale": length_scale,
-        "noise": noise,
-    }
     words = damage_options(damaged) + ["--physics"] * physics + ["--interactive"] * interactive
     words += ["--name", name] if name else []
     try:
@@ -150,7 +169,7 @@ def adapt(
                 damaged,
                 place=place,
                 measure=measure,
-                settings={key: one for key, one in given.items() if one is not None},
+                settings=given,
                 name=called,
                 fresh=fresh,
                 workers=workers,

@@ -61,7 +61,11 @@ class Progress:
 
     def advance(self, steps: int = 1) -> None:
         """Take note that more is done."""
-        self._done += steps
+        self.reach(self._done + steps)
+
+    def reach(self, done: int) -> None:
+        """Take note of how many are done."""
+        self._done = done
         self._report()
 
     def _report(self) -> None:

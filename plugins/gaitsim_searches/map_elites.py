@@ -59,18 +59,8 @@ class MapElites(Search):
         ge=0,
         le=10,
     )
-    rate: float = option(
-        1.0, "share of genes that isotropic and line variation change by sigma", gt=0, le=1
-    )
     line_sigma: float = option(
         0.2, "standard deviation of the share of the way to another elite", ge=0, le=10
-    )
-    tournament: int = option(
-        1,
-        "elites drawn for each parent of isotropic and line variation, of which the best is "
-        "taken; more favour good gaits over rare ones",
-        ge=1,
-        le=1_000,
     )
     flips: float = option(1.0, "bits that isotropic and line variation flip, on average", gt=0)
     step: float = option(0.2, "initial step size of an emitter, in widths", gt=0, le=10)
@@ -282,20 +272,12 @@ class MapElites(Search):
             return context.random(count)
         return np.repeat(np.asarray(context.start)[None], count, 0)
 
-    def _parents(self, archive: Archive, context: Context) -> Genomes:
-        """Return the winner of a tournament of elites for each child, (population, genes)."""
-        if self.tournament == 1 or not len(archive.cells):
-            return self._origins(archive, context.population, context)
-        drawn = context.rng.integers(0, len(archive.cells), (context.population, self.tournament))
-        best = archive.scores[drawn].argmax(1)
-        return archive.genomes[np.take_along_axis(drawn, best[:, None], 1)[:, 0]]
-
     def _varied(self, archive: Archive, context: Context) -> Genomes:
-        elites = self._parents(archive, context)
+        elites = self._origins(archive, context.population, context)
         line = self.variation == "line"
         others = self._origins(archive, context.population, context) if line else elites
         if isinstance(context.space, RealSpace):
-            changed = isotropic(elites, context.space, self.sigma, context.rng, self.rate)
+            changed = isotropic(elites, context.space, self.sigma, context.rng)
             if not line:
                 return changed
             shift = along_lines(elites, others, context.space, self.line_sigma, context.rng)

@@ -7,21 +7,10 @@ from gaitsim_searches.real import differences
 
 
 def isotropic(
-    genomes: Genomes, space: RealSpace, sigma: float, rng: np.random.Generator, rate: float = 1.0
+    genomes: Genomes, space: RealSpace, sigma: float, rng: np.random.Generator
 ) -> Genomes:
-    """Add a normally distributed change to a share of the genes, `sigma` in widths of the bounds.
-
-    Args:
-        genomes: (genomes, genes).
-        space: of the genomes.
-        sigma: standard deviation of the change.
-        rng: source of randomness.
-        rate: share of the genes that change.
-    """
-    change = sigma * space.width * rng.standard_normal(genomes.shape)
-    if rate < 1:
-        change = np.where(rng.random(genomes.shape) < rate, change, 0.0)
-    return genomes + change
+    """Add a normally distributed change to every gene, `sigma` in widths of its bounds."""
+    return genomes + sigma * space.width * rng.standard_normal(genomes.shape)
 
 
 def along_lines(

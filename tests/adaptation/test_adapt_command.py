@@ -9,6 +9,7 @@ import pytest
 from hostile import ATTACKS
 
 import gaitsim as gs
+from gaitsim.adaptation import Settings
 from gaitsim.render.plots.adaptation import adaptation_figure
 
 LOST = ("--damage", "A lost")
@@ -237,3 +238,30 @@ def test_the_figure_shows_each_trial_and_its_place_on_the_map(adapt, atlas, tmp_
     np.testing.assert_array_equal(measured.get_ydata(), [trial.measured for trial in trials])
     assert sorted(text.get_text() for text in below.texts) == ["1", "2", "3", "4"]
     assert ".png" in adapt(*LOST, "--figure", "trials.txt", code=2).stderr
+
+
+def test_a_report_is_over_all_leg_losses_and_continues(adapt, atlas, tmp_path):
+    given = ("--report", "losses", "--pairs", "--trials", 3, "--stop", 2)
+    assert "**2 legs, median of 3**" in adapt(*given).stdout
+    folder = tmp_path / "losses"
+    report = gs.load(atlas).adaptation_report(folder, pairs=True, settings=Settings(3, stop=2.0))
+    assert [case.name for case in report.cases] == ["A", "B", "C", "A + B", "A + C", "B + C"]
+    one = report.cases[0]
+    alone = [*gs.load(atlas).adapt(["A lost"], trials=3, stop=2.0)]
+    assert list(one.trials) == alone
+    assert report.best == pytest.approx(np.sin(gs.load(atlas).members.genomes).sum(1).max())
+    rows = (folder / "trials.csv").read_text().splitlines()
+    assert len(rows) == 1 + 2 * sum(len(case.trials) for case in report.cases)
+    assert {"kept.svg", "pairs.svg", "report.md"} <= {file.name for file in folder.iterdir()}
+    file = folder / "report.json"
+    made = file.read_bytes()
+    kept = json.loads(made)
+    kept["cases"] = kept["cases"][1:3]
+    file.write_text(json.dumps(kept))
+    gs.load(atlas).adaptation_report(folder, pairs=True, settings=Settings(3, stop=2.0))
+    assert file.read_bytes() == made
+    assert "other options" in adapt(*given, "--kappa", 1, code=2).stderr
+    file.write_text("{}")
+    assert "is damaged" in adapt(*given, code=2).stderr
+    assert "leg losses" in adapt("--report", "losses", *LOST, code=2).stderr
+    assert "of a report" in adapt("--pairs", code=2).stderr

@@ -12,6 +12,7 @@ import pytest
 from gaitsim.adaptation import Prior, Settings, adapt, best_of, ending, propose, read_prior
 from gaitsim.adaptation.gaussian_process import posterior
 from gaitsim.adaptation.simulation import in_simulation
+from gaitsim.adaptation.transfer import most_promising, transferred
 from gaitsim.adaptation.trials import Trial, believe, tried
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
@@ -204,3 +205,10 @@ def test_trials_in_simulation_are_made_on_the_damaged_body_or_its_twin():
     for physics in (False, True):
         with pytest.raises(GaitsimError, match="L9"):
             in_simulation(experiment, ["L9 lost"], physics=physics)
+
+
+def test_a_map_is_transferred_by_gaits_that_were_measured_on_the_other_body():
+    prior = prior_of([2.0, 0.0, 1.0, 4.0, 3.0], range(5))
+    assert most_promising(prior, 9) == (4, 5, 1, 3)
+    found = transferred(prior, {4: 2.0, 5: 2.1, 1: 1.6})
+    np.testing.assert_allclose(found.performance, [1.6, 0.0, 0.7, 2.0, 2.1])

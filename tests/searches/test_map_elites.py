@@ -127,16 +127,6 @@ def test_a_start_enters_and_the_first_generation_lies_around_it(variation):
     assert 0.007 < deviations.std() < 0.013
 
 
-def test_a_tournament_takes_the_best_and_a_rate_changes_that_share_of_the_genes():
-    options = {"axes": AXES, "cells": (9, 9), "variation": "isotropic", "rate": 0.3}
-    state = _evolve(MapElites(**options), 10)
-    search = MapElites(tournament=1000, sigma=1e-6, **options)
-    genomes, _ = search.ask(state, None, _context(11))
-    best = state["genomes"][state["scores"].argmax()]
-    np.testing.assert_allclose(genomes, np.broadcast_to(best, genomes.shape), atol=1e-4)
-    assert 0.2 < (genomes != best).mean() < 0.4
-
-
 def test_members_lie_in_their_cells_with_the_values_of_their_axes():
     search = MapElites(axes=AXES, cells=(6, 4))
     state = _evolve(search, 10)

@@ -1,0 +1,177 @@
+"""Adaptation of the spider to the loss of each leg and each pair of legs, in rigid-body physics.
+
+Atlases of ten seeds that were not used for tuning are evolved in kinematics, unless they are there.
+Trials are made on the damaged twin `spider-physics`. Beside them: the champion of the map, random
+gaits of it, a hand-made tetrapod, a hand-made gait of the legs that are left, and evolution from
+scratch on the damaged body. 40 minutes on two cores, most of it physics; it can be interrupted.
+
+    python benchmarks/adaptation.py FOLDER [--seeds 10] [--generations 400]
+"""
+
+import argparse
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+import gaitsim as gs
+from gaitsim.adaptation import Settings
+from gaitsim.adaptation.report import Case, Report, leg_losses
+from gaitsim.experiment import load_experiment
+from gaitsim.gait import on_twin
+from gaitsim.gait.damaged import damaged
+from gaitsim.gait.files.reader import GaitFile, individual_of
+
+SETTINGS = Settings(length_scale=0.2, stop=0.95)
+LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
+SEGMENTS = ("coxa", "femur", "tibia")
+RESTART = (("L1",), ("L3",), ("L1", "L2"), ("L2", "L3"))  # evolved from scratch
+AT = (30, 300, 3_000, 10_000)  # evaluations
+
+
+def group(legs: Sequence[str]) -> str:
+    """Return the kind of a loss."""
+    if len(legs) == 1:
+        return "one leg"
+    (side, place), (other, next_place) = legs
+    if side == other:
+        return "adjacent pair" if abs(int(place) - int(next_place)) == 1 else "pair of one side"
+    return "opposite pair" if place == next_place else "pair of both sides"
+
+
+def lost(case: Case) -> list[str]:
+    """Return the legs that a case has lost."""
+    return [text.removesuffix(" lost") for text in case.damage]
+
+
+def by_hand(left: Sequence[str], damage: Sequence[str]) -> float:
+    """Return the forward distance of a hand-made gait on the damaged twin, m.
+
+    1.2 Hz, coxa 20°, lift 14°: legs of a side take turns, and left ones with right ones.
+
+    Args:
+        left: legs whose turns are counted, front to back.
+        damage: to the twin.
+    """
+    turn = {
+        leg: at for side in "LR" for at, leg in enumerate(one for one in left if one[0] == side)
+    }
+    phase = 2 * np.pi * 1.2 * np.arange(300)[:, None] / 30.0 + np.pi * np.array(
+        [turn.get(leg, 0) + (leg[0] == "R") for leg in LEGS]
+    )
+    angles = np.zeros((300, 8, 3))
+    angles[:, :, 0] = -20 * np.cos(phase)
+    angles[:, :, 1] = 14 * np.maximum(np.sin(phase), 0)
+    names = tuple(f"{leg} {segment}" for leg in LEGS for segment in SEGMENTS)
+    gait = GaitFile(Path("by-hand"), np.radians(angles.reshape(300, 24)), 30.0, names)
+    twin = load_experiment("spider-physics")
+    return individual_of(gait, damaged(twin, damage) if damage else twin).measures["forward"]
+
+
+def restarted(legs: Sequence[str], seed: int) -> list[float]:
+    """Return what gaits evolved on the damaged body by CMA-ES walk in physics, m, at `AT`."""
+    damage = [f"{leg} lost" for leg in legs]
+    given = {"organism.symmetry": "none", "organism.damage": damage, "evolution.population": 30}
+    found: list[float] = []
+    with gs.evolve("spider-cma", seed=seed, generations=AT[-1] // 30 + 1, set=given) as search:
+        for generation in search:
+            if generation.number * 30 >= AT[len(found)]:
+                found.append(on_twin(search.champion).measures["forward"])
+    return found
+
+
+def quartiles(values: Iterable[float], scale: float = 100) -> str:
+    """Return median and quartiles."""
+    low, middle, high = np.quantile(np.array([*values]) * scale, (0.25, 0.5, 0.75))
+    return f"{middle:.0f} ({low:.0f}–{high:.0f})"
+
+
+def reports(folder: Path, seeds: int, generations: int, *, physics: bool) -> list[Report]:
+    """Evolve the atlases that are not there, and make or continue their reports."""
+    made = []
+    for seed in range(seeds):
+        path = folder / f"atlas-{seed}"
+        if not path.exists():
+            for _ in gs.evolve("spider-atlas", seed=seed, generations=generations, out=path):
+                pass
+        name = f"{'physics' if physics else 'kinematics'}-{seed}"
+        run = gs.load(path)
+        made.append(
+            run.adaptation_report(folder / name, pairs=True, physics=physics, settings=SETTINGS)
+        )
+        print(f"{name}: {len(run.members.scores):,} gaits, best {made[-1].best:.2f} m", flush=True)
+    return made
+
+
+def print_table(made: Sequence[Report]) -> None:
+    """Print shares and trials by kind of loss, over all seeds."""
+    print("\n| lost | trials | kept, % | slowest, % | champion, % | random, % |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    every = [(report, case) for report in made for case in report.cases]
+    for kind in dict.fromkeys(group(lost(case)) for _, case in every):
+        some = [(report, case) for report, case in every if group(lost(case)) == kind]
+
+        def shares(
+            of: Callable[[Case], float], some: list[tuple[Report, Case]] = some
+        ) -> list[float]:
+            return [report.kept(of(case)) for report, case in some]
+
+        kept = shares(lambda case: case.best.measured)
+        cells = (
+            f"{kind} ({len(some)})",
+            quartiles((len(case.trials) for _, case in some), 1),
+            quartiles(kept),
+            f"{100 * min(kept):.0f}",
+            quartiles(shares(lambda case: case.champion)),
+            quartiles(shares(lambda case: max(case.random))),
+        )
+        print(f"| {' | '.join(cells)} |")
+
+
+def print_by_damage(made: Sequence[Report]) -> None:
+    """Print medians over the seeds of each damage, and what is made by hand."""
+    intact = float(np.median([report.best for report in made]))
+    whole = by_hand(LEGS, ())
+    print(f"\nbest of the maps on the intact twin {intact:.2f} m; tetrapod by hand {whole:.2f} m")
+    print("\n| lost | trials | kept, % | m | champion, % | random, % | tetrapod, m | by hand, m |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    for at, case in enumerate(made[0].cases):
+        same, legs = [report.cases[at] for report in made], lost(case)
+        left = [leg for leg in LEGS if leg not in legs]
+        both = list(zip(made, same, strict=True))
+        cells = (
+            case.name,
+            f"{np.median([len(one.trials) for one in same]):g}",
+            quartiles(report.kept(one.best.measured) for report, one in both),
+            f"{np.median([one.best.measured for one in same]):.2f}",
+            quartiles(report.kept(one.champion) for report, one in both),
+            quartiles(report.kept(max(one.random)) for report, one in both),
+            f"{by_hand(LEGS, case.damage):.2f}",
+            f"{by_hand(left, case.damage):.2f}",
+        )
+        print(f"| {' | '.join(cells)} |", flush=True)
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--generations", type=int, default=400, help="of 1,000 gaits")
+    given = parser.parse_args()
+    assert len(leg_losses(load_experiment("spider"), pairs=True)) == 36
+    print_table(reports(given.folder, given.seeds, given.generations, physics=False))
+    made = reports(given.folder, given.seeds, given.generations, physics=True)
+    print_table(made)
+    print_by_damage(made)
+    print(f"\nevolution from scratch, CMA-ES, m in physics after {AT} evaluations, 3 seeds")
+    for legs in RESTART:
+        found = np.array([restarted(legs, seed) for seed in range(3)])
+        print(
+            f"| {' + '.join(legs)} | {' | '.join(f'{one:.2f}' for one in np.median(found, 0))} |",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

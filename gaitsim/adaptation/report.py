@@ -1,0 +1,249 @@
+"""Adaptations to many damages, beside the champion without adaptation and random gaits."""
+
+import threading
+import zlib
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from gaitsim.adaptation.performance import MEASURE
+from gaitsim.adaptation.prior import OnProgress, Prior, atlas_members, checksum_of, read_prior
+from gaitsim.adaptation.session import Place
+from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.simulation import in_simulation
+from gaitsim.adaptation.transfer import most_promising, transferred
+from gaitsim.adaptation.trials import Measured, Trial, adapt, best_of
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evaluation.executors import cores
+from gaitsim.experiment import Experiment
+from gaitsim.individual import Individual
+from gaitsim.opening import read_regular
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
+from gaitsim.runs.snapshot import RunSnapshot
+
+FILE = "report.json"
+INTACT = 100  # gaits that are measured on the intact twin
+_LARGEST = 100_000_000  # bytes
+
+OnSteps = Callable[[int, int], object]
+"""Called with the numbers of finished steps and of all."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """The adaptation to one damage.
+
+    Attributes:
+        damage: such as ('L1 lost', 'L2 lost').
+        trials: in their order. The first is the map's best gait, the champion.
+        random: what as many gaits measured that were drawn from the map at random.
+    """
+
+    damage: tuple[str, ...]
+    trials: tuple[Trial, ...]
+    random: tuple[float, ...]
+
+    @property
+    def name(self) -> str:
+        """The damage in short, such as 'L1 + L2' for lost legs."""
+        return " + ".join(text.removesuffix(" lost") for text in self.damage)
+
+    @property
+    def best(self) -> Trial:
+        """The trial with the best measured performance."""
+        best = best_of(self.trials)
+        if best is None:
+            raise ValueError("a case has at least one trial")
+        return best
+
+    @property
+    def champion(self) -> float:
+        """What the map's best gait measured, without adaptation."""
+        return self.trials[0].measured
+
+
+@dataclass(frozen=True)
+class Report:
+    """Adaptations of one atlas to many damages.
+
+    Attributes:
+        atlas: checksum of its members.
+        place: where the trials were made.
+        measure: name of the measure that is the performance.
+        unit: of that measure.
+        settings: of the adaptations.
+        intact: what the most promising gaits measured on the intact body, by member.
+        cases: one for each damage.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
+
+    atlas: str
+    place: Place
+    measure: str
+    unit: str
+    settings: Settings
+    intact: dict[int, float]
+    cases: tuple[Case, ...] = ()
+
+    @property
+    def best(self) -> float:
+        """The best measured performance on the intact body."""
+        return max(self.intact.values())
+
+    def kept(self, measured: float) -> float:
+        """Return a performance as a share of the best on the intact body."""
+        return measured / self.best
+
+
+_REPORT = TypeAdapter(Report)
+
+
+def leg_losses(experiment: Experiment, *, pairs: bool = False) -> list[tuple[str, ...]]:
+    """Return the loss of each leg, and of each two legs if asked.
+
+    Raises:
+        GaitsimError: the body has fewer than three legs.
+    """
+    legs = [*experiment.organism.leg_joints()]
+    if len(legs) < 3:
+        raise GaitsimError(
+            f"{experiment.entries['organism']} has {len(legs)} legs",
+            allowed="a body with three legs or more",
+        )
+    lost = [f"{leg} lost" for leg in legs]
+    return [*combinations(lost, 1), *(combinations(lost, 2) if pairs else ())]
+
+
+def make_report(
+    run: RunSnapshot,
+    folder: Path,
+    *,
+    pairs: bool = False,
+    physics: bool = False,
+    measure: str = MEASURE,
+    settings: Settings | None = None,
+    workers: int | None = None,
+    on_atlas: OnProgress = lambda done: None,
+    on_intact: OnSteps = lambda done, total: None,
+    on_case: OnSteps = lambda done, total: None,
+) -> Report:
+    """Adapt an atlas to the loss of each leg; continue the report in the folder, if there is one.
+
+    In physics, the most promising gaits are measured on the intact twin first, and the map is
+    corrected by them. Damages are adapted to in parallel; the result is the same in any order.
+
+    Args:
+        run: the atlas.
+        folder: of the report, which keeps all that is measured in `report.json`.
+        pairs: whether also to the loss of each two legs.
+        physics: whether the physical twin of the body moves.
+        measure: name of the measure that is the performance.
+        settings: of the adaptations.
+        workers: how many gaits are tried at a time; None for as many as there are cores.
+        on_atlas: called with the number of gaits of the map that were evaluated since.
+        on_intact: called as gaits are measured on the intact twin.
+        on_case: called as cases finish.
+
+    Raises:
+        GaitsimError: the body cannot lose legs, or has no twin; or it has no such measure.
+        RunError: the run is not an atlas; or the folder has another report, or cannot be written.
+    """
+    prior = read_prior(run, measure, workers=workers, on_progress=on_atlas)
+    damages, experiment = leg_losses(prior.experiment, pairs=pairs), prior.experiment
+    place: Place = "physics" if physics else "simulation"
+    path, wanted = folder / FILE, settings or Settings()
+    atlas = checksum_of(atlas_members(run))
+    report = _continued(path, Report(atlas, place, measure, prior.unit, wanted, {}))
+    stopped = threading.Event()
+
+    def measured(damage: Sequence[str], individual: Individual) -> float:
+        if stopped.is_set():
+            raise _StoppedError
+        return in_simulation(experiment, damage, measure, physics=physics)(individual)
+
+    with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
+        try:
+            if not report.intact:
+                members = most_promising(prior, INTACT) if physics else ()
+                found = {} if physics else {most_promising(prior, 1)[0]: prior.best}
+                gaits = [prior.individual(member) for member in members]
+                for member, value in zip(
+                    members, pool.map(partial(measured, ()), gaits), strict=True
+                ):
+                    found[member] = value
+                    on_intact(len(found), len(members))
+                report = replace(report, intact=found)
+                _write(path, report)
+            if physics:
+                prior = transferred(prior, report.intact)
+            known = {case.damage: case for case in report.cases}
+            missing = [damage for damage in damages if damage not in known]
+            on_case(len(damages) - len(missing), len(damages))
+            adapting = [
+                pool.submit(_case, prior, damage, partial(measured, damage), wanted)
+                for damage in missing
+            ]
+            for done in as_completed(adapting):
+                known[done.result().damage] = done.result()
+                ordered = [*filter(known.__contains__, damages), *(known.keys() - {*damages})]
+                report = replace(report, cases=tuple(known[damage] for damage in ordered))
+                _write(path, report)
+                on_case(len(known), len({*damages, *known}))
+        finally:
+            stopped.set()
+            pool.shutdown(cancel_futures=True)
+    return replace(report, cases=tuple(known[damage] for damage in damages))
+
+
+class _StoppedError(Exception):
+    """The report was interrupted, and no gait is tried any more."""
+
+
+def _case(prior: Prior, damage: tuple[str, ...], measured: Measured, settings: Settings) -> Case:
+    trials = tuple(adapt(prior, measured, settings))
+    rng = np.random.default_rng(zlib.crc32(" ".join(damage).encode()))
+    drawn = rng.choice(len(prior.performance), len(trials), replace=False)
+    return Case(
+        damage, trials, tuple(measured(prior.individual(int(index) + 1)) for index in drawn)
+    )
+
+
+def _continued(path: Path, wanted: Report) -> Report:
+    """Return the report in a file, or the wanted one without cases.
+
+    Raises:
+        RunError: the file is damaged, or has another report.
+    """
+    remedy = "remove it, or choose another folder"
+    try:
+        found = _REPORT.validate_json(read_regular(path, _LARGEST))
+        whole = bool(found.intact) and all(
+            len(case.trials) == len(case.random) > 0 for case in found.cases
+        )
+    except FileNotFoundError:
+        return wanted
+    except OSError as error:
+        raise RunError(f"cannot read {path}: {error.strerror}", remedy=remedy) from None
+    except ValidationError as error:
+        key, what = first_problem(error, "report")
+        raise RunError(f"{path} is damaged: {key}: {what}", remedy=remedy) from None
+    except GaitsimError as error:  # of the settings
+        raise RunError(f"{path} is damaged: {error.what}", remedy=remedy) from None
+    if not whole:
+        raise RunError(f"{path} is damaged: a case has no trials", remedy=remedy)
+    if replace(found, intact={}, cases=()) != wanted:
+        raise RunError(f"{path} is a report of another atlas, or with other options", remedy=remedy)
+    return found
+
+
+def _write(path: Path, report: Report) -> None:
+    write_bytes(path, _REPORT.dump_json(report, indent=1) + b"\n", follow=False)

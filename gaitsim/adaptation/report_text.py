@@ -1,0 +1,75 @@
+"""A report of adaptations as tables: every trial in CSV, a summary in Markdown."""
+
+import statistics
+from collections.abc import Callable, Sequence
+
+from gaitsim.adaptation.report import Case, Report
+from gaitsim.runs.files.tables import line
+
+TRIALS, SUMMARY = "trials.csv", "report.md"
+_COLUMNS = ("damage", "way", "trial", "member", "expected", "deviation", "measured", "kept")
+
+
+def trials_table(report: Report) -> str:
+    """Return a row for each trial, those of random gaits after those of the adaptation."""
+    text = line(_COLUMNS)
+    for case in report.cases:
+        for trial in case.trials:
+            text += line(
+                [
+                    case.name,
+                    "adaptation",
+                    trial.number,
+                    trial.member,
+                    trial.expected,
+                    trial.deviation,
+                    trial.measured,
+                    report.kept(trial.measured),
+                ]
+            )
+        for number, measured in enumerate(case.random, 1):
+            text += line([case.name, "random", number, "", "", "", measured, report.kept(measured)])
+    return text
+
+
+def summary(report: Report, source: str, figures: Sequence[str] = ()) -> str:
+    """Return the report in Markdown.
+
+    Args:
+        report: with all its cases.
+        source: name of the atlas.
+        figures: names of image files beside it.
+    """
+    where = "in rigid-body physics" if report.place == "physics" else "in simulation"
+    tried = len(report.intact)
+    unit = f" {report.unit}".rstrip()
+    lines = [
+        f"# {source}: adaptation to damage",
+        "",
+        f"Trials {where}. Best on the intact body: {report.best:.3g}{unit}"
+        + (f", of the {tried} most promising gaits." if tried > 1 else "."),
+        "Kept is the share of that. The champion is the map's best gait, without adaptation; "
+        "random is the best of as many random gaits of the map as there were trials.",
+        "",
+        "| damage | trials | kept | champion | random |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    lines += [_row(report, case.name, [case]) for case in report.cases]
+    for count in sorted({len(case.damage) for case in report.cases}):
+        cases = [case for case in report.cases if len(case.damage) == count]
+        words = "one leg" if count == 1 else f"{count} legs"
+        lines.append(_row(report, f"**{words}, median of {len(cases)}**", cases))
+    return "\n".join([*lines, "", *(f"![]({figure})" for figure in figures)]).rstrip() + "\n"
+
+
+def _row(report: Report, name: str, cases: Sequence[Case]) -> str:
+    def median(of: Callable[[Case], float]) -> float:
+        return statistics.median(map(of, cases))
+
+    shares = (
+        median(lambda case: report.kept(case.best.measured)),
+        median(lambda case: report.kept(case.champion)),
+        median(lambda case: report.kept(max(case.random))),
+    )
+    cells = [name, f"{median(lambda case: len(case.trials)):g}", *(f"{one:.0%}" for one in shares)]
+    return f"| {' | '.join(cells)} |"

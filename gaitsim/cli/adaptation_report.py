@@ -1,0 +1,96 @@
+"""`gaitsim adapt --report`."""
+
+import sys
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from gaitsim.adaptation.prior import atlas_members
+from gaitsim.adaptation.report import OnSteps, Report, make_report
+from gaitsim.adaptation.report_text import SUMMARY, TRIALS, summary, trials_table
+from gaitsim.adaptation.settings import Settings
+from gaitsim.cli import INTERRUPTED
+from gaitsim.cli.console import echo, notice, wrote
+from gaitsim.cli.interrupts import interruptible
+from gaitsim.cli.progress_bar import Progress
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.render.plots.adaptation_report import kept_figure, pairs_figure
+from gaitsim.render.plots.style import save
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.snapshot import RunSnapshot
+
+
+def report_to(
+    run: RunSnapshot, folder: Path | None, settings: Mapping[str, Any], **options: Any
+) -> None:
+    """Make a report of an atlas, or continue it, and write its files.
+
+    Args:
+        run: the atlas.
+        folder: of the report; None where there is none, or other options do not fit a report.
+        settings: of the adaptations, fields of `Settings` by name.
+        options: of `make_report`.
+
+    Raises:
+        GaitsimError: there is no folder; or as `make_report` does.
+    """
+    if folder is None:
+        raise GaitsimError(
+            "a report is over all leg losses, --pairs is of a report",
+            where="--report",
+            allowed="with it: --pairs, --physics, --measure, --workers, and how trials are chosen",
+        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"the folder {folder} cannot be created: {error.strerror}") from None
+    try:
+        with interruptible():
+            _write(_made(run, folder, settings, **options), run.path.resolve().name, folder)
+    except KeyboardInterrupt:
+        notice("Stopped; finished damages are kept. The same command continues.")
+        sys.exit(INTERRUPTED)
+
+
+def _made(run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any) -> Report:
+    members = len(atlas_members(run).scores)
+    with ExitStack() as bars:
+
+        def bar(what: str, unit: str, total: int) -> Progress:
+            bars.close()
+            return bars.enter_context(Progress(what, unit, total, log=f"{what}: {total} {unit}"))
+
+        def steps(what: str, unit: str) -> OnSteps:
+            opened: list[Progress] = []
+
+            def reach(done: int, total: int) -> None:
+                if not opened:
+                    opened.append(bar(what, unit, total))
+                opened[0].reach(done)
+
+            return reach
+
+        return make_report(
+            run,
+            folder,
+            settings=Settings(**settings),
+            on_atlas=bar("evaluating the atlas", "gaits", members).advance,
+            on_intact=steps("the intact body in physics", "gaits"),
+            on_case=steps("adapting", "damages"),
+            **options,
+        )
+
+
+def _write(report: Report, name: str, folder: Path) -> None:
+    heading = f"{name}, {'physics' if report.place == 'physics' else 'simulation'}"
+    figures = {"kept.svg": kept_figure(report, heading)}
+    if any(len(case.damage) == 2 for case in report.cases):
+        figures["pairs.svg"] = pairs_figure(report, heading)
+    text = summary(report, name, [*figures])
+    for file, figure in figures.items():
+        save(figure, folder / file)
+    write_bytes(folder / TRIALS, trials_table(report).encode())
+    write_bytes(folder / SUMMARY, text.encode())
+    echo(text.split("\n\n!")[0].rstrip())
+    wrote(folder)
