@@ -78,8 +78,9 @@ def default_name(place: Place, damage: Sequence[str]) -> str:
 
 
 def canonical(damage: Sequence[str]) -> tuple[str, ...]:
-    """Return damage in alphabetical order, with single spaces."""
-    return tuple(sorted(" ".join(text.split()) for text in damage))
+    """Return damage in alphabetical order, with single spaces; one text is one damage."""
+    texts = [damage] if isinstance(damage, str) else damage
+    return tuple(sorted(" ".join(text.split()) for text in texts))
 
 
 def read_session(path: Path) -> Session | None:

@@ -1,6 +1,5 @@
 """How gaits are tried on a damaged body."""
 
-import math
 from dataclasses import dataclass
 
 from gaitsim.errors import GaitsimError
@@ -46,9 +45,10 @@ class Settings:
         }
         for name, low in lowest.items():
             value, high = getattr(self, name), highest[name]
-            if not (low <= value <= high and math.isfinite(value)):
+            kind = int if name == "trials" else int | float
+            if not (isinstance(value, kind) and low <= value <= high):
                 raise GaitsimError(
-                    f"invalid {name} of an adaptation: {value}",
+                    f"invalid {name} of an adaptation: {value!r:.80}",
                     key=name,
-                    allowed=f"{low} to {high}",
+                    allowed=f"{'a whole number' if kind is int else 'a number'}, {low} to {high}",
                 )

@@ -154,7 +154,7 @@ def _ending(prior: Prior, trials: Sequence[Trial], settings: Settings, belief: B
             f"{settings.stop:.0%} of the {expected:.3g}{unit} that is expected of the best gait"
         )
     if len(trials) >= settings.trials:
-        return f"{len(trials)} trials were made, of at most {settings.trials}"
+        return f"the limit of {settings.trials} trials is reached"
     if len(trials) >= len(prior.performance):
         return f"all {len(trials)} gaits of the atlas were tried"
     return ""

@@ -30,7 +30,7 @@ class View:
         where = {"simulation": damage, "physics": f"{damage}, in physics", "robot": "your robot"}
         output().print(
             f"{prior.source}, {len(prior.performance):,} gaits on {where[session.place]}: "
-            f"{prior.measure}, {prior.best:.3g}{self._unit} at best on the intact body",
+            f"{prior.measure}, {prior.best:.3g}{self._unit} at best in the map",
             style="bold",
         )
 
@@ -79,7 +79,7 @@ class View:
         called = "a gait without a name" if name == "none" else f"in the atlas a {name}"
         output().print(
             f"Best: member {best.member}, {called}: {best.measured:.3f}{self._unit}, "
-            f"{share:.0%} of the best on the intact body",
+            f"{share:.0%} of the map's best",
             style="bold",
         )
         damage = damage_options(adaptation.session.damage)
