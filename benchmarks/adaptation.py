@@ -22,7 +22,7 @@ from gaitsim.gait import on_twin
 from gaitsim.gait.damaged import damaged
 from gaitsim.gait.files.reader import GaitFile, individual_of
 
-SETTINGS = Settings(length_scale=0.2, stop=0.95)
+SETTINGS = Settings()
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
 SEGMENTS = ("coxa", "femur", "tibia")
 RESTART = (("L1",), ("L3",), ("L1", "L2"), ("L2", "L3"))  # evolved from scratch

@@ -1,6 +1,7 @@
 """An adaptation that is in progress: its trials, the next proposal, and its file."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,10 @@ from gaitsim.adaptation.session import (
 )
 from gaitsim.adaptation.settings import Settings
 from gaitsim.adaptation.simulation import in_simulation
+from gaitsim.adaptation.transfer import measured_intact, transferred
 from gaitsim.adaptation.trials import Measured, Proposal, Trial, best_of, ending, propose, tried
 from gaitsim.errors import GaitsimError, RunError
+from gaitsim.evaluation.executors import cores
 from gaitsim.evaluation.processes import OnWarning
 from gaitsim.individual import Individual
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -131,6 +134,9 @@ def open_adaptation(
 ) -> Adaptation:
     """Begin an adaptation, or continue the one in its file.
 
+    For trials in physics, the most promising gaits are measured on the intact twin first, and the
+    map is corrected by them.
+
     Args:
         run: the atlas.
         damage: of the simulated body, such as 'L2 lost'.
@@ -163,6 +169,7 @@ def open_adaptation(
         measure or (found.measure if found else MEASURE),
         replace(known, **(settings or {})),
         found.trials if found else (),
+        found.intact if found else {},
     )
     if found and (reason := mismatch(found, session)):
         raise RunError(
@@ -170,7 +177,8 @@ def open_adaptation(
             allowed="the same atlas, damage, measure and settings; trials and stop may differ",
             remedy="begin again with --fresh, or another one with --name",
         )
-    if any(trial.member > len(members.scores) for trial in session.trials):
+    named = (*session.intact, *(trial.member for trial in session.trials))
+    if not all(1 <= member <= len(members.scores) for member in named):
         raise RunError(f"{path} is damaged: it names members that the atlas does not have")
     measured = robot
     if robot is not None and place != "robot":
@@ -187,6 +195,13 @@ def open_adaptation(
         on_progress=on_progress,
         on_warning=on_warning,
     )
+    if place == "physics":
+        if not session.intact:
+            simulated = in_simulation(experiment, (), session.measure, physics=True)
+            with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
+                intact = measured_intact(prior, simulated, pool, on_progress)
+            session = replace(session, intact=intact)
+        prior = transferred(prior, session.intact)
     if path is not None and fresh:
         write_session(path, session)
     elif path is not None and session != found:

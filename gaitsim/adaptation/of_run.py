@@ -103,7 +103,6 @@ class RunAdaptations:
             RunError: the run is not an atlas; or the folder has another report, or cannot be
                 written.
         """
-        Path(folder).mkdir(parents=True, exist_ok=True)
         return make_report(
             self.snapshot,
             Path(folder),

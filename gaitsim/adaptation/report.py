@@ -5,7 +5,6 @@ import zlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import ClassVar
@@ -18,19 +17,19 @@ from gaitsim.adaptation.prior import OnProgress, Prior, atlas_members, checksum_
 from gaitsim.adaptation.session import Place
 from gaitsim.adaptation.settings import Settings
 from gaitsim.adaptation.simulation import in_simulation
-from gaitsim.adaptation.transfer import most_promising, transferred
+from gaitsim.adaptation.transfer import measured_intact, most_promising, transferred
 from gaitsim.adaptation.trials import Measured, Trial, adapt, best_of
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.executors import cores
+from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.atomic import write_bytes, writing
 from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
 from gaitsim.runs.snapshot import RunSnapshot
 
 FILE = "report.json"
-INTACT = 100  # gaits that are measured on the intact twin
 _LARGEST = 100_000_000  # bytes
 
 OnSteps = Callable[[int, int], object]
@@ -133,7 +132,6 @@ def make_report(
     settings: Settings | None = None,
     workers: int | None = None,
     on_atlas: OnProgress = lambda done: None,
-    on_intact: OnSteps = lambda done, total: None,
     on_case: OnSteps = lambda done, total: None,
 ) -> Report:
     """Adapt an atlas to the loss of each leg; continue the report in the folder, if there is one.
@@ -149,8 +147,7 @@ def make_report(
         measure: name of the measure that is the performance.
         settings: of the adaptations.
         workers: how many gaits are tried at a time; None for as many as there are cores.
-        on_atlas: called with the number of gaits of the map that were evaluated since.
-        on_intact: called as gaits are measured on the intact twin.
+        on_atlas: called with the number of gaits that moved on the intact body since.
         on_case: called as cases finish.
 
     Raises:
@@ -161,26 +158,30 @@ def make_report(
     damages, experiment = leg_losses(prior.experiment, pairs=pairs), prior.experiment
     place: Place = "physics" if physics else "simulation"
     path, wanted = folder / FILE, settings or Settings()
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
     atlas = checksum_of(atlas_members(run))
-    report = _continued(path, Report(atlas, place, measure, prior.unit, wanted, {}))
+    report = _continued(
+        path, Report(atlas, place, measure, prior.unit, wanted, {}), len(prior.genomes)
+    )
     stopped = threading.Event()
 
-    def measured(damage: Sequence[str], individual: Individual) -> float:
-        if stopped.is_set():
-            raise _StoppedError
-        return in_simulation(experiment, damage, measure, physics=physics)(individual)
+    def measured_with(damage: Sequence[str]) -> Measured:
+        simulated = in_simulation(experiment, damage, measure, physics=physics)
+
+        def measured(individual: Individual) -> float:
+            if stopped.is_set():
+                raise _StoppedError
+            return simulated(individual)
+
+        return measured
 
     with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
         try:
             if not report.intact:
-                members = most_promising(prior, INTACT) if physics else ()
-                found = {} if physics else {most_promising(prior, 1)[0]: prior.best}
-                gaits = [prior.individual(member) for member in members]
-                for member, value in zip(
-                    members, pool.map(partial(measured, ()), gaits), strict=True
-                ):
-                    found[member] = value
-                    on_intact(len(found), len(members))
+                found = {most_promising(prior, 1)[0]: prior.best}
+                if physics:
+                    found = measured_intact(prior, measured_with(()), pool, on_atlas)
                 report = replace(report, intact=found)
                 _write(path, report)
             if physics:
@@ -189,7 +190,7 @@ def make_report(
             missing = [damage for damage in damages if damage not in known]
             on_case(len(damages) - len(missing), len(damages))
             adapting = [
-                pool.submit(_case, prior, damage, partial(measured, damage), wanted)
+                pool.submit(_case, prior, damage, measured_with(damage), wanted)
                 for damage in missing
             ]
             for done in as_completed(adapting):
@@ -217,8 +218,8 @@ def _case(prior: Prior, damage: tuple[str, ...], measured: Measured, settings: S
     )
 
 
-def _continued(path: Path, wanted: Report) -> Report:
-    """Return the report in a file, or the wanted one without cases.
+def _continued(path: Path, wanted: Report, members: int) -> Report:
+    """Return the report in a file about so many members, or the wanted one without cases.
 
     Raises:
         RunError: the file is damaged, or has another report.
@@ -226,9 +227,7 @@ def _continued(path: Path, wanted: Report) -> Report:
     remedy = "remove it, or choose another folder"
     try:
         found = _REPORT.validate_json(read_regular(path, _LARGEST))
-        whole = bool(found.intact) and all(
-            len(case.trials) == len(case.random) > 0 for case in found.cases
-        )
+        reason = _contradiction(found, members)
     except FileNotFoundError:
         return wanted
     except OSError as error:
@@ -238,11 +237,28 @@ def _continued(path: Path, wanted: Report) -> Report:
         raise RunError(f"{path} is damaged: {key}: {what}", remedy=remedy) from None
     except GaitsimError as error:  # of the settings
         raise RunError(f"{path} is damaged: {error.what}", remedy=remedy) from None
-    if not whole:
-        raise RunError(f"{path} is damaged: a case has no trials", remedy=remedy)
+    if reason:
+        raise RunError(f"{path} is damaged: {reason}", remedy=remedy)
     if replace(found, intact={}, cases=()) != wanted:
         raise RunError(f"{path} is a report of another atlas, or with other options", remedy=remedy)
     return found
+
+
+def _contradiction(report: Report, members: int) -> str:
+    """Return what no report about so many members says, or ''."""
+    trials = [trial for case in report.cases for trial in case.trials]
+    numbers = [*report.intact.values(), *(one for case in report.cases for one in case.random)]
+    numbers += [one for trial in trials for one in (trial.expected, trial.deviation)]
+    numbers += [trial.measured for trial in trials]
+    if not all(abs(number) < LARGEST_SCORE for number in numbers):
+        return "a value is not a finite number"
+    if not all(1 <= one <= members for one in (*report.intact, *(one.member for one in trials))):
+        return "it names members that the atlas does not have"
+    if not max(report.intact.values(), default=0) > 0:
+        return "it has no gait that walks on the intact body"
+    if not all(len(case.trials) == len(case.random) > 0 for case in report.cases):
+        return "a case has no trials"
+    return ""
 
 
 def _write(path: Path, report: Report) -> None:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -37,6 +37,8 @@ class Session:
         measure: name of the measure that is the performance.
         settings: of the adaptation.
         trials: in their order.
+        intact: what the most promising gaits measured on the intact twin, by member, for trials
+            in physics; {} before they are measured.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -47,6 +49,7 @@ class Session:
     measure: str
     settings: Settings
     trials: tuple[Trial, ...] = ()
+    intact: dict[int, float] = field(default_factory=dict)
 
 
 _SESSION = TypeAdapter(Session)
@@ -140,10 +143,10 @@ def mismatch(found: Session, wanted: Session) -> str:
         one, other = getattr(found, name), getattr(wanted, name)
         if one != other:
             return f"its {name} is {_words(one)}, not {_words(other)}"
-    for field in fields(Settings):
-        one, other = (getattr(session.settings, field.name) for session in (found, wanted))
-        if one != other and field.name not in ("trials", "stop"):
-            return f"its {field.name.replace('_', ' ')} is {one:g}, not {other:g}"
+    for name in (one.name for one in fields(Settings)):
+        one, other = (getattr(session.settings, name) for session in (found, wanted))
+        if one != other and name not in ("trials", "stop"):
+            return f"its {name.replace('_', ' ')} is {one:g}, not {other:g}"
     return ""
 
 
@@ -164,6 +167,8 @@ def _contradiction(session: Session) -> str:
     numbers = (
         value for trial in trials for value in (trial.expected, trial.deviation, trial.measured)
     )
-    if not all(abs(value) < LARGEST_SCORE for value in numbers):
-        return "a value of a trial is not a finite number"
+    if not all(abs(value) < LARGEST_SCORE for value in (*numbers, *session.intact.values())):
+        return "a measured value is not a finite number"
+    if session.intact and not max(session.intact.values()) > 0:
+        return "no gait walks on the intact twin"
     return ""

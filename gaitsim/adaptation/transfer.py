@@ -1,11 +1,57 @@
 """The map of an atlas as it is on another intact body, such as the physical twin."""
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
 
-from gaitsim.adaptation.prior import Prior
+from gaitsim.adaptation.prior import OnProgress, Prior, atlas_members
+from gaitsim.adaptation.trials import Measured
+from gaitsim.errors import GaitsimError
+from gaitsim.runs.snapshot import RunSnapshot
+
+INTACT = 100  # gaits that are measured on the other body
+
+
+def intact_gaits(run: RunSnapshot, *, physics: bool) -> int:
+    """Return how many gaits of an atlas move on the intact body before an adaptation, at most.
+
+    Raises:
+        RunError: the run is not an atlas, or has no members.
+    """
+    members = len(atlas_members(run).scores)
+    return members + (min(members, INTACT) if physics else 0)
+
+
+def measured_intact(
+    prior: Prior, measured: Measured, pool: Executor, on_progress: OnProgress = lambda done: None
+) -> dict[int, float]:
+    """Return what the most promising gaits measure on another intact body, by member from 1.
+
+    Args:
+        prior: the map, on its own body.
+        measured: measures a gait on the other body.
+        pool: of threads, in which gaits are measured.
+        on_progress: called with the number of gaits that were measured since the last call.
+
+    Raises:
+        GaitsimError: none of them has a performance above 0 there.
+    """
+    members = most_promising(prior, INTACT)
+    found: dict[int, float] = {}
+    for member, value in zip(
+        members, pool.map(measured, map(prior.individual, members)), strict=True
+    ):
+        found[member] = value
+        on_progress(1)
+    if not max(found.values()) > 0:
+        raise GaitsimError(
+            f"none of the {len(found)} best gaits of the atlas {prior.source} has a measure "
+            f"{prior.measure!r} above 0 on the intact twin",
+            remedy="continue the atlas, or try gaits without physics",
+        )
+    return found
 
 
 def most_promising(prior: Prior, count: int) -> tuple[int, ...]:

@@ -11,9 +11,9 @@ import typer
 
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
 from gaitsim.adaptation.performance import MEASURE
-from gaitsim.adaptation.prior import atlas_members
 from gaitsim.adaptation.session import Place, canonical, default_name, session_file
 from gaitsim.adaptation.settings import MOST_TRIALS, Settings
+from gaitsim.adaptation.transfer import intact_gaits
 from gaitsim.choices import GaitFormat
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.adaptation_report import report_to
@@ -215,9 +215,9 @@ def _check(place: Place, interactive: bool, measured: str | None, json: bool) ->
 
 
 def _opened(run: RunSnapshot, damage: Sequence[str], *, json: bool, **options: Any) -> Adaptation:
-    members = len(atlas_members(run).scores)
-    log = "" if json else f"reading the {members:,} gaits of the atlas"
-    with Progress("evaluating the atlas", "gaits", members, log=log) as progress:
+    gaits = intact_gaits(run, physics=options["place"] == "physics")
+    log = "" if json else f"reading the {gaits:,} gaits of the atlas"
+    with Progress("evaluating the atlas", "gaits", gaits, log=log) as progress:
         return open_adaptation(
             run, damage, on_progress=progress.advance, on_warning=notice, **options
         )

@@ -6,15 +6,15 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from gaitsim.adaptation.prior import atlas_members
-from gaitsim.adaptation.report import OnSteps, Report, make_report
+from gaitsim.adaptation.report import Report, make_report
 from gaitsim.adaptation.report_text import SUMMARY, TRIALS, summary, trials_table
 from gaitsim.adaptation.settings import Settings
+from gaitsim.adaptation.transfer import intact_gaits
 from gaitsim.cli import INTERRUPTED
 from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.progress_bar import Progress
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import GaitsimError
 from gaitsim.render.plots.adaptation_report import kept_figure, pairs_figure
 from gaitsim.render.plots.style import save
 from gaitsim.runs.files.atomic import write_bytes
@@ -42,10 +42,6 @@ def report_to(
             allowed="with it: --pairs, --physics, --measure, --workers, and how trials are chosen",
         )
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"the folder {folder} cannot be created: {error.strerror}") from None
-    try:
         with interruptible():
             _write(_made(run, folder, settings, **options), run.path.resolve().name, folder)
     except KeyboardInterrupt:
@@ -54,30 +50,26 @@ def report_to(
 
 
 def _made(run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any) -> Report:
-    members = len(atlas_members(run).scores)
+    gaits = intact_gaits(run, physics=options["physics"])
     with ExitStack() as bars:
 
         def bar(what: str, unit: str, total: int) -> Progress:
             bars.close()
-            return bars.enter_context(Progress(what, unit, total, log=f"{what}: {total} {unit}"))
+            return bars.enter_context(Progress(what, unit, total, log=f"{what}: {total:,} {unit}"))
 
-        def steps(what: str, unit: str) -> OnSteps:
-            opened: list[Progress] = []
+        adapting: list[Progress] = []
 
-            def reach(done: int, total: int) -> None:
-                if not opened:
-                    opened.append(bar(what, unit, total))
-                opened[0].reach(done)
-
-            return reach
+        def on_case(done: int, total: int) -> None:
+            if not adapting:
+                adapting.append(bar("adapting", "damages", total))
+            adapting[0].reach(done)
 
         return make_report(
             run,
             folder,
             settings=Settings(**settings),
-            on_atlas=bar("evaluating the atlas", "gaits", members).advance,
-            on_intact=steps("the intact body in physics", "gaits"),
-            on_case=steps("adapting", "damages"),
+            on_atlas=bar("evaluating the atlas", "gaits", gaits).advance,
+            on_case=on_case,
             **options,
         )
 

@@ -89,7 +89,7 @@ def test_the_posterior_is_that_of_scikit_learn():
 
 
 def test_one_trial_has_a_closed_form():
-    prior = prior_of([1.0, 0.8], [[0.0], [0.4]])  # one length scale apart
+    prior = prior_of([1.0, 0.8], [[0.0], [0.2]])  # one length scale apart
     belief = believe(prior, [Trial(1, 1, 1.0, 1.0, 0.5)], SETTINGS)
     r = math.sqrt(5)
     k = (1 + r + r * r / 3) * math.exp(-r)
@@ -126,7 +126,7 @@ def test_trials_end_when_one_is_good_enough():
     prior = drawn()
     trials = [*adapt(prior, lambda gait: prior.performance[int(gait.genome[0])], SETTINGS)]
     assert len(trials) == 1
-    assert "90%" in ending(prior, trials, SETTINGS)
+    assert "95%" in ending(prior, trials, SETTINGS)
     assert propose(prior, trials, SETTINGS) is None
     assert propose(prior, trials, replace(SETTINGS, stop=10.0)).number == 2
 

@@ -22,7 +22,12 @@ from gaitsim.tui.screens.laboratory_trials import axes_of, mark
 def atlas(here, monkeypatch):
     """A small atlas of the spider; trials are not watched."""
     monkeypatch.setattr(Laboratory, "WATCHED", 0)
-    small = ("evolution.population=10", "evolution.generations=2", "search.cells=6")
+    small = (
+        "evolution.population=10",
+        "evolution.generations=2",
+        "search.cells=6",
+        "search.emitters=5",
+    )
     axes = 'search.axes={"duty factor L1"=[0.0,1.0],"duty factor R1"=[0.0,1.0]}'
     experiment = load_experiment("spider-atlas", parse_assignments([*small, axes]))
     path = create_run(experiment, Path("runs/atlas"))
