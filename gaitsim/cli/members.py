@@ -60,7 +60,7 @@ def members(
 
     gaitsim members spider-atlas --map
 
-    gaitsim members spider-atlas --map --axes yaw 'duty factor'
+    gaitsim members spider-atlas --map --axes 'duty factor L1' 'duty factor R1'
 
     gaitsim play spider-front --member 3
 

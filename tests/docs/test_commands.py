@@ -76,7 +76,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("spider", 4, None),
         ("fly", 8, None),
         ("spider-front", 8, None),
-        ("spider-atlas", 10, 300),
+        ("spider-atlas", 20, 300),
         ("quadruped", 4, 2),
     ):
         options = {"population": population, "generations": generations}
@@ -106,7 +106,7 @@ def quick(arguments: list[str], runs: Path) -> list[str]:
     if command not in ("run", "atlas"):
         return arguments
     if "--generations" not in arguments:
-        return [*arguments, "--population", "10", "--generations", "2"]
+        return [*arguments, "--population", "20", "--generations", "2"]
     name = arguments[1] + "-atlas" * (command == "atlas")
     shutil.rmtree(runs / name, ignore_errors=True)  # the page's run is this one
-    return [*arguments, "--population", "10"]
+    return [*arguments, "--population", "20"]

@@ -496,7 +496,7 @@ class TestProblems:
         async def test(screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 3)
             assert screen.state == "elsewhere"
-            assert offered(screen) == {"fork", "replay", "export", "why", "log"}
+            assert offered(screen) == {"fork", "replay", "export", "why", "log", "laboratory"}
             await app_until(pilot, lambda: "Another program" in text(screen, "#live-status"))
             before = screen.snapshot.generation
             await app_until(pilot, lambda: screen.snapshot.generation > before)
