@@ -27,15 +27,18 @@ def touch_downs(stance: Contacts) -> Contacts:
     return downs
 
 
-def stride_lag(stance: Contacts, frames: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the duration of a stride, whole frames, (population,); 0 where there is none.
+def stride_lag(stance: Contacts, frames: NDArray[np.intp]) -> tuple[NDArray[np.intp], Floats]:
+    """Return the duration of a stride, whole frames, and the contacts' autocorrelation there.
 
-    It is the first high peak of the contacts' autocorrelation within half of the time, as in the
-    analysis of a single gait. At least half of the feet step.
+    It is the first high peak of the autocorrelation within half of the time. At least half of the
+    feet step.
 
     Args:
         stance: which feet are on the ground, (population, frames, feet).
         frames: that count, from the first on, (population,).
+
+    Returns:
+        Both (population,); the duration is 0 where there is no stride.
     """
     steps = touch_downs(stance).sum(axis=1) >= STEPS
     correlation = _autocorrelation(stance, steps, frames)
@@ -47,7 +50,7 @@ def stride_lag(stance: Contacts, frames: NDArray[np.intp]) -> NDArray[np.intp]:
     highest = height.max(axis=1, initial=0.0)
     first = np.argmax(peak & (height >= EQUAL * highest[:, None]), axis=1)
     found = (highest >= STEADY) & (steps.mean(axis=1) >= MOST)
-    return np.where(found, first, 0)
+    return np.where(found, first, 0), correlation[np.arange(len(first)), first]
 
 
 def without_chatter(stance: Contacts, stride: NDArray[np.intp]) -> Contacts:

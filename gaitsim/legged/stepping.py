@@ -94,7 +94,7 @@ class _Steps:
 
     @cached_property
     def _stride(self) -> NDArray[np.intp]:
-        return stride_lag(self._stance, self._frames)
+        return stride_lag(self._stance, self._frames)[0]
 
     @cached_property
     def _downs(self) -> NDArray[np.bool_]:
