@@ -5,6 +5,7 @@ tipping and servos that give way come from the physics engine.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
@@ -127,30 +128,26 @@ def _model(
     </mujoco>""")
 
 
-def feet(joint_angles: ArrayLike) -> Array:
-    """Centres of the feet in the body's frame, (frames, 8, 3) m, by the engine's kinematics."""
+def _posed(joint_angles: ArrayLike) -> Iterator[Any]:
+    """The engine's data in each pose, (frames, 24) rad, the body at the origin."""
     model = _model()
     data = mujoco.MjData(model)
     data.qpos[:3] = 0.0
-    places = []
     for pose in np.atleast_2d(joint_angles):
         data.qpos[7:] = pose
         mujoco.mj_kinematics(model, data)
-        places.append([data.geom(leg).xpos.copy() for leg in LEGS])
-    return np.array(places)
+        yield data
+
+
+def feet(joint_angles: ArrayLike) -> Array:
+    """Centres of the feet in the body's frame, (frames, 8, 3) m, by the engine's kinematics."""
+    return np.array([[data.geom(leg).xpos.copy() for leg in LEGS] for data in _posed(joint_angles)])
 
 
 def links(joint_angles: ArrayLike, without: tuple[str, ...] = ()) -> tuple[Array, Array]:
     """Masses (links,) kg and centres of mass (frames, links, 3) m of all links but some legs'."""
-    model = _model()
-    data = mujoco.MjData(model)
-    data.qpos[:3] = 0.0
-    places = []
-    for pose in np.atleast_2d(joint_angles):
-        data.qpos[7:] = pose
-        mujoco.mj_kinematics(model, data)
-        places.append(data.xipos[1:].copy())
-    masses: Array = model.body_mass[1:].copy()
+    places = [data.xipos[1:].copy() for data in _posed(joint_angles)]
+    masses: Array = _model().body_mass[1:].copy()
     for leg in without:
         first = 3 * LEGS.index(leg) + 1  # the trunk, then three links for each leg
         masses[first : first + 3] = 0
