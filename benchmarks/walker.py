@@ -47,7 +47,7 @@ def walking(preset: str) -> None:
 def floor(walker: Walker) -> None:
     """One that stands, by `play` and by the physics engine alone."""
     commands = np.zeros((1, walker.frames, 2 * walker.legs))
-    world = walker.world(walker.frames)
+    world = walker.surroundings(walker.frames)
 
     def bare() -> None:
         machine = Machine(world, commands[0, 0])

@@ -1,5 +1,6 @@
 """What a plugin is: all that a plugin package imports, beside `gaitsim.errors`."""
 
+from gaitsim.contracts.condition import WORLD_HELP, Condition, check_world
 from gaitsim.contracts.fitness import Fitness
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.operators import Crossover, Mutation, Selection
@@ -10,10 +11,12 @@ from gaitsim.contracts.solid import Solid
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 __all__ = [
+    "WORLD_HELP",
     "Array",
     "BitSpace",
     "BodyFile",
     "Channel",
+    "Condition",
     "Context",
     "Crossover",
     "Facts",
@@ -34,6 +37,7 @@ __all__ = [
     "Skeleton",
     "Solid",
     "State",
+    "check_world",
     "folder_of",
     "option",
 ]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from gaitsim.contracts.condition import Condition
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.space import Genomes, GenomeSpace
@@ -95,6 +96,14 @@ class Organism(Plugin):
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return quantities that describe each motion to people; none by default."""
+        return {}
+
+    def conditions(self) -> Mapping[str, Condition]:
+        """Return what may vary between worlds, by name; {} for a body with one world alone.
+
+        A body with conditions has the option `world: dict[str, float] = option({}, WORLD_HELP)`,
+        which `check_world` checks, and moves and plays in that world.
+        """
         return {}
 
     def describe(self) -> Facts:

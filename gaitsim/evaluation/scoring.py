@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Measure, Motion
 from gaitsim.errors import GaitsimError, nearest
+from gaitsim.evaluation.worlds import World, describe, drawn, in_world
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 
@@ -40,12 +41,27 @@ class Evaluation:
         return {name: float(values[individual]) for name, values in self.terms.items()}
 
 
-def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
-    """Move and score genomes, (population, genes); leave them unchanged.
+def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> Evaluation:
+    """Move and score genomes, (population, genes), in the worlds of the experiment.
+
+    Args:
+        experiment: their body, fitness and worlds.
+        genomes: left unchanged.
+        generation: in whose worlds, from 1.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
     """
+    if not experiment.worlds.number:
+        return _evaluate(experiment, genomes)
+    worlds = drawn(experiment, generation)
+    return combined(
+        experiment, worlds, [_evaluate(in_world(experiment, one), genomes) for one in worlds]
+    )
+
+
+def _evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
+    """Move and score genomes, (population, genes), in one world; leave them unchanged."""
     # The body gets a copy, so that its changes reach neither the search nor the checkpoint. It is
     # writable, as Numba compiles once more for arrays that are not.
     lent, body = genomes.copy(), experiment.entries["organism"]
@@ -59,6 +75,41 @@ def evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     if not np.array_equal(lent, genomes):
         raise contract_error(experiment.entries["fitness"], "changes the motion that it is given")
     return replace(evaluation, values=read)
+
+
+def combined(
+    experiment: Experiment, worlds: Sequence[World], evaluations: Sequence[Evaluation]
+) -> Evaluation:
+    """Return the evaluation of a population over worlds, from that in each of them.
+
+    Each term and value is the mean over those of an individual's worlds that count. An individual
+    that fails in one world has failed.
+
+    Raises:
+        PluginError: the fitness has different terms in different worlds.
+    """
+    for evaluation in evaluations:
+        check_terms(experiment, evaluations[0], evaluation)
+    scores = np.stack([evaluation.scores for evaluation in evaluations])
+    counted = np.argsort(scores, axis=0, kind="stable")[: experiment.worlds.counted]
+
+    def mean(values: Sequence[Scores]) -> Scores:
+        return np.asarray(np.take_along_axis(np.stack(values), counted, axis=0).mean(axis=0))
+
+    first = evaluations[0]
+    terms = {name: mean([one.terms[name] for one in evaluations]) for name in first.terms}
+    values = {name: mean([one.values[name] for one in evaluations]) for name in first.values}
+    total = np.zeros(scores.shape[1])
+    for term in terms.values():
+        total += term
+    reasons: dict[int, str] = {}
+    for world, evaluation in zip(worlds, evaluations, strict=True):
+        for index, reason in evaluation.reasons.items():
+            reasons.setdefault(index, f"{reason}, in the world {describe(world)}")
+    total[list(reasons)] = -np.inf
+    if "score" in values:
+        values["score"] = total
+    return Evaluation(total, terms, dict(sorted(reasons.items())), values)
 
 
 def evaluate_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import BitSpace, Crossover, Genomes, GenomeSpace
-from gaitsim.evolution.streams import Purpose, stream
+from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 

@@ -9,8 +9,8 @@ from gaitsim.contracts import Array, Context, Genomes, GenomeSpace, Members, Res
 from gaitsim.contracts.search import STATE_DTYPES
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
+from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.evolution.operators import ExperimentOperators, repaired
-from gaitsim.evolution.streams import Purpose, stream
 from gaitsim.experiment import Experiment
 from gaitsim.registry import contract_error, plugin_errors
 

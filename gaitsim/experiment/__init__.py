@@ -7,19 +7,30 @@ from gaitsim.experiment.loading import (
     parse_space,
     with_overrides,
 )
-from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
+from gaitsim.experiment.model import (
+    OWN_WORLD,
+    SCHEMA,
+    WORLD,
+    Evolution,
+    Experiment,
+    Islands,
+    Worlds,
+)
 from gaitsim.experiment.outline import ExperimentOutline, read_outline
 from gaitsim.experiment.overrides import parse_assignments
 from gaitsim.experiment.problems import Overrides, Typed
 
 __all__ = [
+    "OWN_WORLD",
     "SCHEMA",
+    "WORLD",
     "Evolution",
     "Experiment",
     "ExperimentOutline",
     "Islands",
     "Overrides",
     "Typed",
+    "Worlds",
     "load_atlas",
     "load_experiment",
     "parse_assignments",

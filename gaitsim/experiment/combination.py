@@ -14,8 +14,8 @@ from gaitsim.contracts import (
     Search,
     Selection,
 )
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment.model import Evolution, Islands, space_of
+from gaitsim.errors import GaitsimError, nearest
+from gaitsim.experiment.model import WORLD, Evolution, Islands, Worlds, space_of
 from gaitsim.experiment.problems import Problems
 from gaitsim.registry import Entry
 from gaitsim.registry.class_validation import PLUGIN
@@ -80,6 +80,45 @@ def check_islands(evolution: Evolution, islands: Islands, problems: Problems) ->
             f"{limit:,} evaluations are fewer than {each} of {population:,}",
             f"a whole number ≥ {individuals:,}",
         )
+
+
+def check_worlds(
+    worlds: Worlds,
+    entries: Mapping[str, Entry],
+    plugins: Mapping[str, Any],
+    problems: Problems,
+) -> None:
+    """Refuse worlds of a body without conditions, unknown conditions, and impossible ranges."""
+    organism: Organism | None = plugins.get("organism")
+    if organism is None or not (worlds.number or worlds.ranges):
+        return
+    entry = entries["organism"]
+    try:
+        with registry.plugin_errors(entry, "naming its conditions"):
+            conditions = organism.conditions()
+        if conditions and WORLD not in type(organism).model_fields:
+            raise registry.contract_error(entry, "has conditions", f"an option {WORLD!r}, too")
+    except GaitsimError as error:
+        problems.of_plugin(f"organism.{PLUGIN}", error)
+        return
+    if not conditions:
+        problems.report(
+            "worlds", f"the organism {entry.name!r} has one world alone", "a body with conditions"
+        )
+        return
+    for name, (low, high) in worlds.ranges.items():
+        key = f"worlds.ranges.{name}"
+        if name not in conditions:
+            what = f"the organism {entry.name!r} has no condition {name!r}"
+            problems.report(key, what, ", ".join(conditions), nearest(name, [*conditions]))
+            continue
+        one = conditions[name]
+        if not one.least <= low <= high <= one.most:
+            problems.report(
+                key,
+                f"{low:g} to {high:g} is not a range of this condition",
+                f"[lowest, highest], from {one.least:g} to {one.most:g} {one.unit}".rstrip(),
+            )
 
 
 def check_pairing(

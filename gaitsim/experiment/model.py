@@ -26,6 +26,8 @@ SCHEMA = 1
 MOST_GENERATIONS = 100_000_000
 DEFAULT_SEARCH = "genetic"
 """The search of an experiment file that names none."""
+WORLD = "world"
+"""The option of a body with conditions that holds those of the world that it is in."""
 
 
 class Evolution(BaseModel):
@@ -81,6 +83,40 @@ class Islands(BaseModel):
 ONE_ISLAND = Islands()
 
 
+class Worlds(BaseModel):
+    """Worlds in which each individual is evaluated. Options, not a plugin."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    number: int = option(
+        0,
+        "worlds in which each individual is evaluated, the same for all; 0 is the world of the "
+        "body's options alone",
+        ge=0,
+        le=1000,
+    )
+    ranges: dict[str, tuple[float, float]] = option(
+        {},
+        "lowest and highest value of each condition that varies, by name; none takes all "
+        "conditions of the body with their usual ranges",
+    )
+    combine: Literal["mean", "worst", "worst tenth"] = option(
+        "mean", "which of an individual's worlds count: their mean is its score"
+    )
+    redraw: int = option(
+        0, "generations after which other worlds are drawn; 0 keeps them for the whole run", ge=0
+    )
+
+    @property
+    def counted(self) -> int:
+        """How many of an individual's worlds, its worst, its score is the mean of."""
+        share = {"mean": self.number, "worst": 1, "worst tenth": -(-self.number // 10)}
+        return share[self.combine]
+
+
+OWN_WORLD = Worlds()
+
+
 @dataclass(frozen=True, repr=False)
 class Experiment(ReprMixin):
     """A body, a fitness, a search and a seed.
@@ -93,6 +129,7 @@ class Experiment(ReprMixin):
         organism, fitness, search: the plugins, options set.
         entries: where each plugin comes from, by kind.
         islands: in how many populations the search is parted.
+        worlds: in which each individual is evaluated.
         selection, crossover, mutation: the operators, for a search that uses them.
     """
 
@@ -105,6 +142,7 @@ class Experiment(ReprMixin):
     search: Search
     entries: Mapping[str, Entry]
     islands: Islands = ONE_ISLAND
+    worlds: Worlds = OWN_WORLD
     selection: Selection | None = None
     crossover: Crossover | None = None
     mutation: Mutation | None = None
@@ -150,6 +188,8 @@ class Experiment(ReprMixin):
         document["evolution"] = _table(self.evolution, {}, brief)
         if self.search.several:
             document["islands"] = _table(self.islands, {}, brief)
+        if WORLD in type(self.organism).model_fields:
+            document["worlds"] = _table(self.worlds, {}, brief)
         for kind in self.kinds:
             entry = self.entries[kind]
             with plugin_errors(entry, "writing its options"):

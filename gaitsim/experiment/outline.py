@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment.model import DEFAULT_SEARCH, Evolution, Islands
+from gaitsim.experiment.model import DEFAULT_SEARCH, Evolution, Islands, Worlds
 from gaitsim.registry import KINDS
 from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 
@@ -31,6 +31,7 @@ class ExperimentOutline:
         plugins: the name of each plugin by kind; no operators for a search that uses none.
         evolution: size and length of the search.
         islands: the populations that the search is divided into.
+        worlds: those in which each individual is evaluated.
         sections: the tables as they stand in the file, plugin names included.
     """
 
@@ -40,6 +41,7 @@ class ExperimentOutline:
     plugins: Mapping[str, str]
     evolution: Evolution
     islands: Islands
+    worlds: Worlds
     sections: Mapping[str, Mapping[str, Any]]
 
     def search_options(self) -> dict[str, dict[str, Any]]:
@@ -49,6 +51,8 @@ class ExperimentOutline:
         found["evolution"] = {key: evolution[key] for key in _EVOLVING if key in evolution}
         if self.islands.number > 1:  # else they change nothing
             found["islands"] = dict(islands)
+        if self.worlds.number:
+            found["worlds"] = dict(self.sections["worlds"])
         return {"": {"seed": self.seed}, **found}
 
     def options(self) -> dict[str, Any]:
@@ -98,6 +102,7 @@ def read_outline(text: str, source: str) -> ExperimentOutline:
         {kind: str(name) for kind, name in plugins.items()},
         _section(Evolution, tables.get("evolution", {}), "evolution", source),
         _section(Islands, tables.get("islands", {}), "islands", source),
+        _section(Worlds, tables.get("worlds", {}), "worlds", source),
         sections,
     )
 

@@ -15,8 +15,16 @@ from gaitsim.experiment.combination import (
     check_islands,
     check_pairing,
     check_search,
+    check_worlds,
 )
-from gaitsim.experiment.model import DEFAULT_SEARCH, SCHEMA, Evolution, Experiment, Islands
+from gaitsim.experiment.model import (
+    DEFAULT_SEARCH,
+    SCHEMA,
+    Evolution,
+    Experiment,
+    Islands,
+    Worlds,
+)
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems
 from gaitsim.registry import KINDS, Entry, options, plugin_errors
@@ -82,6 +90,7 @@ class Reader:
         name, description, seed = self._name(), self._description(), self._seed()
         evolution = self._options("evolution", Evolution)
         islands = self._options("islands", Islands)
+        worlds = self._options("worlds", Worlds)
         for kind in KINDS:
             if kind not in OPERATORS or self._uses(kind):
                 self._read_plugin(kind)
@@ -91,10 +100,19 @@ class Reader:
             check_search(evolution, islands, entries, plugins, problems)
             check_islands(evolution, islands, problems)
         check_combination(entries, plugins, problems)
-        if problems.found or evolution is None or islands is None:
+        if worlds is not None:
+            check_worlds(worlds, entries, plugins, problems)
+        if problems.found or evolution is None or islands is None or worlds is None:
             raise ExperimentError(problems.found)
         return Experiment(
-            name, description, seed, evolution, **plugins, entries=entries, islands=islands
+            name,
+            description,
+            seed,
+            evolution,
+            **plugins,
+            entries=entries,
+            islands=islands,
+            worlds=worlds,
         )
 
     def _uses(self, kind: str) -> bool:

@@ -7,14 +7,17 @@ import numpy as np
 from pydantic import model_validator
 
 from gaitsim.contracts import (
+    WORLD_HELP,
     Array,
     Channel,
+    Condition,
     Genomes,
     Measure,
     Motion,
     Organism,
     RealSpace,
     Skeleton,
+    check_world,
     option,
 )
 from gaitsim.encoding import GeneGroup, check_joint_angles, check_time_step, genome_space
@@ -69,6 +72,8 @@ class Walker(Organism):
     )
     ground_seed: int = option(0, "seed of the bumps, the same ground for everyone", ge=0)
 
+    world: dict[str, float] = option({}, WORLD_HELP)
+
     dynamic: ClassVar[bool] = True
     channels: ClassVar[Mapping[str, Channel]] = {
         "joint_angles": Channel(
@@ -103,6 +108,7 @@ class Walker(Organism):
     @model_validator(mode="after")
     def _check(self) -> Self:
         check_time_step(self.dt, FRAME_RATE)
+        check_world(self.world, self.conditions())
         return self
 
     @property
@@ -153,16 +159,25 @@ class Walker(Organism):
         """'near' and 'far', or 'near fore', 'near hind' …, each with its hip and knee."""
         return {leg.name: (f"{leg.name} hip", f"{leg.name} knee") for leg in self.plan.legs}
 
-    def world(self, frames: int) -> World:
-        """Return the world that a walker walks in, for a number of frames."""
+    def conditions(self) -> Mapping[str, Condition]:
+        """Friction, and torque and speed of the servos."""
+        return {
+            "friction": Condition("", self.friction, 0.3, 1.2, 0.0, 5.0, "of the feet"),
+            "servo_torque": Condition("", 1.0, 0.7, 1.0, 0.0, 10.0, "share of the servos' torque"),
+            "servo_speed": Condition("", 1.0, 0.7, 1.0, 0.0, 10.0, "share of the servos' speed"),
+        }
+
+    def surroundings(self, frames: int) -> World:
+        """Return what a walker walks in, for a number of frames."""
+        world = {name: one.nominal for name, one in self.conditions().items()} | self.world
         reach = REACH * frames / FRAME_RATE
         return World(
             self.plan,
             ground(self.roughness, self.ground_seed, reach),
             self.gravity,
-            self.friction,
-            self.torque_limit,
-            self.speed_limit,
+            world["friction"],
+            world["servo_torque"] * self.torque_limit,
+            world["servo_speed"] * self.speed_limit,
             round(1 / (FRAME_RATE * self.dt)),
         )
 
@@ -170,7 +185,7 @@ class Walker(Organism):
         """Return the motion of walkers whose servos follow courses, (frames, joints) rad."""
         from gaitsim_walker.motion import walked
 
-        return walked(self.world(frames), courses)
+        return walked(self.surroundings(frames), courses)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Distance, how long it lasted, steadiness, effort, slip and steps."""
@@ -181,5 +196,5 @@ class Walker(Organism):
 
         z = 0 is the lowest ground that there is.
         """
-        drawn = self.world(motion["pitch"].shape[1]).ground if self.roughness else None
+        drawn = self.surroundings(motion["pitch"].shape[1]).ground if self.roughness else None
         return skeleton(self.plan, drawn, motion, individual)

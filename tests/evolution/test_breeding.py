@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import PluginError
-from gaitsim.evolution.streams import Purpose, stream
+from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.experiment import load_experiment
 
 SCORES = np.array([0.5, 2.0, -np.inf, 2.0, -1.0, 0.0])

@@ -8,7 +8,7 @@ import pytest
 
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution.streams import Purpose, stream
+from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.runs.files.checkpoint import Champion, read_champion, write_champion
 from gaitsim.runs.files.folder import START, create_run
 from gaitsim.runs.snapshot import RunSnapshot

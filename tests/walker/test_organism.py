@@ -184,7 +184,7 @@ def test_the_recorded_pose_is_the_simulated_one():
     from gaitsim_walker.world import STEP
 
     walker = Walker()
-    machine = Machine(walker.world(10), np.radians([10.0, 20, -5, 0, 3, -20, 8, 30]))
+    machine = Machine(walker.surroundings(10), np.radians([10.0, 20, -5, 0, 3, -20, 8, 30]))
     machine.bodies[0].angular_velocity = 1.0
     for _ in range(10):
         machine.space.step(STEP)
@@ -208,12 +208,12 @@ def test_after_a_fall_nothing_moves():
 
 def test_rough_ground_depends_on_its_seed_alone():
     one, again, other = (
-        Walker(roughness=0.05, ground_seed=seed).world(600).ground for seed in (0, 0, 1)
+        Walker(roughness=0.05, ground_seed=seed).surroundings(600).ground for seed in (0, 0, 1)
     )
     assert one == again
     assert one != other
     assert 0 <= min(one.z) <= max(one.z) <= 0.05
-    longer = Walker(roughness=0.05).world(1200).ground
+    longer = Walker(roughness=0.05).surroundings(1200).ground
     assert longer.height(17.3) == one.height(17.3)
     assert longer.height(-17.3) == one.height(-17.3)
 

@@ -14,7 +14,7 @@ G = 9.81
 
 def machine(pose=None, **options):
     walker = Walker(**options)
-    return Machine(walker.world(600), np.zeros(2 * walker.legs) if pose is None else pose)
+    return Machine(walker.surroundings(600), np.zeros(2 * walker.legs) if pose is None else pose)
 
 
 def lifted(machine, height=100.0):

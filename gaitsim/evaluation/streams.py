@@ -15,6 +15,8 @@ class Purpose(IntEnum):
     ASK = 4  # all further genomes
     TELL = 5
     STATE = 6  # the first state of a search
+    WORLDS = 7  # those that individuals are evaluated in
+    UNSEEN_WORLDS = 8  # those that a gait is judged in
 
 
 def stream(seed: int, generation: int, purpose: Purpose, island: int = 0) -> np.random.Generator:

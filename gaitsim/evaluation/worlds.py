@@ -1,0 +1,106 @@
+"""The worlds that individuals are evaluated in: values of what may vary, drawn from the seed."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from gaitsim.contracts.condition import SEED
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.evaluation.streams import Purpose, stream
+from gaitsim.experiment import OWN_WORLD, WORLD, Experiment, with_overrides
+from gaitsim.registry import plugin_errors
+
+World = Mapping[str, float]
+"""Values of conditions by name, and `seed` for what is left to chance in the world."""
+
+Ranges = Mapping[str, tuple[float, float]]
+
+
+def has_worlds(experiment: Experiment) -> bool:
+    """Return whether the body has conditions that vary between worlds."""
+    return WORLD in type(experiment.organism).model_fields
+
+
+def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
+    """Return the range of each condition that varies between the experiment's worlds, by name.
+
+    Raises:
+        PluginError: the body cannot name its conditions.
+    """
+    if experiment.worlds.ranges:
+        return dict(experiment.worlds.ranges)
+    with plugin_errors(experiment.entries["organism"], "naming its conditions"):
+        conditions = experiment.organism.conditions()
+    return {name: (one.low, one.high) for name, one in conditions.items()}
+
+
+def drawn(experiment: Experiment, generation: int) -> tuple[World, ...]:
+    """Return the worlds of a generation, from 1; a function of the experiment's seed."""
+    worlds = experiment.worlds
+    draw = (generation - 1) // worlds.redraw if worlds.redraw else 0
+    rng = stream(experiment.seed, draw, Purpose.WORLDS)
+    return _sample(ranges_of(experiment), worlds.number, rng)
+
+
+def unseen(
+    experiment: Experiment, number: int, ranges: Ranges | None = None, seed: int = 0
+) -> tuple[World, ...]:
+    """Return worlds that no generation was evaluated in.
+
+    Args:
+        experiment: with the body.
+        number: of worlds.
+        ranges: of the conditions that vary; None for those of the experiment's worlds.
+        seed: for other worlds; the same for each run, so that runs meet the same worlds.
+    """
+    rng = stream(seed, 0, Purpose.UNSEEN_WORLDS)
+    return _sample(ranges_of(experiment) if ranges is None else ranges, number, rng)
+
+
+def _sample(ranges: Ranges, number: int, rng: np.random.Generator) -> tuple[World, ...]:
+    """Draw worlds by Latin hypercube sampling.
+
+    Source: McKay, Beckman and Conover 1979, "A comparison of three methods for selecting values of
+    input variables in the analysis of output from a computer code".
+    """
+    values = {
+        name: low + (high - low) * (rng.permutation(number) + rng.random(number)) / number
+        for name, (low, high) in sorted(ranges.items())
+    }
+    seeds = rng.integers(2**32, size=number)
+    return tuple(
+        {**{name: float(found[one]) for name, found in values.items()}, SEED: float(seeds[one])}
+        for one in range(number)
+    )
+
+
+def in_world(experiment: Experiment, world: World) -> Experiment:
+    """Return the experiment with its body in one world, whose values are within their bounds."""
+    organism = experiment.organism
+    told = {**getattr(organism, WORLD), **world}
+    return replace(experiment, organism=organism.model_copy(update={WORLD: told}), worlds=OWN_WORLD)
+
+
+def checked_in_world(experiment: Experiment, world: World) -> Experiment:
+    """Return the experiment with its body in a world that a user asks for.
+
+    Raises:
+        GaitsimError: the body has no conditions, or not these, or not these values.
+    """
+    if not has_worlds(experiment):
+        raise GaitsimError(
+            f"the body {experiment.entries['organism'].name!r} has one world alone",
+            allowed="a body with conditions, such as the walker",
+        )
+    try:
+        changed = with_overrides(experiment, {f"organism.{WORLD}": dict(world)})
+    except ExperimentError as error:
+        [problem] = error.problems
+        raise problem from None
+    return replace(changed, worlds=OWN_WORLD)
+
+
+def describe(world: World) -> str:
+    """Return a world in words, such as 'friction 0.4, slope 2'."""
+    return ", ".join(f"{name} {value:.4g}" for name, value in world.items() if name != SEED)

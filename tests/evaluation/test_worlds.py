@@ -1,0 +1,70 @@
+"""Worlds that individuals are evaluated in."""
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import ExperimentError
+from gaitsim.evaluation.scoring import evaluate
+from gaitsim.evaluation.worlds import drawn, in_world, unseen
+from gaitsim.experiment import Experiment, load_experiment, parse_experiment, with_overrides
+
+SHORT = {"organism.duration": 0.5, "worlds.number": 3}
+
+
+def walkers(**changes: object) -> Experiment:
+    return with_overrides(load_experiment("walker"), SHORT | changes)
+
+
+def genomes(experiment: Experiment) -> np.ndarray:
+    return experiment.space().random(4, np.random.default_rng(1))
+
+
+@pytest.mark.parametrize(("combine", "count"), [("mean", 3), ("worst", 1), ("worst tenth", 1)])
+def test_a_score_is_the_mean_over_the_worst_worlds(combine, count):
+    experiment = walkers(**{"worlds.combine": combine})
+    people = genomes(experiment)
+    alone = [evaluate(in_world(experiment, one), people) for one in drawn(experiment, 1)]
+    scores = np.sort([one.scores for one in alone], axis=0)[:count].mean(axis=0)
+    found = evaluate(experiment, people)
+    np.testing.assert_allclose(found.scores, scores, rtol=1e-12)
+    np.testing.assert_array_equal(found.scores, sum(found.terms.values()))
+
+
+def test_worlds_fill_their_ranges_and_differ_from_unseen_ones():
+    experiment = walkers(**{"worlds.number": 20, "worlds.ranges": {"friction": [0.3, 1.2]}})
+    worlds = drawn(experiment, 1)
+    friction = np.array([one["friction"] for one in worlds])
+    np.testing.assert_array_equal(np.sort((friction - 0.3) // 0.045), np.arange(20))
+    assert [*worlds[0]] == ["friction", "seed"]
+    assert not {*friction} & {one["friction"] for one in unseen(experiment, 20)}
+
+
+def test_worlds_are_redrawn_when_asked():
+    fixed, redrawn = walkers(), walkers(**{"worlds.redraw": 5})
+    assert drawn(fixed, 1) == drawn(fixed, 100)
+    assert drawn(redrawn, 1) == drawn(redrawn, 5) != drawn(redrawn, 6)
+
+
+def test_an_experiment_with_worlds_is_read_as_it_was_written():
+    experiment = walkers(**{"worlds.ranges": {"friction": [0.3, 1.2]}})
+    again = parse_experiment(experiment.to_toml(), "here")
+    assert again.worlds == experiment.worlds
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("worlds.ranges", {"frction": [0, 1]}, "friction"),
+        ("worlds.ranges.friction", [1.2, 0.3], "from 0 to 5"),
+        ("organism.world", {"friction": 9.0}, "0 to 5"),
+        ("organism.world", {"seed": 0.5}, "whole number"),
+    ],
+)
+def test_impossible_worlds_are_refused(key, value, told):
+    with pytest.raises(ExperimentError, match=told):
+        walkers(**{key: value})
+
+
+def test_a_body_without_conditions_has_no_worlds():
+    with pytest.raises(ExperimentError, match="one world alone"):
+        with_overrides(load_experiment("millipede"), {"worlds.number": 2})
