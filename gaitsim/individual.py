@@ -1,7 +1,7 @@
 """One genome with its score, and how its body moves."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim.evaluation.scoring import Evaluation, evaluate_motion
-from gaitsim.experiment import Experiment
+from gaitsim.evaluation.worlds import World, describe
+from gaitsim.experiment import WORLD, Experiment
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.toml import brief
 
 
 class Measurement(NamedTuple):
@@ -70,9 +72,10 @@ class Individual(ReprMixin):
             for a gait from a file.
         genome: (genes,); None for a gait from a file.
         source: the run's folder or the gait's file; None where nothing is recorded.
-        played: the motion of a gait from a file or of a damaged body, a population of one.
+        played: the motion of a gait from a file or of a changed body, a population of one.
         member: which member of its search's front or archive it is; None for the best of a
             generation.
+        changes: options of the body, by key, that are other than in the run.
     """
 
     experiment: Experiment
@@ -83,6 +86,7 @@ class Individual(ReprMixin):
     source: Path | None = None
     played: Motion | None = None
     member: Member | None = None
+    changes: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of_motion(
@@ -99,24 +103,24 @@ class Individual(ReprMixin):
 
     @property
     def title(self) -> str:
-        """Where it comes from and what is damaged, in words."""
+        """Where it comes from and how its body is changed, in words."""
         if not self.generation:
-            return f"{self.source} on the {self.experiment.entries['organism'].name}{self._damaged}"
-        best = f"best of generation {self.generation}{self._damaged}"
+            return f"{self.source} on the {self.experiment.entries['organism'].name}{self._changed}"
+        best = f"best of generation {self.generation}{self._changed}"
         return f"{self.source or self.experiment.name}, {best if self.best_of else self.label}"
 
     @property
     def label(self) -> str:
         """Which one of its run it is, such as 'generation 12' or 'member 3 of generation 12'."""
-        generation = f"generation {self.generation}{self._damaged}"
+        generation = f"generation {self.generation}{self._changed}"
         return generation if self.member is None else f"{self.member} of {generation}"
 
     @property
     def stem(self) -> str:
         """Its part of a file's name, such as 'generation-12' or 'generation-12-member-3'."""
         member = "" if self.member is None else f"-member-{self.member.number}"
-        damage = "".join(c if c.isalnum() or c in "-." else "-" for c in self._damaged[1:])
-        return f"generation-{self.generation}{member}{damage[:100]}"
+        changes = "".join(c if c.isalnum() or c in "-." else "-" for c in self._changed[1:])
+        return f"generation-{self.generation}{member}{changes[:100]}"
 
     @property
     def damage(self) -> tuple[str, ...]:
@@ -124,8 +128,20 @@ class Individual(ReprMixin):
         return tuple(map(str, getattr(self.experiment.organism, "damage", ())))
 
     @property
-    def _damaged(self) -> str:
-        return "".join(f", {one}" for one in self.damage)
+    def world(self) -> World:
+        """The conditions of the world that its body is in by name, by the option `world`."""
+        return dict(getattr(self.experiment.organism, WORLD, {}))
+
+    @property
+    def _changed(self) -> str:
+        """Damage, conditions of the world and what else was changed, each after a comma."""
+        other = (
+            f"{key.removeprefix('organism.')} {brief(value)}"
+            for key, value in self.changes.items()
+            if key not in ("organism.damage", f"organism.{WORLD}")
+        )
+        words = (*self.damage, describe(self.world), *other)
+        return "".join(f", {one}" for one in words if one)
 
     @property
     def best_of(self) -> int | None:

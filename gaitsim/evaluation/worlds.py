@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from gaitsim.contracts.condition import SEED
-from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation.streams import Purpose, stream
-from gaitsim.experiment import OWN_WORLD, WORLD, Experiment, with_overrides
+from gaitsim.experiment import OWN_WORLD, WORLD, Experiment
 from gaitsim.registry import plugin_errors
 
 World = Mapping[str, float]
@@ -82,25 +81,9 @@ def in_world(experiment: Experiment, world: World) -> Experiment:
     return replace(experiment, organism=organism.model_copy(update={WORLD: told}), worlds=OWN_WORLD)
 
 
-def checked_in_world(experiment: Experiment, world: World) -> Experiment:
-    """Return the experiment with its body in a world that a user asks for.
-
-    Raises:
-        GaitsimError: the body has no conditions, or not these, or not these values.
-    """
-    if not has_worlds(experiment):
-        raise GaitsimError(
-            f"the body {experiment.entries['organism'].name!r} has one world alone",
-            allowed="a body with conditions, such as the walker",
-        )
-    try:
-        changed = with_overrides(experiment, {f"organism.{WORLD}": dict(world)})
-    except ExperimentError as error:
-        [problem] = error.problems
-        raise problem from None
-    return replace(changed, worlds=OWN_WORLD)
-
-
 def describe(world: World) -> str:
-    """Return a world in words, such as 'friction 0.4, slope 2'."""
-    return ", ".join(f"{name} {value:.4g}" for name, value in world.items() if name != SEED)
+    """Return a world in words, such as 'friction 0.4, slope 2, seed 17'."""
+    return ", ".join(
+        f"{name} {value:.0f}" if name == SEED else f"{name} {value:.4g}"
+        for name, value in world.items()
+    )

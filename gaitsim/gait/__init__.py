@@ -1,5 +1,6 @@
 """Gait analysis: footfalls, phases, support, travel, and the name of the gait."""
 
+from gaitsim.gait.changed import changed, with_world
 from gaitsim.gait.damaged import can_be_damaged, damaged, with_damage
 from gaitsim.gait.of_individual import analyse_individual, margin_of
 from gaitsim.gait.quantities import quantities
@@ -13,6 +14,7 @@ __all__ = [
     "analyse_gait",
     "analyse_individual",
     "can_be_damaged",
+    "changed",
     "compare_with_twin",
     "damaged",
     "margin_of",
@@ -20,4 +22,5 @@ __all__ = [
     "quantities",
     "stability_margin",
     "with_damage",
+    "with_world",
 ]

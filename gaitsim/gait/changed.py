@@ -1,0 +1,85 @@
+"""A gait on a changed body, such as one in another world."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.evaluation.playing import play
+from gaitsim.evaluation.scoring import evaluate_motion
+from gaitsim.evaluation.worlds import World, describe, has_worlds
+from gaitsim.experiment import OWN_WORLD, WORLD, Experiment, with_overrides
+from gaitsim.individual import Individual
+
+
+def changed(individual: Individual, overrides: Mapping[str, Any], asked: str = "") -> Individual:
+    """Return an individual as its body moves with other options, with the score of that motion.
+
+    A genome moves the changed body, which a gait from a file is played on. The score is that of
+    the body's own world, even if the run's scores are over several worlds.
+
+    Args:
+        individual: of a run or from a file.
+        overrides: values of the body's options by key, such as `{"organism.gravity": 1.6}`.
+        asked: for what the user asked, for messages; '' for the keys.
+
+    Raises:
+        GaitsimError: the body has no such option, or cannot have this value.
+        PluginError: the body cannot move, or the fitness cannot evaluate it.
+    """
+    experiment = with_body(individual.experiment, overrides, asked)
+    angles = individual.joint_angles if individual.genome is None else None
+    played = None if angles is None else play(experiment, angles[None])
+    motion = replace(individual, experiment=experiment, played=played).motion
+    found = evaluate_motion(experiment, motion, 1)
+    return replace(
+        individual,
+        experiment=experiment,
+        score=float(found.scores[0]),
+        terms=found.terms_of(0),
+        played=motion,
+        changes={**individual.changes, **overrides},
+    )
+
+
+def with_body(experiment: Experiment, overrides: Mapping[str, Any], asked: str = "") -> Experiment:
+    """Return an experiment with other options of its body, in the body's own world alone.
+
+    Args:
+        experiment: left unchanged.
+        overrides: values of the body's options by key.
+        asked: for what the user asked, for messages; '' for the keys.
+
+    Raises:
+        GaitsimError: the body has no such option, or cannot have this value.
+    """
+    try:
+        return replace(with_overrides(experiment, overrides), worlds=OWN_WORLD)
+    except ExperimentError as error:
+        if len(error.problems) > 1:
+            raise
+        [problem] = error.problems
+        problem.where = asked or problem.where
+        raise problem from None
+
+
+def with_world(individual: Individual, world: World) -> Individual:
+    """Return an individual as its body moves in a world, with the score of that motion.
+
+    Args:
+        individual: of a run or from a file.
+        world: values of conditions by name, such as `{"friction": 0.4}`; others are as they are.
+
+    Raises:
+        GaitsimError: the body has no conditions, or not these, or not these values.
+        PluginError: the body cannot move, or the fitness cannot evaluate it.
+    """
+    experiment = individual.experiment
+    if not has_worlds(experiment):
+        raise GaitsimError(
+            f"the body {experiment.entries['organism'].name!r} has one world alone",
+            where=describe(world),
+            allowed="a body with conditions, such as the walker",
+        )
+    own = getattr(experiment.organism, WORLD)
+    return changed(individual, {f"organism.{WORLD}": {**own, **world}}, describe(world))

@@ -1,0 +1,56 @@
+"""Gaits on changed bodies."""
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.scoring import evaluate
+from gaitsim.evaluation.worlds import in_world
+from gaitsim.experiment import OWN_WORLD, load_experiment
+from gaitsim.gait import changed, with_world
+from gaitsim.individual import Individual
+
+EXPERIMENT = load_experiment("walker", {"organism.duration": 2, "worlds.number": 2})
+GENOME = EXPERIMENT.space().random(1, np.random.default_rng(3))
+
+
+@pytest.fixture
+def walker():
+    found = evaluate(EXPERIMENT, GENOME)
+    return Individual(EXPERIMENT, found.scores[0], found.terms_of(0), 12, GENOME[0])
+
+
+def test_a_genome_moves_the_changed_body_in_its_own_world(walker):
+    moon = changed(walker, {"organism.gravity": 1.6})
+    assert moon.experiment.organism.gravity == 1.6
+    assert moon.experiment.worlds == OWN_WORLD
+    assert moon.score == evaluate(moon.experiment, GENOME).scores[0] == moon.replayed_score
+    assert moon.score != walker.score
+    assert moon.label == "generation 12, gravity 1.6"
+
+
+def test_a_world_changes_only_its_conditions(walker):
+    slippery = with_world(walker, {"friction": 0.4})
+    weak = with_world(slippery, {"servo_torque": 0.6})
+    expected = in_world(EXPERIMENT, {"friction": 0.4, "servo_torque": 0.6})
+    assert weak.experiment.organism == expected.organism
+    assert weak.score == evaluate(expected, GENOME).scores[0]
+    assert weak.stem == "generation-12-friction-0.4--servo-torque-0.6"
+
+
+def test_a_gait_from_a_file_is_played_on_the_changed_body(walker):
+    angles = walker.motion["joint_angles"]
+    played = Individual.of_motion(EXPERIMENT, EXPERIMENT.organism.play(angles))
+    slippery = with_world(played, {"friction": 0.1})
+    expected = slippery.experiment.organism.play(angles)
+    assert np.array_equal(slippery.motion["joint_angles"], expected["joint_angles"])
+
+
+@pytest.mark.parametrize(
+    ("preset", "world", "named"),
+    [("millipede", {"friction": 1.0}, "one world alone"), ("walker", {"ice": 1.0}, "friction")],
+)
+def test_a_body_is_only_in_worlds_that_it_can_be_in(preset, world, named):
+    individual = Individual(load_experiment(preset), 0.0, {}, 1, GENOME[0])
+    with pytest.raises(GaitsimError, match=named):
+        with_world(individual, world)
