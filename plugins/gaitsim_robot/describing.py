@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Facts
+from gaitsim.legged import SERVOS, Servo
 from gaitsim_robot.anatomy import Anatomy, Leg
-from gaitsim_robot.servos import SERVOS, Servo
 from gaitsim_robot.simulation import Simulation
 
 

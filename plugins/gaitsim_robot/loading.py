@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.errors import nearest
-from gaitsim.legged import Damage
-from gaitsim_robot.anatomy import Anatomy, find_anatomy
+from gaitsim.legged import Damage, Servo
+from gaitsim_robot.anatomy import Anatomy, Floats, find_anatomy
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.quiet import silence
-from gaitsim_robot.servos import Servo, ServoName, joint_servos
+from gaitsim_robot.servos import ServoName, joint_servos
 from gaitsim_robot.simulation import Simulation, build
 from gaitsim_robot.symmetry import Symmetry
 from gaitsim_robot.text import compiled, trust
@@ -86,6 +86,12 @@ def ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
         (float(low), float(high))
         for low, high in (model.joint(name).range for name in anatomy.joints)
     )
+
+
+def standing_angles(text: str, anatomy: Anatomy) -> Floats:
+    """Return the angle of each joint of the legs in the standing pose, (joints,) rad."""
+    model = compiled(text)
+    return anatomy.stance[[model.joint(name).qposadr[0] for name in anatomy.joints]]
 
 
 @lru_cache(maxsize=64)  # an adaptation goes through many damaged robots in turn

@@ -38,6 +38,7 @@ from gaitsim_robot.loading import (
     robot_text,
     servos_of,
     simulation_of,
+    standing_angles,
 )
 from gaitsim_robot.measures import measures
 from gaitsim_robot.servos import ServoName
@@ -281,6 +282,10 @@ class Robot(Organism):
     def joint_names(self) -> tuple[str, ...]:
         """The names of the joints of the legs as in the file, leg by leg."""
         return self.anatomy.joints
+
+    def standing_pose(self) -> Array:
+        """The joint angles of the intact robot in its standing pose, (joints,) rad."""
+        return standing_angles(self.text, self.anatomy)
 
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
         """The names of the joints of each leg: L1, R1 …, or M1 … in the middle."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.legged import Damage
+from gaitsim.legged import Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import posed
 from gaitsim_robot.damaged import impair
 from gaitsim_robot.quaternions import conjugate, product
-from gaitsim_robot.servos import Servo, add_servos
+from gaitsim_robot.servos import add_servos
 from gaitsim_robot.sums import ratio
 
 FRAME_RATE = 50.0  # Hz, of commands and of what is recorded

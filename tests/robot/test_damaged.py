@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
+from gaitsim.legged import SERVOS
 from gaitsim_robot.loading import servos_of, specification
 from gaitsim_robot.motion import walked
 from gaitsim_robot.organism import Robot
-from gaitsim_robot.servos import SERVOS
 from gaitsim_robot.simulation import build
 
 GRAVITY = 9.81

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from stick import servoed_stick, standing_quadruped
 
-from gaitsim_robot.servos import SERVOS, ServoName
+from gaitsim.legged import SERVOS
+from gaitsim_robot.servos import ServoName
 
 EVERY = [*SERVOS.values()]
 
@@ -132,3 +133,15 @@ def test_limits_that_no_robot_of_its_weight_needs_are_lowered():
     for servo in servos.values():
         assert servo.stall_torque < weight
         assert servo.no_load_speed == 50.0
+
+
+def test_goal_positions_are_those_of_the_data_sheets():
+    turns = {name: servo.travel for name, servo in SERVOS.items() if servo.ticks}
+    assert {name: round(math.degrees(turn)) for name, turn in turns.items()} == {
+        "ax-12a": 300,  # 0 to 1023 over 300°
+        "sts3215": 360,  # 0 to 4095, 4096 a turn
+        "xl430-w250": 360,
+    }
+    assert SERVOS["ax-12a"].tick * 1023 == pytest.approx(turns["ax-12a"])
+    assert SERVOS["xl430-w250"].tick * 4096 == pytest.approx(turns["xl430-w250"])
+    assert [SERVOS[name].centre_tick for name in turns] == pytest.approx([511.5, 2048, 2048])
