@@ -7,8 +7,8 @@ import typer
 
 from gaitsim.cli.console import echo, output, print_json, wrote
 from gaitsim.cli.gait_view import print_gait
-from gaitsim.cli.options import BestOf, Damage, Json, MemberOf, RunName
-from gaitsim.cli.parsing import asked_damage, which
+from gaitsim.cli.options import BestOf, Damage, Json, MemberOf, RunName, World
+from gaitsim.cli.parsing import asked_body, which
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
 from gaitsim.errors import GaitsimError
@@ -29,6 +29,7 @@ def analyse(
     generation: BestOf = None,
     member: MemberOf = None,
     damage: Damage = None,
+    world: World = None,
     gait: Annotated[
         Path | None,
         typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
@@ -56,14 +57,17 @@ def analyse(
 
     gaitsim analyse spider --damage "L2 lost" --physics
 
+    gaitsim analyse walker --world "friction 0.4"
+
     gaitsim analyse spider --generation 10 --figure gait.pdf
 
     gaitsim analyse spider --gait my-gait.csv --json
     """
     if figure is not None:
         check_target(figure)
+    changed = asked_body(damage, world)
     opened = RunSnapshot(find_run(run))
-    individual = asked_damage(_individual(opened, which(generation, member), gait), damage)
+    individual = changed(_individual(opened, which(generation, member), gait))
     history = opened.history
     found = analyse_individual(individual)
     if figure is not None:
