@@ -7,8 +7,9 @@ import typer
 
 from gaitsim.cli.console import echo, output, print_json, wrote
 from gaitsim.cli.gait_view import print_gait
-from gaitsim.cli.options import BestOf, Damage, Json, MemberOf, RunName, World
-from gaitsim.cli.parsing import asked_body, which
+from gaitsim.cli.judging import check_worlds, judge_shown
+from gaitsim.cli.options import BestOf, Damage, Json, MemberOf, RunName, Workers, Worlds, WorldSeed
+from gaitsim.cli.parsing import asked_damage, which
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
 from gaitsim.errors import GaitsimError
@@ -18,8 +19,10 @@ from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
 from gaitsim.individual import Asked, Individual, Member
 from gaitsim.render.plots.gait import plot_gait
-from gaitsim.render.plots.style import check_target
+from gaitsim.render.plots.style import check_target, save
+from gaitsim.render.plots.worlds import heading_of_worlds, worlds_figure
 from gaitsim.render.terminal.explanation import on_physics
+from gaitsim.render.terminal.judgement import judged
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -29,7 +32,6 @@ def analyse(
     generation: BestOf = None,
     member: MemberOf = None,
     damage: Damage = None,
-    world: World = None,
     gait: Annotated[
         Path | None,
         typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
@@ -40,8 +42,15 @@ def analyse(
     physics: Annotated[
         bool, typer.Option("--physics", help="Play the gait on the body's twin in physics, too.")
     ] = False,
+    worlds: Worlds = None,
+    world_seed: WorldSeed = None,
+    workers: Workers = None,
     figure: Annotated[
-        Path | None, typer.Option(help="PNG, SVG or PDF of footfalls, phases and stability.")
+        Path | None,
+        typer.Option(
+            help="PNG, SVG or PDF of footfalls, phases and stability; with --worlds, of the "
+            "results in the worlds and over their conditions."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
@@ -57,7 +66,7 @@ def analyse(
 
     gaitsim analyse spider --damage "L2 lost" --physics
 
-    gaitsim analyse walker --world "friction 0.4"
+    gaitsim analyse walker --worlds 100 --figure worlds.png
 
     gaitsim analyse spider --generation 10 --figure gait.pdf
 
@@ -65,13 +74,19 @@ def analyse(
     """
     if figure is not None:
         check_target(figure)
-    changed = asked_body(damage, world)
+    check_worlds(worlds, world_seed)
     opened = RunSnapshot(find_run(run))
-    individual = changed(_individual(opened, which(generation, member), gait))
+    individual = asked_damage(_individual(opened, which(generation, member), gait), damage)
     history = opened.history
     found = analyse_individual(individual)
+    judgement = None
+    if worlds is not None:
+        judgement = judge_shown(individual, worlds, world_seed, workers=workers)
     if figure is not None:
-        plot_gait(found, individual.title, figure)
+        if judgement is None:
+            plot_gait(found, individual.title, figure)
+        else:
+            save(worlds_figure(judgement, heading_of_worlds(judgement, individual.title)), figure)
         wrote(figure)
     twin = on_twin(individual) if physics else None
     robustness = None
@@ -84,6 +99,7 @@ def analyse(
             {
                 "run": str(opened.path),
                 **analysis,
+                "unseen_worlds": judgement.to_dict() if judgement else None,
                 "figure": str(figure) if figure else None,
             }
         )
@@ -95,6 +111,10 @@ def analyse(
     if twin is not None:
         output().print()
         print_section(on_physics(individual, twin))
+    if judgement is not None:
+        for section in judged(judgement):
+            output().print()
+            print_section(section)
     if figure is not None:
         echo(f"\n{figure}")
 

@@ -26,14 +26,17 @@ Damage = Annotated[
         help="Damage to the body, such as 'L2 lost' or 'R1 femur stuck 20'; may be repeated.",
     ),
 ]
-World = Annotated[
-    list[str] | None,
+Worlds = Annotated[
+    int | None,
     typer.Option(
-        "--world",
-        metavar="TEXT",
-        help="A condition of the world that the body is in, such as 'friction 0.4'; may be "
-        "repeated. 'gaitsim plugins show BODY' lists them.",
+        "--worlds",
+        metavar="N",
+        help="Judge it in so many worlds that it has not seen, such as 100: how far, falls, and "
+        "which condition hurts most.",
     ),
+]
+WorldSeed = Annotated[
+    int | None, typer.Option(help="Seed of the unseen worlds. Default: 0.", show_default=False)
 ]
 ExperimentName = Annotated[
     str,

@@ -108,6 +108,11 @@ class Worlds(BaseModel):
     )
 
     @property
+    def own(self) -> "Worlds":
+        """The world of the body's options alone; the ranges stay, for unseen worlds."""
+        return Worlds(ranges=self.ranges)
+
+    @property
     def counted(self) -> int:
         """How many of an individual's worlds, its worst, its score is the mean of."""
         share = {"mean": self.number, "worst": 1, "worst tenth": -(-self.number // 10)}

@@ -8,7 +8,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation.playing import play
 from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.evaluation.worlds import World, describe, has_worlds
-from gaitsim.experiment import OWN_WORLD, WORLD, Experiment, with_overrides
+from gaitsim.experiment import WORLD, Experiment, with_overrides
 from gaitsim.individual import Individual
 
 
@@ -54,7 +54,7 @@ def with_body(experiment: Experiment, overrides: Mapping[str, Any], asked: str =
         GaitsimError: the body has no such option, or cannot have this value.
     """
     try:
-        return replace(with_overrides(experiment, overrides), worlds=OWN_WORLD)
+        return replace(with_overrides(experiment, overrides), worlds=experiment.worlds.own)
     except ExperimentError as error:
         if len(error.problems) > 1:
             raise
@@ -74,25 +74,12 @@ def with_world(individual: Individual, world: World) -> Individual:
         GaitsimError: the body has no conditions, or not these, or not these values.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
-    told = _told(individual.experiment, world)
-    return changed(individual, told, describe(world))
-
-
-def put_into(experiment: Experiment, world: World) -> Experiment:
-    """Return an experiment with its body in a world that a user asks for.
-
-    Raises:
-        GaitsimError: the body has no conditions, or not these, or not these values.
-    """
-    return with_body(experiment, _told(experiment, world), describe(world))
-
-
-def _told(experiment: Experiment, world: World) -> dict[str, World]:
-    """Return the option that puts a body into a world, as overrides."""
+    experiment = individual.experiment
     if not has_worlds(experiment):
         raise GaitsimError(
             f"the body {experiment.entries['organism'].name!r} has one world alone",
             where=describe(world),
             allowed="a body with conditions, such as the walker",
         )
-    return {f"organism.{WORLD}": {**getattr(experiment.organism, WORLD), **world}}
+    own = getattr(experiment.organism, WORLD)
+    return changed(individual, {f"organism.{WORLD}": {**own, **world}}, describe(world))

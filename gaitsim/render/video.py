@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitsim.choices import VideoFormat
 from gaitsim.errors import GaitsimError, unknown
+from gaitsim.gait.damaged import with_damage
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Asked, Individual
 from gaitsim.registry import contract_error
@@ -114,11 +115,11 @@ class Video:
         run: whose champions are shown.
         generations: whose best, or which members; () for the best of all.
         settings: size, speed, view and colours; the defaults of `RenderSettings` for None.
-        changed: moves an individual on a changed body, such as `with_world` with a world.
+        damage: to the bodies, such as 'L2 lost'.
 
     Raises:
         RunError: there is no such generation, or no champion.
-        GaitsimError: a body cannot be changed like this, or there is no room to name so many.
+        GaitsimError: a body cannot have this damage, or there is no room to name so many bodies.
     """
 
     def __init__(
@@ -126,10 +127,12 @@ class Video:
         run: RunSnapshot,
         generations: Sequence[Asked] = (),
         settings: RenderSettings | None = None,
-        changed: Callable[[Individual], Individual] = lambda individual: individual,
+        damage: Sequence[str] = (),
     ) -> None:
         self.run, self.settings = run, settings or RenderSettings()
-        shown = [changed(run.individual(one)) for one in generations or (None,)]
+        shown = [run.individual(generation) for generation in generations or (None,)]
+        if damage:
+            shown = [with_damage(one, damage) for one in shown]
         self.generations = tuple(one.generation for one in shown)
         self._stem = shown[0].stem
         self._check_room(len(shown))

@@ -69,18 +69,6 @@ def test_a_damaged_body_is_analysed_and_plotted(gaitsim, spider, tmp_path):
     assert "does not take --damage" in refused
 
 
-def test_a_body_is_analysed_and_shown_in_another_world(gaitsim, tmp_path):
-    gaitsim("run", "walker", "--population", 4, "--generations", 1, "--set", "organism.duration=2")
-    ice = ("--world", "friction 0.1", "--world", "servo_torque=0.7")
-    usual, found = (
-        strict(gaitsim("analyse", "walker", *world, "--json").stdout) for world in ((), ice)
-    )
-    assert found["score"] != usual["score"]
-    assert "friction 0.1, servo_torque 0.7" in gaitsim("play", "walker", "--at", 1, *ice).stdout
-    for wrong, said in (("ice 1", "friction"), ("friction 9", "0 to 5"), ("friction", "a number")):
-        assert said in gaitsim("analyse", "walker", "--world", wrong, code=2).stderr
-
-
 def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):
     tetrapod = ("--gait", GAITS / "alternating-tetrapod.npz", "--physics")
     found = strict(gaitsim("analyse", "spider", *tetrapod, "--json").stdout)
@@ -239,3 +227,41 @@ def test_runs_that_are_not_there_are_reported(gaitsim, puppet, tmp_path):
         assert says in done.stderr
         assert done.stdout == ""
     assert not list((tmp_path / "runs/unbegun/exports").iterdir())
+
+
+@pytest.fixture
+def walker(gaitsim):
+    """A run of walkers over a second."""
+    gaitsim("run", "walker", *SMALL, "--set", "organism.duration=1")
+
+
+def test_a_gait_is_judged_in_unseen_worlds(gaitsim, walker, tmp_path):
+    judged = ("analyse", "walker", "--worlds", 12, "--workers", 1)
+    shown = gaitsim(*judged, "--figure", "worlds.png")
+    assert "In 12 unseen worlds" in shown.stdout
+    assert (tmp_path / "worlds.png").read_bytes().startswith(b"\x89PNG")
+    found = strict(gaitsim(*judged, "--json").stdout)["unseen_worlds"]
+    assert len(found["worlds"]) == found["number"] == 12
+    results = [one["result"] for one in found["worlds"]]
+    assert found["median"] == np.median(results)
+    others = strict(gaitsim("analyse", "walker", "--worlds", 2, "--world-seed", 7, "--json").stdout)
+    assert others["unseen_worlds"]["worlds"][0]["world"] != found["worlds"][0]["world"]
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (("--worlds", 0), "number of worlds"),
+        (("--worlds", 10**9), "10,000"),
+        (("--worlds", 3, "--world-seed", -1), "seed of worlds"),
+        (("--world-seed", 3), "--worlds"),
+        (("--worlds", "nan"), "--worlds"),
+    ],
+)
+def test_worlds_that_cannot_be_are_refused(gaitsim, options, named):
+    assert named in gaitsim("analyse", "walker", *options, code=2).stderr
+
+
+def test_a_body_with_one_world_is_not_judged(gaitsim):
+    gaitsim("run", "millipede", "--population", 11, "--generations", 2)
+    assert "one world alone" in gaitsim("analyse", "millipede", "--worlds", 3, code=2).stderr

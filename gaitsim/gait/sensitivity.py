@@ -1,0 +1,144 @@
+"""Which conditions of the world hurt, and where, from worlds drawn at random.
+
+A condition is divided into thirds of its range. The share of the variance that the means of the
+thirds explain is the first-order sensitivity index from given data (Plischke, Borgonovo and Smith
+2013, "Global sensitivity measures from given data"). Unlike a correlation, it sees a condition
+that hurts on both sides, such as a slope. Chance alone exceeds the largest share of all conditions
+in one of twenty permutations of the results (Westfall and Young 1993, "Resampling-based multiple
+testing"); conditions below that are not reported.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.gait.intervals import Floats
+
+PARTS = 3
+LEAST = 12  # worlds, with four in a third
+PERMUTATIONS = 999
+LEVEL = 0.05
+MOST_PERMUTED = 2**20  # values at a time, 8 MB
+
+
+@dataclass(frozen=True)
+class Effect:
+    """How a condition affects a result.
+
+    Attributes:
+        condition: its name.
+        share: of the variance of the result over worlds, from 0 to 1, corrected for chance.
+        p: probability of at least this share by chance, corrected for all conditions.
+        hurting: the intervals in which the result is low, ascending, (low, high) each.
+        loss: mean result of the worlds outside these intervals, less the mean of those within.
+    """
+
+    condition: str
+    share: float
+    p: float
+    hurting: tuple[tuple[float, float], ...]
+    loss: float
+
+    def within(self, values: Floats) -> NDArray[np.bool_]:
+        """Return which values of the condition, (worlds,), are in the intervals that hurt."""
+        inside = np.zeros(len(values), dtype=np.bool_)
+        for low, high in self.hurting:
+            inside |= (low <= values) & (values <= high)
+        return inside
+
+
+def effects(
+    conditions: Mapping[str, Floats],
+    ranges: Mapping[str, tuple[float, float]],
+    results: Floats,
+) -> tuple[Effect, ...]:
+    """Return the conditions that affect a result beyond chance, the strongest first.
+
+    Args:
+        conditions: values by name, (worlds,) each.
+        ranges: lowest and highest value of each.
+        results: of which more is better, (worlds,); worlds where it is not finite do not count.
+    """
+    counted = np.isfinite(results)
+    names = [name for name in conditions if ranges[name][0] < ranges[name][1]]
+    y = results[counted]
+    if len(y) < LEAST or not names or np.ptp(y) <= 1e-9 * np.abs(y).max():
+        return ()
+    y = y - y.mean()
+    edges = np.array([np.linspace(*ranges[name], PARTS + 1) for name in names])
+    parts = np.stack(
+        [
+            np.searchsorted(inner, conditions[name][counted])
+            for name, inner in zip(names, edges[:, 1:-1], strict=True)
+        ]
+    )
+    member = (parts[:, None] == np.arange(PARTS)[:, None]).astype(np.float64)
+    counts = member.sum(axis=2)  # (conditions, parts)
+    shares = _explained(y[None], member, counts)[0]
+    largest = _by_chance(y, member, counts)
+    found = []
+    for index in np.argsort(-shares, kind="stable").tolist():
+        p = float((1 + (largest >= shares[index]).sum()) / (1 + PERMUTATIONS))
+        if p > LEVEL:
+            break
+        found.append(_effect(names[index], edges[index], parts[index], y, float(shares[index]), p))
+    return tuple(found)
+
+
+def _explained(results: Floats, member: Floats, counts: Floats) -> Floats:
+    """Return the share of the variance that the means of the parts explain.
+
+    Args:
+        results: of mean 0, (draws, worlds).
+        member: 1 where a world is in a part, (conditions, parts, worlds).
+        counts: of worlds, (conditions, parts).
+
+    Returns:
+        (draws, conditions).
+    """
+    flat = member.reshape(-1, member.shape[2])
+    sums = (results @ flat.T).reshape(len(results), *counts.shape)
+    between = np.where(counts > 0, sums**2 / np.maximum(counts, 1), 0.0).sum(axis=2)
+    shares: Floats = between / (results**2).sum(axis=1, keepdims=True)
+    return shares
+
+
+def _by_chance(results: Floats, member: Floats, counts: Floats) -> Floats:
+    """Return the largest share of all conditions in each permutation, (permutations,)."""
+    rng, most = np.random.default_rng(0), max(1, MOST_PERMUTED // len(results))
+    largest = []
+    for start in range(0, PERMUTATIONS, most):
+        draws = min(most, PERMUTATIONS - start)
+        permuted = rng.permuted(np.tile(results, (draws, 1)), axis=1)
+        largest.append(_explained(permuted, member, counts).max(axis=1))
+    return np.concatenate(largest)
+
+
+def _effect(
+    name: str, edges: Floats, parts: NDArray[np.intp], results: Floats, share: float, p: float
+) -> Effect:
+    occupied = [part for part in range(PARTS) if (parts == part).any()]
+    means = {part: results[parts == part].mean() for part in occupied}
+    low, high = min(means.values()), max(means.values())
+    # A straight response puts the middle third half-way: it counts as neither.
+    hurting = [part for part in occupied if means[part] <= low + (high - low) / 3]
+    inside = np.isin(parts, hurting)
+    worlds, groups = len(results), len(occupied)
+    return Effect(
+        name,
+        max(0.0, 1 - (1 - share) * (worlds - 1) / (worlds - groups)),
+        p,
+        _joined([(float(edges[part]), float(edges[part + 1])) for part in hurting]),
+        float(results[~inside].mean() - results[inside].mean()),
+    )
+
+
+def _joined(intervals: list[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Join intervals that touch."""
+    joined: list[tuple[float, float]] = []
+    for low, high in intervals:
+        touches = bool(joined) and joined[-1][1] == low
+        joined.append((joined.pop()[0] if touches else low, high))
+    return tuple(joined)

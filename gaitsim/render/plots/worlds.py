@@ -1,0 +1,144 @@
+"""Plot what became of a gait in unseen worlds: the distribution, and against each condition."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitsim.gait.intervals import Floats
+from gaitsim.gait.sensitivity import PARTS
+from gaitsim.gait.unseen import Judgement
+from gaitsim.render.plots.labels import head, numeral
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+from gaitsim.render.terminal.judgement import falls, spaced
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMNS = 4
+_HEIGHT = 1.55  # inches of a row of panels
+_DOT = 7.0  # points², the area of a world's mark
+
+
+def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figure":
+    """Draw the sorted results, and the results over each condition, the one that hurts most first.
+
+    All panels have the results as their vertical axis.
+    """
+    from matplotlib.figure import Figure
+
+    strongest = [one.condition for one in found.effects]
+    names = [*strongest, *(name for name in found.ranges if name not in strongest)]
+    panels = 1 + len(names)
+    columns = min(COLUMNS, panels)
+    rows = -(-panels // columns)
+    with styled(theme):
+        figure = Figure(figsize=(2 * WIDTH, 0.65 + rows * _HEIGHT))
+        places = figure.subplots(rows, columns, sharey=True, squeeze=False)
+        for unused in places.ravel()[panels:]:
+            unused.remove()
+        first, *others = places.ravel()[:panels]
+        _distribution(first, found, theme)
+        for axes, name in zip(others, names, strict=True):
+            _condition(axes, found, name, theme)
+        unit = f" ({found.unit})" if found.unit else ""
+        for axes in places[:, 0]:
+            axes.set_ylabel(f"{found.measure}{unit}")
+        handles: dict[str, object] = {}
+        for axes in (first, *others):
+            marks, labels = axes.get_legend_handles_labels()
+            for label, mark in zip(labels, marks, strict=True):
+                handles.setdefault(label, mark)
+        head(figure, heading, [*handles.values()], [*handles])
+    return figure
+
+
+def heading_of_worlds(found: Judgement, title: str) -> str:
+    """Return the heading of the figure: whose gait, how many worlds, and how often it fell."""
+    return f"{title}: {len(found.worlds):,} unseen worlds, {falls(found)}"
+
+
+def _distribution(axes: "Axes", found: Judgement, theme: Theme) -> None:
+    """Draw the results in order over the share of worlds with lower ones."""
+    order = np.argsort(found.results, kind="stable")
+    share = 100 * (np.arange(len(order)) + 0.5) / len(order)
+    _worlds(axes, share, found, theme, order)
+    axes.axvspan(0, 10, color=theme.faint, alpha=0.35, linewidth=0, zorder=0)
+    if np.isfinite(found.worst_tenth):
+        axes.plot(
+            [0, 10],
+            [found.worst_tenth] * 2,
+            color=theme.ink,
+            linewidth=1.4,
+            solid_capstyle="butt",
+        )
+        axes.annotate(
+            f"worst tenth {numeral(round(found.worst_tenth, 3))}",
+            (10, found.worst_tenth),
+            (3, 0),
+            textcoords="offset points",
+            fontsize=6.5,
+            va="center",
+        )
+    axes.set_xlim(0, 100)
+    axes.set_xlabel("share of worlds (%)")
+
+
+def _condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
+    """Draw the results over a condition, with the means of its thirds, and where it hurts."""
+    values, (low, high) = found.conditions[name], found.ranges[name]
+    effect = next((one for one in found.effects if one.condition == name), None)
+    for start, end in effect.hurting if effect else ():
+        axes.axvspan(
+            start, end, color=theme.colours[1], alpha=0.13, linewidth=0, label="where it hurts"
+        )
+    _worlds(axes, values, found, theme, np.arange(len(values)))
+    if low < high:
+        edges = np.linspace(low, high, PARTS + 1)
+        finite = np.isfinite(found.results)
+        parts = np.searchsorted(edges[1:-1], values)
+        for part in range(PARTS):
+            inside = finite & (parts == part)
+            if inside.any():
+                axes.plot(
+                    edges[part : part + 2],
+                    [found.results[inside].mean()] * 2,
+                    color=theme.ink,
+                    linewidth=1.4,
+                    solid_capstyle="butt",
+                    label="mean of a third",
+                )
+        axes.set_xlim(low, high)
+    unit = f" ({found.units[name]})" if found.units[name] else ""
+    axes.set_xlabel(f"{spaced(name)}{unit}")
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _worlds(
+    axes: "Axes", across: Floats, found: Judgement, theme: Theme, order: np.ndarray
+) -> None:
+    """Mark each world at its place, falls by crosses; failed motions lie on the axis."""
+    results, fell = found.results[order], found.fell[order]
+    nominal, colours = found.nominal.result, theme.colours
+    if np.isfinite(nominal):
+        axes.axhline(
+            nominal, color=colours[2], linewidth=0.9, linestyle="--", label="nominal world"
+        )
+    kept = ~fell & np.isfinite(results)
+    axes.scatter(
+        across[kept], results[kept], s=_DOT, color=colours[0], linewidth=0, alpha=0.8, label="world"
+    )
+    cross: dict[str, Any] = {
+        "s": 2.4 * _DOT,
+        "marker": "x",
+        "color": colours[1],
+        "linewidth": 0.9,
+        "label": "fall",
+    }
+    fallen = fell & np.isfinite(results)
+    if fallen.any():
+        axes.scatter(across[fallen], results[fallen], **cross)
+    failed = ~np.isfinite(results)
+    if failed.any():
+        foot = axes.get_xaxis_transform()
+        axes.scatter(across[failed], np.zeros(failed.sum()), transform=foot, clip_on=False, **cross)

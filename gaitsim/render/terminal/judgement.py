@@ -1,0 +1,123 @@
+"""What became of a gait in unseen worlds, as tables and sentences for a terminal."""
+
+import math
+from collections.abc import Iterator
+
+from gaitsim.evaluation.worlds import describe
+from gaitsim.gait.sensitivity import Effect
+from gaitsim.gait.unseen import Judgement
+from gaitsim.render.terminal.explanation import Passage, or_dash
+from gaitsim.render.terminal.text import number
+
+
+def judged(found: Judgement) -> Iterator[Passage]:
+    """Yield the distribution of the results over worlds, and which conditions hurt."""
+    shares = {"best": 1.0, "upper quartile": 0.75, "median": 0.5, "lower quartile": 0.25}
+    results = {
+        "nominal world": found.nominal.result,
+        **{name: found.quantile(share) for name, share in shares.items()},
+        "worst tenth, mean": found.worst_tenth,
+        "worst": found.quantile(0.0),
+    }
+    measure = f"{found.measure} {found.unit}".rstrip()
+    rows = tuple(
+        (name, or_dash(value, 3), percent(found.kept(value))) for name, value in results.items()
+    )
+    nominal = " It falls in the nominal world, too." if found.nominal.fell else ""
+    notes = [f"{_capital(falls(found))}.{nominal}"]
+    if found.failures:
+        notes.append(f"A motion fails: {found.failures[0]}")
+    notes.append(f"Worlds: seed {found.seed}; {', '.join(_ranges(found))}.")
+    notes.append(f"The worst one: {describe(found.worst)}.")
+    yield Passage(
+        f"In {len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}",
+        columns=("", measure, "of nominal"),
+        rows=rows,
+        numbers=(measure, "of nominal"),
+        notes=tuple(notes),
+    )
+    yield _hurting(found)
+
+
+def _hurting(found: Judgement) -> Passage:
+    if not found.effects:
+        return Passage(notes=("No condition affects it beyond chance.",))
+    less = f"less {found.unit}".rstrip()
+    rows = tuple(
+        (
+            one.condition,
+            where(one, found),
+            number(one.loss, 3),
+            f"{int(found.fell[inside].sum())} of {int(inside.sum())}",
+            f"{100 * one.share:.0f} %",
+        )
+        for one in found.effects
+        for inside in [one.within(found.conditions[one.condition])]
+    )
+    numbers = (less, "falls there", "explains")
+    return Passage(
+        "What hurts",
+        columns=("condition", "where", *numbers),
+        rows=rows,
+        numbers=numbers,
+        notes=("Explains: its share of the variance over worlds. Others are within chance.",),
+    )
+
+
+def in_one_line(found: Judgement) -> str:
+    """Return it in one line, such as 'in 100 unseen worlds: median 1.92 m, …'."""
+    unit = f" {found.unit}".rstrip()
+    hurts = f"; {spaced(found.effects[0].condition)} hurts most" if found.effects else ""
+    worlds = f"{len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}"
+    return (
+        f"in {worlds}: median {or_dash(found.median, 2)}{unit}, worst tenth "
+        f"{or_dash(found.worst_tenth, 2)}{unit}, {falls(found)}{hurts}"
+    )
+
+
+def falls(found: Judgement) -> str:
+    """Return in how many worlds it falls, such as '3 falls'."""
+    return {0: "no falls", 1: "1 fall"}.get(found.falls, f"{found.falls:,} falls")
+
+
+def where(effect: Effect, found: Judgement) -> str:
+    """Return where a condition hurts, such as 'below −1° or above 1°'."""
+    least, most = found.ranges[effect.condition]
+    unit = found.units[effect.condition]
+    words = []
+    for low, high in effect.hurting:
+        if low <= least:
+            words.append(f"below {quantity(high, unit)}")
+        elif high >= most:
+            words.append(f"above {quantity(low, unit)}")
+        else:
+            words.append(f"{_short(low)} to {quantity(high, unit)}")
+    return " or ".join(words)
+
+
+def quantity(value: float, unit: str) -> str:
+    """Return a value of a condition with its unit, such as '0.05 s' or '3°'."""
+    return f"{_short(value)}{unit if unit == '°' else f' {unit}'.rstrip()}"
+
+
+def spaced(condition: str) -> str:
+    """Return the name of a condition as prose has it, such as 'side slope'."""
+    return condition.replace("_", " ")
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent; a dash for none."""
+    return f"{number(100 * share, 0)} %" if math.isfinite(share) else "–"
+
+
+def _ranges(found: Judgement) -> Iterator[str]:
+    for name, (low, high) in found.ranges.items():
+        yield f"{name} {_short(low)} to {quantity(high, found.units[name])}"
+
+
+def _short(value: float) -> str:
+    return f"{value:z.3g}".replace("-", "−")
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

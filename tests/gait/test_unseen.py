@@ -1,0 +1,127 @@
+"""Gaits judged in worlds that they have not seen."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.scoring import evaluate
+from gaitsim.evaluation.worlds import drawn, unseen
+from gaitsim.experiment import load_experiment
+from gaitsim.gait import with_world
+from gaitsim.gait.unseen import Judgement, Outcome, judge
+from gaitsim.individual import Individual
+from gaitsim.render.terminal.judgement import in_one_line, judged
+
+EXPERIMENT = load_experiment("walker", {"organism.duration": 1, "worlds.number": 3})
+GENOME = EXPERIMENT.space().random(1, np.random.default_rng(3))
+
+
+@pytest.fixture(scope="module")
+def walker():
+    found = evaluate(EXPERIMENT, GENOME)
+    return Individual(EXPERIMENT, found.scores[0], found.terms_of(0), 12, GENOME[0])
+
+
+@pytest.fixture(scope="module")
+def judgement(walker):
+    return judge(walker, 15, workers=1)
+
+
+def test_each_world_is_that_of_a_gait_played_there_alone(walker, judgement):
+    assert judgement.worlds == unseen(EXPERIMENT, 15)
+    for world, outcome in zip(judgement.worlds[:4], judgement.outcomes, strict=False):
+        alone = with_world(walker, world)
+        assert (outcome.score, outcome.result) == (alone.score, alone.measures["forward"])
+        assert outcome.fell == (alone.measures["lasted"] < 1)
+    assert judgement.nominal.score == walker.replayed_score
+    assert not {world["seed"] for world in drawn(EXPERIMENT, 1)} & {
+        world["seed"] for world in judgement.worlds
+    }
+
+
+def test_quantiles_are_those_of_numpy(judgement):
+    results = np.array([outcome.result for outcome in judgement.outcomes])
+    assert judgement.median == np.median(results)
+    assert judgement.quantile(0.25) == np.percentile(results, 25)
+    assert judgement.worst_tenth == np.sort(results)[:2].mean()  # of 15, two
+    assert results.argmin() == judgement.worlds.index(judgement.worst)
+
+
+@pytest.mark.slow  # two processes start
+def test_the_number_of_workers_and_the_order_change_nothing(walker, judgement):
+    done = []
+    shared = judge(walker, 15, workers=2, advance=done.append)
+    assert shared.outcomes == judgement.outcomes
+    assert sum(done) == 15
+
+
+def test_ranges_are_those_of_the_experiment_without_what_is_fixed(walker):
+    ranges = {"friction": (0.5, 0.6), "servo_torque": (0.8, 0.9)}
+    told = load_experiment("walker", {"organism.duration": 1, "worlds.ranges": ranges})
+    changed = with_world(replace(walker, experiment=told), {"friction": 0.2})
+    found = judge(changed, 2, seed=4, workers=1)
+    assert found.ranges == {"servo_torque": (0.8, 0.9)}
+    assert found.outcomes[0] == judge(changed, 2, seed=4, ranges=found.ranges).outcomes[0]
+    first = with_world(changed, found.worlds[0])
+    assert first.world["friction"] == 0.2
+    assert found.outcomes[0].score == first.score
+
+
+def made(results, fell=None, measure="forward", unit="m", **conditions):
+    """A judgement with these results."""
+    count = len(results)
+    worlds = tuple(
+        {name: float(values[at]) for name, values in conditions.items()} for at in range(count)
+    )
+    fell = np.zeros(count, bool) if fell is None else fell
+    return Judgement(
+        measure,
+        unit,
+        Outcome(2.0, 2.0, False),
+        {name: (float(v.min()), float(v.max())) for name, v in conditions.items()},
+        dict.fromkeys(conditions, "°"),
+        0,
+        worlds,
+        tuple(Outcome(float(r), 0.0, bool(f)) for r, f in zip(results, fell, strict=True)),
+    )
+
+
+def test_what_is_said_of_worlds():
+    slope = np.linspace(-3, 3, 120)
+    found = made(np.where(np.abs(slope) > 1, 1.6, 1.9), np.abs(slope) > 2.9, side_slope=slope)
+    assert in_one_line(found) == (
+        "in 120 unseen worlds: median 1.60 m, worst tenth 1.60 m, 4 falls; side slope hurts most"
+    )
+    table, hurting = judged(found)
+    assert ("worst tenth, mean", "1.600", "80 %") in table.rows
+    [row] = hurting.rows
+    assert row[:4] == ("side_slope", "below −1° or above 1°", "0.300", "4 of 80")
+
+
+def test_failed_motions_do_not_spoil_what_is_said():
+    found = made(np.r_[-np.inf, -np.inf, np.arange(18.0)], measure="score", unit="",
+                 friction=np.linspace(0, 1, 20))  # fmt: skip
+    assert found.worst_tenth == -np.inf
+    assert found.median == 7
+    assert "worst tenth –" in in_one_line(found)
+
+
+@pytest.mark.parametrize("number", [0, 10**9, 2.5, float("nan"), True])
+def test_an_invalid_number_of_worlds_is_refused(walker, number):
+    with pytest.raises(GaitsimError, match="number of worlds"):
+        judge(walker, number)
+
+
+@pytest.mark.parametrize("seed", [-1, float("nan"), "x", 2**60])
+def test_an_invalid_seed_is_refused(walker, seed):
+    with pytest.raises(GaitsimError, match="seed"):
+        judge(walker, 3, seed=seed)
+
+
+def test_a_body_with_one_world_is_refused():
+    millipede = load_experiment("millipede")
+    genome = millipede.space().random(1, np.random.default_rng(0))[0]
+    with pytest.raises(GaitsimError, match="one world alone"):
+        judge(Individual(millipede, 0.0, {}, 1, genome))
