@@ -1,8 +1,8 @@
 """Robots of the presets, 10 s each, on one core and on all; beside them the physics engine alone.
 
-The floor is `mj_step` of the same world, with the same commands from the same start, each robot
-alone, and nothing read or recorded. Only individuals of the first population that do not fall take
-part; the others would end their work early.
+The floor is `mj_step` of the same simulation, with the same commands from the same start, each
+robot alone, and nothing read or recorded. Only individuals of the first population that do not fall
+take part; the others would end their work early.
 """
 
 import mujoco
@@ -52,14 +52,16 @@ def walking(preset: str) -> None:
 
 def plain(robot: Robot, commands: np.ndarray) -> None:
     """Step each robot through its commands, which are held for a frame."""
-    world = robot.world
-    data = mujoco.MjData(world.model)
+    simulation = robot.simulation
+    data = mujoco.MjData(simulation.model)
     for frames in commands:
-        mujoco.mj_setState(world.model, data, world.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-        data.ctrl[:] = world.rest
+        mujoco.mj_setState(
+            simulation.model, data, simulation.start, mujoco.mjtState.mjSTATE_FULLPHYSICS
+        )
+        data.ctrl[:] = simulation.rest
         for frame in frames[:-1]:
-            data.ctrl[world.ctrl] = frame
-            mujoco.mj_step(world.model, data, world.steps)
+            data.ctrl[simulation.ctrl] = frame
+            mujoco.mj_step(simulation.model, data, simulation.steps)
 
 
 if __name__ == "__main__":

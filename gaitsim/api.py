@@ -16,8 +16,10 @@ from gaitsim.adaptation.of_run import RunAdaptations
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.worlds import World
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
+from gaitsim.gait.changed import with_world
 from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
 from gaitsim.render.notebook import RunViews, picture
@@ -218,20 +220,29 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
         """
         return self.replay()
 
-    def replay(self, generation: int | None = None, *, member: int | None = None) -> Individual:
+    def replay(
+        self,
+        generation: int | None = None,
+        *,
+        member: int | None = None,
+        world: World | None = None,
+    ) -> Individual:
         """Return the best individual of one generation; of all where none is given.
 
         Args:
             generation: whose best.
             member: number of a member of the search's front or archive instead, from 1.
+            world: conditions of the world that its body is in, such as `{"friction": 0.4}`; None
+                for the body's own world.
 
         Raises:
-            GaitsimError: both are given.
+            GaitsimError: generation and member are given, or the body cannot be in this world.
             RunError: there is no such generation or member, or all its individuals failed.
         """
         if generation is not None and member is not None:
             raise GaitsimError("replay() takes a generation or a member, not both", where=ARGUMENTS)
-        return self.snapshot.individual(generation if member is None else Member(member))
+        found = self.snapshot.individual(generation if member is None else Member(member))
+        return with_world(found, world) if world else found
 
     @property
     def members(self) -> Members | None:

@@ -252,6 +252,8 @@ def test_the_champion_is_the_best_of_all(walked: gs.Search) -> None:
     assert (first.generation, first.score) == (1, run.history["best"][0])
     with pytest.raises(gs.GaitsimError, match="no generation 99"):
         run.replay(99)
+    with pytest.raises(gs.GaitsimError, match="condition"):
+        run.replay(world={"ice": 1.0})
 
 
 def test_pictures(walked: gs.Search, tmp_path: Path) -> None:

@@ -8,8 +8,18 @@ import typer
 from gaitsim.cli.console import echo, output, print_json, wrote
 from gaitsim.cli.gait_view import print_gait
 from gaitsim.cli.judging import check_worlds, judge_shown
-from gaitsim.cli.options import BestOf, Damage, Json, MemberOf, RunName, Workers, Worlds, WorldSeed
-from gaitsim.cli.parsing import asked_damage, which
+from gaitsim.cli.options import (
+    BestOf,
+    Damage,
+    Json,
+    MemberOf,
+    RunName,
+    Workers,
+    World,
+    Worlds,
+    WorldSeed,
+)
+from gaitsim.cli.parsing import asked_body, which
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
 from gaitsim.errors import GaitsimError
@@ -32,6 +42,7 @@ def analyse(
     generation: BestOf = None,
     member: MemberOf = None,
     damage: Damage = None,
+    world: World = None,
     gait: Annotated[
         Path | None,
         typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
@@ -66,6 +77,8 @@ def analyse(
 
     gaitsim analyse spider --damage "L2 lost" --physics
 
+    gaitsim analyse walker --world "friction 0.4"
+
     gaitsim analyse walker --worlds 100 --figure worlds.png
 
     gaitsim analyse spider --generation 10 --figure gait.pdf
@@ -74,9 +87,10 @@ def analyse(
     """
     if figure is not None:
         check_target(figure)
+    changed = asked_body(damage, world)
     check_worlds(worlds, world_seed)
     opened = RunSnapshot(find_run(run))
-    individual = asked_damage(_individual(opened, which(generation, member), gait), damage)
+    individual = changed(_individual(opened, which(generation, member), gait))
     history = opened.history
     found = analyse_individual(individual)
     judgement = None

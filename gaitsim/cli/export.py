@@ -8,8 +8,8 @@ import typer
 
 from gaitsim.choices import GaitFormat
 from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName
-from gaitsim.cli.parsing import asked_damage, file_format, which
+from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName, World
+from gaitsim.cli.parsing import asked_body, file_format, which
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
 from gaitsim.gait.files.writer import Gait, check_folder, gait_of, write_gait
@@ -33,6 +33,7 @@ def export(
     generation: BestOf = None,
     member: MemberOf = None,
     damage: Damage = None,
+    world: World = None,
     keyframe_ms: Annotated[
         int | None,
         _servo(min=1, max=60_000, help="Milliseconds between two rows. Default: every frame."),
@@ -83,7 +84,7 @@ def export(
             allowed="servo, with these options",
         )
     servos = ServoRange.around(centre or 0.0, low, high) if table else None
-    individual = asked_damage(opened.individual(which(generation, member)), damage)
+    individual = asked_body(damage, world)(opened.individual(which(generation, member)))
     gait = gait_of(individual)
     ends = "servo.csv" if servos else chosen
     path = out or exports_folder(opened.path) / f"gait-{individual.stem}.{ends}"

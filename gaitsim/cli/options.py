@@ -26,6 +26,15 @@ Damage = Annotated[
         help="Damage to the body, such as 'L2 lost' or 'R1 femur stuck 20'; may be repeated.",
     ),
 ]
+World = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--world",
+        metavar="TEXT",
+        help="A condition of the world that the body is in, such as 'friction 0.4'; may be "
+        "repeated. 'gaitsim plugins show BODY' lists them.",
+    ),
+]
 Worlds = Annotated[
     int | None,
     typer.Option(

@@ -1,10 +1,11 @@
 """Values of options that several commands read alike."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.worlds import parse_world
 from gaitsim.individual import Asked, Individual, Member, Near
 
 
@@ -64,15 +65,31 @@ def asked_individuals(
     return asked_generations(several)
 
 
-def asked_damage(individual: Individual, damage: Sequence[str] | None) -> Individual:
-    """Return the individual with the damage of `--damage` to its body, or as it is without.
+Changing = Callable[[Individual], Individual]
+"""Moves an individual on a changed body."""
+
+
+def asked_body(damage: Sequence[str] | None, world: Sequence[str] | None) -> Changing:
+    """Return what changes a body as `--damage` and `--world` ask.
+
+    It raises a GaitsimError if the body cannot be damaged or in this world.
 
     Raises:
-        GaitsimError: the body cannot be damaged, or not like this.
+        GaitsimError: a condition has no value.
     """
+    if not (damage or world):
+        return lambda individual: individual
+    from gaitsim.gait.changed import with_world
     from gaitsim.gait.damaged import with_damage
 
-    return with_damage(individual, damage) if damage else individual
+    conditions = parse_world(world or (), "--world")
+
+    def changed(individual: Individual) -> Individual:
+        if damage:
+            individual = with_damage(individual, damage)
+        return with_world(individual, conditions) if conditions else individual
+
+    return changed
 
 
 def asked_generations(several: str | None) -> tuple[int, ...]:

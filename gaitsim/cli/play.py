@@ -12,8 +12,8 @@ from gaitsim.choices import TerminalView
 from gaitsim.cli.cells import BODY, lines
 from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName
-from gaitsim.cli.parsing import asked_damage, which
+from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName, World
+from gaitsim.cli.parsing import asked_body, which
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.render.scene.clip import Clip
@@ -33,6 +33,7 @@ def play(
     generation: BestOf = None,
     member: MemberOf = None,
     damage: Damage = None,
+    world: World = None,
     view: Annotated[TerminalView, typer.Option(help="Direction of the camera.")] = "iso",
     speed: Annotated[float, typer.Option(help="Speed relative to real time.")] = 1.0,
     whole: Annotated[
@@ -57,6 +58,8 @@ def play(
     gaitsim play fly --whole --at 2.5
 
     gaitsim play spider --damage "L2 lost" --damage "R1 femur stuck 20"
+
+    gaitsim play walker --world "friction 0.4" --world "servo_torque 0.7"
     """
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
@@ -64,7 +67,8 @@ def play(
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
-    found = asked_damage(RunSnapshot(find_run(run)).individual(which(generation, member)), damage)
+    changed = asked_body(damage, world)
+    found = changed(RunSnapshot(find_run(run)).individual(which(generation, member)))
     clip = Clip(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)
     if at is None:

@@ -9,8 +9,8 @@ import typer
 
 from gaitsim.choices import PlotFormat, PlotKind, Theme
 from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName
-from gaitsim.cli.parsing import asked_damage, asked_individuals, file_format, seconds
+from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName, World
+from gaitsim.cli.parsing import Changing, asked_body, asked_individuals, file_format, seconds
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Asked
@@ -38,6 +38,7 @@ def plot(
     generation: BestOf = None,
     member: MemberOf = None,
     damage: Damage = None,
+    world: World = None,
     generations: Annotated[
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several, as 1,50,300, for --kind channel."),
@@ -97,6 +98,8 @@ def plot(
 
     gaitsim plot spider --kind footfall --damage "L2 lost"
 
+    gaitsim plot walker --kind footfall --world "friction 0.4"
+
     gaitsim plot quadruped --kind joints --channel torque
 
     gaitsim plot spider --kind runs --beside spider-2
@@ -116,6 +119,7 @@ def plot(
             "--generation": generation,
             "--member": member,
             "--damage": damage,
+            "--world": world,
             "--generations": generations,
             "--channel": channel,
             "--component": component,
@@ -134,16 +138,16 @@ def plot(
         axes=axes or (),
     )
     if kind == "all":
-        _plot_all(request, numbers, damage or (), out, format or "png")
+        _plot_all(request, numbers, asked_body(damage, world), out, format or "png")
     else:
-        _plot(kind, request, numbers, damage or (), out, format)
+        _plot(kind, request, numbers, asked_body(damage, world), out, format)
 
 
 def _plot(
     kind: PlotKind,
     request: Request,
     numbers: Sequence[Asked],
-    damage: Sequence[str],
+    changed: Changing,
     out: Path | None,
     format: PlotFormat | None,
 ) -> None:
@@ -151,7 +155,7 @@ def _plot(
         file_format(format, out, FORMATS, "png", "plots")
         check_target(out)
     if KINDS[kind].moves:
-        request = _with_individuals(request, numbers, damage)
+        request = _with_individuals(request, numbers, changed)
     members = request.run.members if kind == "gaits" else None
     if members is None:
         figure = KINDS[kind].draw(request)
@@ -167,7 +171,7 @@ def _plot(
 def _plot_all(
     request: Request,
     numbers: Sequence[Asked],
-    damage: Sequence[str],
+    changed: Changing,
     out: Path | None,
     format: PlotFormat,
 ) -> None:
@@ -178,7 +182,7 @@ def _plot_all(
             where="--out",
             allowed="a folder, which is made where it is missing",
         )
-    request = _with_individuals(request, numbers, damage)
+    request = _with_individuals(request, numbers, changed)
     folder = out or exports_folder(request.run.path)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -207,11 +211,9 @@ def _check_channel(request: Request) -> None:
         raise NothingToPlotError(f"{OWN[name]} draws {name}; --channel chooses another")
 
 
-def _with_individuals(request: Request, numbers: Sequence[Asked], damage: Sequence[str]) -> Request:
-    """Return the request with the individuals of the generations, on their damaged bodies."""
-    found = tuple(
-        asked_damage(request.run.individual(number), damage) for number in numbers or (None,)
-    )
+def _with_individuals(request: Request, numbers: Sequence[Asked], changed: Changing) -> Request:
+    """Return the request with the individuals of the generations, on their changed bodies."""
+    found = tuple(changed(request.run.individual(number)) for number in numbers or (None,))
     return replace(request, individuals=found)
 
 

@@ -7,8 +7,8 @@ import typer
 from gaitsim.choices import Theme, VideoFormat, VideoView
 from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.interrupts import all_or_nothing
-from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName
-from gaitsim.cli.parsing import asked_individuals, file_format, pixels
+from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName, World
+from gaitsim.cli.parsing import asked_body, asked_individuals, file_format, pixels
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.render.tempo import speed_words
@@ -27,6 +27,7 @@ def video(
     generation: BestOf = None,
     member: MemberOf = None,
     damage: Damage = None,
+    world: World = None,
     generations: Annotated[
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several generations, in a race."),
@@ -59,6 +60,8 @@ def video(
 
     gaitsim video spider --damage "L2 lost"
 
+    gaitsim video walker --world "friction 0.4"
+
     gaitsim video spider --out spider.gif --speed 0.5 --theme dark --no-intro
     """
     chosen = file_format(format, out, FORMATS, "mp4", "videos")
@@ -66,9 +69,10 @@ def video(
     wanted = asked_individuals(generation, generations, member)
     if out is not None:
         check_folder(out)
+    changed = asked_body(damage, world)
     opened = RunSnapshot(find_run(run))
     with all_or_nothing():
-        made = Video(opened, wanted, settings, damage or ())
+        made = Video(opened, wanted, settings, changed)
         if made.caution:
             notice(f"Warning: {made.caution}")
         path = out or exports_folder(opened.path) / made.name

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
+
 from gaitsim.contracts.condition import Condition
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
@@ -133,6 +135,13 @@ class Organism(Plugin):
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the joints of the channel `joint_angles`; empty without it."""
         return ()
+
+    def standing_pose(self) -> Array:
+        """Return the joint angles in which the body stands at rest, (joints,) rad; zeros.
+
+        Files for robots begin and end there. A body whose zero is another pose overrides it.
+        """
+        return np.zeros(len(self.joint_names()))
 
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
         """Return the names of the joints of each leg by its name; {} for a body without legs.

@@ -1,11 +1,13 @@
 """The worlds that individuals are evaluated in: values of what may vary, drawn from the seed."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from gaitsim.contracts.condition import SEED
+from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.experiment import OWN_WORLD, WORLD, Experiment
 from gaitsim.registry import plugin_errors
@@ -87,3 +89,26 @@ def describe(world: World) -> str:
         f"{name} {value:.0f}" if name == SEED else f"{name} {value:.4g}"
         for name, value in world.items()
     )
+
+
+def parse_world(texts: Iterable[str], where: str = "") -> World:
+    """Return the world that texts describe, as `describe` writes it, a condition or more each.
+
+    Raises:
+        GaitsimError: a condition has no value, or two.
+    """
+    world: dict[str, float] = {}
+    for text in (one.strip() for part in texts for one in part.split(",")):
+        try:
+            name, value = text.replace("=", " ").split()
+            found = float(value)
+            if name in world or not math.isfinite(found):
+                raise ValueError
+        except ValueError:
+            raise GaitsimError(
+                f"{text!r} is not a condition of a world",
+                where=where,
+                allowed="a name and a number, such as 'friction 0.4', each condition once",
+            ) from None
+        world[name] = found
+    return world

@@ -74,12 +74,25 @@ def with_world(individual: Individual, world: World) -> Individual:
         GaitsimError: the body has no conditions, or not these, or not these values.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
-    experiment = individual.experiment
+    told = _told(individual.experiment, world)
+    return changed(individual, told, describe(world))
+
+
+def put_into(experiment: Experiment, world: World) -> Experiment:
+    """Return an experiment with its body in a world that a user asks for.
+
+    Raises:
+        GaitsimError: the body has no conditions, or not these, or not these values.
+    """
+    return with_body(experiment, _told(experiment, world), describe(world))
+
+
+def _told(experiment: Experiment, world: World) -> dict[str, World]:
+    """Return the option that puts a body into a world, as overrides."""
     if not has_worlds(experiment):
         raise GaitsimError(
             f"the body {experiment.entries['organism'].name!r} has one world alone",
             where=describe(world),
             allowed="a body with conditions, such as the walker",
         )
-    own = getattr(experiment.organism, WORLD)
-    return changed(individual, {f"organism.{WORLD}": {**own, **world}}, describe(world))
+    return {f"organism.{WORLD}": {**getattr(experiment.organism, WORLD), **world}}

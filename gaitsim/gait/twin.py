@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.worlds import World
 from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.gait.changed import put_into
 from gaitsim.gait.damaged import damaged
 from gaitsim.gait.files.reader import GaitFile, individual_of
 from gaitsim.gait.of_individual import analyse_individual
@@ -37,11 +39,13 @@ def has_twin(individual: Individual) -> bool:
     return _has_twin(individual.experiment)
 
 
-def twin_of(experiment: Experiment, damage: Sequence[str] = ()) -> Experiment:
-    """Return the experiment of the physical twin of a body, with this damage.
+def twin_of(
+    experiment: Experiment, damage: Sequence[str] = (), world: World | None = None
+) -> Experiment:
+    """Return the experiment of the physical twin of a body, with this damage, in this world.
 
     Raises:
-        GaitsimError: the body has no twin, or the twin cannot have this damage.
+        GaitsimError: the body has no twin, or the twin cannot have this damage or be in this world.
     """
     if not _has_twin(experiment):
         raise GaitsimError(
@@ -49,11 +53,13 @@ def twin_of(experiment: Experiment, damage: Sequence[str] = ()) -> Experiment:
             allowed="a kinematic body whose plugin names one, such as the spider",
         )
     twin = load_experiment(experiment.organism.twin)
-    return damaged(twin, damage) if damage else twin
+    if damage:
+        twin = damaged(twin, damage)
+    return put_into(twin, world) if world else twin
 
 
 def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Individual:
-    """Play the joint angles of an individual on the physical twin of its body.
+    """Play the joint angles of an individual on the physical twin of its body, in the same world.
 
     Args:
         individual: of a kinematic body that names a twin.
@@ -65,7 +71,7 @@ def on_twin(individual: Individual, damage: Sequence[str] | None = None) -> Indi
         PluginError: the twin fails.
     """
     told = individual.damage if damage is None else damage
-    return played_on(individual, twin_of(individual.experiment, told))
+    return played_on(individual, twin_of(individual.experiment, told, individual.world))
 
 
 def played_on(individual: Individual, twin: Experiment) -> Individual:

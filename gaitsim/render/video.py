@@ -10,7 +10,6 @@ import numpy as np
 
 from gaitsim.choices import VideoFormat
 from gaitsim.errors import GaitsimError, unknown
-from gaitsim.gait.damaged import with_damage
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Asked, Individual
 from gaitsim.registry import contract_error
@@ -115,11 +114,11 @@ class Video:
         run: whose champions are shown.
         generations: whose best, or which members; () for the best of all.
         settings: size, speed, view and colours; the defaults of `RenderSettings` for None.
-        damage: to the bodies, such as 'L2 lost'.
+        changed: moves an individual on a changed body, such as `with_world` with a world.
 
     Raises:
         RunError: there is no such generation, or no champion.
-        GaitsimError: a body cannot have this damage, or there is no room to name so many bodies.
+        GaitsimError: a body cannot be changed like this, or there is no room to name so many.
     """
 
     def __init__(
@@ -127,12 +126,10 @@ class Video:
         run: RunSnapshot,
         generations: Sequence[Asked] = (),
         settings: RenderSettings | None = None,
-        damage: Sequence[str] = (),
+        changed: Callable[[Individual], Individual] = lambda individual: individual,
     ) -> None:
         self.run, self.settings = run, settings or RenderSettings()
-        shown = [run.individual(generation) for generation in generations or (None,)]
-        if damage:
-            shown = [with_damage(one, damage) for one in shown]
+        shown = [changed(run.individual(one)) for one in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
         self._stem = shown[0].stem
         self._check_room(len(shown))

@@ -29,6 +29,9 @@ Member = Annotated[
 Damage = Annotated[
     str | None, Field(description="Damage to the body, as L2 lost, R1 femur stuck 20.")
 ]
+World = Annotated[
+    str | None, Field(description="Conditions of the world, as friction 0.4, slope 2.")
+]
 Generations = Annotated[str | None, Field(description="The best of several, as 1,50,300.")]
 
 
@@ -46,8 +49,8 @@ class Settings(BaseModel):
         found = []
         for name, value in self.model_dump(exclude=set(without), exclude_defaults=True).items():
             flag = name.replace("_", "-")
-            if name == "damage":
-                found += [f"--damage={one}" for one in split_names(value)]
+            if name in ("damage", "world"):
+                found += [f"--{flag}={one}" for one in split_names(value)]
             elif isinstance(value, bool):
                 found.append(f"--{flag}" if value else f"--no-{flag}")
             elif value is not None:
@@ -60,12 +63,14 @@ class GaitFile(Settings):
     generation: Generation = None
     member: Member = None
     damage: Damage = None
+    world: World = None
 
 
 class Servo(Settings):
     generation: Generation = None
     member: Member = None
     damage: Damage = None
+    world: World = None
     keyframe_ms: Annotated[
         int | None,
         Field(
@@ -87,6 +92,7 @@ class Plot(Settings):
     generation: Generation = None
     member: Member = None
     damage: Damage = None
+    world: World = None
     generations: Generations = None
     window: Annotated[str | None, Field(description="A part of the motion in seconds, as 2:5.")] = (
         None
@@ -124,6 +130,7 @@ class Video(Settings):
     generation: Generation = None
     member: Member = None
     damage: Damage = None
+    world: World = None
     generations: Annotated[
         str | None, Field(description="The best of several, in a race, as 1,50,300.")
     ] = None
@@ -142,6 +149,7 @@ class Analysis(Settings):
     generation: Generation = None
     member: Member = None
     damage: Damage = None
+    world: World = None
     perturb: Annotated[bool, Field(description="Repeat it with late and inexact servos.")] = False
     physics: Annotated[bool, Field(description="Play it on the body's twin in physics, too.")] = (
         False

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.legged import Damage
+from gaitsim.legged import Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats, Leg
 from gaitsim_robot.chain import posed
-from gaitsim_robot.servos import Servo
 from gaitsim_robot.shapes import surfaces
 
 LOCKED = 1e3  # mass × length² of the robot: armature of a joint; with more the solver loses digits

@@ -7,27 +7,27 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Facts
+from gaitsim.legged import SERVOS, Servo
 from gaitsim_robot.anatomy import Anatomy, Leg
-from gaitsim_robot.servos import SERVOS, Servo
-from gaitsim_robot.world import World
+from gaitsim_robot.simulation import Simulation
 
 
-def facts(world: World, servos: Mapping[str, Servo]) -> Facts:
+def facts(simulation: Simulation, servos: Mapping[str, Servo]) -> Facts:
     """Return mass, legs, servos, standing pose and damage of a robot, in words.
 
     Args:
-        world: the robot on its ground.
+        simulation: the robot on its ground.
         servos: of the driven joints, by their names.
     """
-    model, anatomy = world.model, world.anatomy
+    model, anatomy = simulation.model, simulation.anatomy
     found = {
         "Body": _body(model, anatomy),
         "Legs": {leg.name: _leg(leg) for leg in anatomy.legs},
-        "Servos": {**_servos(servos), "standing": _standing(world)},
+        "Servos": {**_servos(servos), "standing": _standing(simulation)},
         "Standing pose": _pose(model, anatomy),
     }
-    if world.damage:
-        found["Damage"] = dict.fromkeys(map(str, world.damage), "")
+    if simulation.damage:
+        found["Damage"] = dict.fromkeys(map(str, simulation.damage), "")
     if anatomy.notes:
         found["Notes"] = dict.fromkeys(anatomy.notes, "")
     return found
@@ -84,13 +84,13 @@ def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
     return {_list(joints, 3): limits for limits, joints in groups.items()}
 
 
-def _standing(world: World) -> str:
+def _standing(simulation: Simulation) -> str:
     """Return whether the servos hold the robot up, and the share of their torque that it takes."""
-    hardest = int(np.argmax(world.effort))
-    most = f"{world.effort[hardest]:.0%} of the torque of {world.anatomy.joints[hardest]}"
-    if world.stands:
+    hardest = int(np.argmax(simulation.effort))
+    most = f"{simulation.effort[hardest]:.0%} of the torque of {simulation.anatomy.joints[hardest]}"
+    if simulation.stands:
         return f"takes up to {most}"
-    if world.effort[hardest] < 1:
+    if simulation.effort[hardest] < 1:
         return (
             f"the robot tips over, although it takes only {most}; try another pose, by "
             "organism.stance, or stiffer servos, by organism.stiffness"

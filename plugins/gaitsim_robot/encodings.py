@@ -12,9 +12,9 @@ from gaitsim.contracts import Genomes
 from gaitsim.encoding import GeneGroup, Oscillators, limit_steps, split_genomes
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import Chain, standing_chains
+from gaitsim_robot.simulation import FRAME_RATE
 from gaitsim_robot.steps import SAMPLES, cycle, fastest_turn, interpolated, path
 from gaitsim_robot.symmetry import Symmetry, leaders, phases
-from gaitsim_robot.world import FRAME_RATE
 
 Kind = Literal["steps", "sine", "cpg"]
 
@@ -30,7 +30,7 @@ class Encoding:
     """An encoding of the gaits of one robot.
 
     Attributes:
-        model: `mujoco.MjModel` of the robot, with or without its world.
+        model: `mujoco.MjModel` of the robot, with or without its ground.
         anatomy: of the robot.
         top_speed: of each leg joint that the commands keep, (joints,) rad/s.
         kind: `steps`: each foot follows a step cycle about its place in the standing pose, which

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.errors import nearest
-from gaitsim.legged import Damage
-from gaitsim_robot.anatomy import Anatomy, find_anatomy
+from gaitsim.legged import Damage, Servo
+from gaitsim_robot.anatomy import Anatomy, Floats, find_anatomy
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.quiet import silence
-from gaitsim_robot.servos import Servo, ServoName, joint_servos
+from gaitsim_robot.servos import ServoName, joint_servos
+from gaitsim_robot.simulation import Simulation, build
 from gaitsim_robot.symmetry import Symmetry
 from gaitsim_robot.text import compiled, trust
-from gaitsim_robot.world import World, build
 
 SPEED_SHARE = 0.8  # of the speed at which a servo has no torque left, for commands
 BUNDLED = ("quadruped", "hexapod", "spider-physics")
@@ -88,8 +88,14 @@ def ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
     )
 
 
+def standing_angles(text: str, anatomy: Anatomy) -> Floats:
+    """Return the angle of each joint of the legs in the standing pose, (joints,) rad."""
+    model = compiled(text)
+    return anatomy.stance[[model.joint(name).qposadr[0] for name in anatomy.joints]]
+
+
 @lru_cache(maxsize=64)  # an adaptation goes through many damaged robots in turn
-def world_of(
+def simulation_of(
     text: str,
     anatomy: Anatomy,
     servo: ServoOptions,
@@ -97,7 +103,7 @@ def world_of(
     friction: float,
     gravity: float,
     damage: tuple[Damage, ...],
-) -> World:
+) -> Simulation:
     """Return a robot on its ground."""
     servos = servos_of(text, anatomy, servo)
     spec = specification(text)
@@ -120,11 +126,13 @@ def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Ser
 
 @lru_cache(maxsize=16)
 def encoding_of(
-    world: World, kind: Kind, symmetry: Symmetry, fastest: float, heading: float
+    simulation: Simulation, kind: Kind, symmetry: Symmetry, fastest: float, heading: float
 ) -> Encoding:
     """Return the encoding of a robot, whose commands keep its servos' speed."""
-    top_speed = SPEED_SHARE * world.top_speed
-    return Encoding(world.model, world.anatomy, top_speed, kind, symmetry, fastest, heading)
+    top_speed = SPEED_SHARE * simulation.top_speed
+    return Encoding(
+        simulation.model, simulation.anatomy, top_speed, kind, symmetry, fastest, heading
+    )
 
 
 def specification(text: str) -> Any:

@@ -6,54 +6,54 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Motion
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.rollout import Record, roll_out
-from gaitsim_robot.world import FRAME_RATE, World
+from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
 
-def walked(world: World, commands: Floats) -> Motion:
+def walked(simulation: Simulation, commands: Floats) -> Motion:
     """Return the motion of robots whose servos follow commands.
 
     Args:
-        world: that each is in, alone.
+        simulation: of one robot, in which each is alone.
         commands: (population, frames, joints) rad.
     """
-    record = roll_out(world, commands)
+    record = roll_out(simulation, commands)
     held = commands.copy()
     for individual in np.flatnonzero(record.lasted < commands.shape[1]):
         lasted = record.lasted[individual]
         held[individual, lasted:] = held[individual, max(lasted - 1, 0)]
     qpos, qvel = record.qpos, record.qvel
-    torso = qpos[..., :3] - np.array([*world.start[1:3], 0.0])
+    torso = qpos[..., :3] - np.array([*simulation.start[1:3], 0.0])
     record.load[:, 0] = record.load[:, 1]  # it stands before the start
     stance = record.load[..., 2] > 0
     return Motion(
         FRAME_RATE,
         {
             "joint_angles": held,
-            "joint_positions": qpos[..., world.qpos],
-            "joint_velocities": qvel[..., world.dof],
+            "joint_positions": qpos[..., simulation.qpos],
+            "joint_velocities": qvel[..., simulation.dof],
             "torque": record.torque,
-            "stall_torque": np.tile(world.stall_torque, (len(commands), 1)),
+            "stall_torque": np.tile(simulation.stall_torque, (len(commands), 1)),
             "torso": torso,
             "torso_velocity": qvel[..., :3],
-            "orientation": orientation(world.turn(qpos[..., 3:7])),
+            "orientation": orientation(simulation.turn(qpos[..., 3:7])),
             "height": torso[..., 2],
-            "foot_positions": record.feet - np.array([*world.start[1:3], 0.0]),
+            "foot_positions": record.feet - np.array([*simulation.start[1:3], 0.0]),
             "stance": stance,
             "load": record.load,
             "slip": _slip(record, stance),
             "energy": record.work,
             "lasted": np.maximum(record.lasted - 1, 0) / FRAME_RATE,
-            "weight": np.full(len(commands), _weight(world)),
-            "length": np.full(len(commands), world.anatomy.length),
+            "weight": np.full(len(commands), _weight(simulation)),
+            "length": np.full(len(commands), simulation.anatomy.length),
             "configuration": qpos,
         },
         failures=record.failures,
     )
 
 
-def _weight(world: World) -> float:
+def _weight(simulation: Simulation) -> float:
     """Of the whole robot, N."""
-    return world.anatomy.mass * float(np.linalg.norm(world.model.opt.gravity))
+    return simulation.anatomy.mass * float(np.linalg.norm(simulation.model.opt.gravity))
 
 
 def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:

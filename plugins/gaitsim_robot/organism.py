@@ -37,12 +37,13 @@ from gaitsim_robot.loading import (
     ranges,
     robot_text,
     servos_of,
-    world_of,
+    simulation_of,
+    standing_angles,
 )
 from gaitsim_robot.measures import measures
 from gaitsim_robot.servos import ServoName
+from gaitsim_robot.simulation import FRAME_RATE, Simulation
 from gaitsim_robot.symmetry import Symmetry
-from gaitsim_robot.world import FRAME_RATE, World
 
 XYZ = ("x", "y", "z")
 
@@ -202,12 +203,12 @@ class Robot(Organism):
         return anatomy_of(self.text, self.feet, tuple(self.stance.items()))
 
     @property
-    def world(self) -> World:
+    def simulation(self) -> Simulation:
         """The robot with its damage on its ground, compiled once."""
-        return self._world(self._damage)
+        return self._simulation(self._damage)
 
-    def _world(self, damage: tuple[Damage, ...]) -> World:
-        return world_of(
+    def _simulation(self, damage: tuple[Damage, ...]) -> Simulation:
+        return simulation_of(
             self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage
         )
 
@@ -226,7 +227,7 @@ class Robot(Organism):
         """Mass, legs, servos, the standing pose and damage."""
         from gaitsim_robot.describing import facts
 
-        return facts(self.world, servos_of(self.text, self.anatomy, self._servo))
+        return facts(self.simulation, servos_of(self.text, self.anatomy, self._servo))
 
     @classmethod
     def library(cls) -> Facts:
@@ -257,7 +258,7 @@ class Robot(Organism):
         # Of the intact robot, so that damage leaves the meaning of a genome as it is.
         heading = math.radians(self.heading)
         return encoding_of(
-            self._world(()), self.encoding, self.symmetry, self.fastest_stride, heading
+            self._simulation(()), self.encoding, self.symmetry, self.fastest_stride, heading
         )
 
     def move(self, genomes: Genomes) -> Motion:
@@ -282,6 +283,10 @@ class Robot(Organism):
         """The names of the joints of the legs as in the file, leg by leg."""
         return self.anatomy.joints
 
+    def standing_pose(self) -> Array:
+        """The joint angles of the intact robot in its standing pose, (joints,) rad."""
+        return standing_angles(self.text, self.anatomy)
+
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
         """The names of the joints of each leg: L1, R1 …, or M1 … in the middle."""
         return {leg.name: leg.joints for leg in self.anatomy.legs}
@@ -289,7 +294,7 @@ class Robot(Organism):
     def _walked(self, angles: Array) -> Motion:
         from gaitsim_robot.motion import walked
 
-        return walked(self.world, angles)
+        return walked(self.simulation, angles)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Displacement, speed, duration, effort, slip, steps and posture."""
@@ -299,4 +304,4 @@ class Robot(Organism):
         """The solids of the body, and segments from joint to joint."""
         from gaitsim_robot.skeleton import skeleton
 
-        return skeleton(self.world, motion, individual)
+        return skeleton(self.simulation, motion, individual)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.world import FRAME_RATE, TIPPED, World
+from gaitsim_robot.simulation import FRAME_RATE, TIPPED, Simulation
 
 SEGMENT = 50
 """Frames that are simulated at once; robots that have fallen are left out of the next ones."""
@@ -44,39 +44,39 @@ class Record:
     failures: dict[int, str]
 
 
-def roll_out(world: World, commands: Floats) -> Record:
+def roll_out(simulation: Simulation, commands: Floats) -> Record:
     """Simulate robots that start from standing, each alone.
 
     Args:
-        world: that each is in.
+        simulation: of one robot.
         commands: to the servos of the legs, (population, frames, joints) rad; each is held for a
             frame.
     """
     import mujoco
     from mujoco import rollout
 
-    model, steps = world.model, world.steps
+    model, steps = simulation.model, simulation.steps
     population, frames = commands.shape[:2]
-    record = _empty(world, population, frames)
+    record = _empty(simulation, population, frames)
     data = mujoco.MjData(model)
-    state = np.tile(world.start, (population, 1))
+    state = np.tile(simulation.start, (population, 1))
     active = np.arange(population)
     for first in range(0, frames - 1, SEGMENT):
         last = min(first + SEGMENT, frames - 1)
-        control = np.tile(world.rest, (len(active), (last - first) * steps + 1, 1))
+        control = np.tile(simulation.rest, (len(active), (last - first) * steps + 1, 1))
         held = np.repeat(commands[active, first:last], steps, axis=1)
-        control[:, :-1, world.ctrl] = held
-        control[:, -1:, world.ctrl] = commands[active, last, None]
+        control[:, :-1, simulation.ctrl] = held
+        control[:, -1:, simulation.ctrl] = commands[active, last, None]
         states, sensors = rollout.rollout(model, data, state, control)
-        upright = _record(world, record, active, first, last, state, states, sensors)
+        upright = _record(simulation, record, active, first, last, state, states, sensors)
         active, state = active[upright], np.ascontiguousarray(states[upright, -2])
         if not len(active):
             break
     return record
 
 
-def _empty(world: World, population: int, frames: int) -> Record:
-    model, joints, feet = world.model, len(world.dof), len(world.anatomy.legs)
+def _empty(simulation: Simulation, population: int, frames: int) -> Record:
+    model, joints, feet = simulation.model, len(simulation.dof), len(simulation.anatomy.legs)
     return Record(
         np.zeros((population, frames, model.nq)),
         np.zeros((population, frames, model.nv)),
@@ -91,7 +91,7 @@ def _empty(world: World, population: int, frames: int) -> Record:
 
 
 def _record(
-    world: World,
+    simulation: Simulation,
     record: Record,
     active: NDArray[np.intp],
     first: int,
@@ -103,7 +103,7 @@ def _record(
     """Record the frames `first` to `last` of robots; return which of them have not fallen.
 
     Args:
-        world: that they are in.
+        simulation: of one robot.
         record: to write to.
         active: their indices.
         first: frame at which the segment begins.
@@ -112,13 +112,13 @@ def _record(
         states: after each step and one step more, (active, steps, states).
         sensors: at the beginning of each of these steps, (active, steps, sensors).
     """
-    model, steps = world.model, world.steps
+    model, steps = simulation.model, simulation.steps
     count, nq, nv = last - first, model.nq, model.nv
     at_frames = np.concatenate([before[:, None], states[:, steps - 1 : -1 : steps]], axis=1)
     span = slice(first, last + 1)
     record.qpos[active, span] = at_frames[..., 1 : 1 + nq]
     record.qvel[active, span] = at_frames[..., 1 + nq : 1 + nq + nv]
-    record.feet[active, span] = sensors[:, ::steps, world.feet]
+    record.feet[active, span] = sensors[:, ::steps, simulation.feet]
     after = slice(first + 1, last + 1)
 
     def during(indices: NDArray[np.intp]) -> Floats:
@@ -126,21 +126,21 @@ def _record(
         taken = sensors[:, :-1, indices.ravel()]
         return taken.reshape(len(active), count, steps, *indices.shape)
 
-    torque = np.abs(during(world.torque))
+    torque = np.abs(during(simulation.torque))
     record.torque[active, after] = torque.mean(axis=2)
-    record.load[active, after] = during(world.load).mean(axis=2)
-    slide = during(world.slide[:, 1:])
+    record.load[active, after] = during(simulation.load).mean(axis=2)
+    slide = during(simulation.slide[:, 1:])
     step = model.opt.timestep
     record.slide[active, after] = np.hypot(slide[..., 0], slide[..., 1]).sum(axis=2) * step
-    column = 1 + nq + world.dof
+    column = 1 + nq + simulation.dof
     speeds = np.concatenate([before[:, None, column], states[:, :-2, column]], axis=1)
     power = (torque * np.abs(speeds.reshape(torque.shape))).sum(axis=(2, 3)) * step
     record.work[active, after] = record.work[active, first, None] + np.cumsum(power, axis=1)
 
-    turn = world.turn(at_frames[..., 4:8])
+    turn = simulation.turn(at_frames[..., 4:8])
     upward = 1 - 2 * (turn[..., 1] ** 2 + turn[..., 2] ** 2)
-    low = at_frames[..., 3] < LOW * world.start[3]
-    belly = sensors[:, ::steps, world.belly] > 0
+    low = at_frames[..., 3] < LOW * simulation.start[3]
+    belly = sensors[:, ::steps, simulation.belly] > 0
     expected = before[:, :1] + np.arange(count + 1) * steps * step
     speed = np.linalg.norm(at_frames[..., 1 + nq : 4 + nq], axis=-1)
     # MuJoCo starts a robot anew, time included, whose state is not finite.

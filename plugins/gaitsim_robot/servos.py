@@ -11,9 +11,10 @@ backlash and heating are not modelled.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
 
+from gaitsim.legged import SERVOS, Servo
 from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.chain import standing_chains
 
@@ -25,102 +26,6 @@ SHARE = 0.5  # of weight × reach of a leg: torque limit where the file has none
 LIFT = 2.0  # of the same: files with more have a placeholder there
 SPEED = 10.0  # rad/s, speed limit where the file has none
 FASTEST = 50.0  # rad/s: files with more have a placeholder there
-
-
-@dataclass(frozen=True)
-class Servo:
-    """What a servo can do.
-
-    Attributes:
-        name: in experiment files.
-        stall_torque: N m, at rest; 0 for a servo without force.
-        no_load_speed: rad/s, where no torque is left.
-        latency: from a command to the torque, s.
-        stiffness: torque per error, N m/rad.
-        damping: N m s/rad.
-        armature: inertia of rotor and gears at the shaft, kg m².
-        source: of the figures.
-    """
-
-    name: str
-    stall_torque: float
-    no_load_speed: float
-    latency: float
-    stiffness: float
-    damping: float
-    armature: float
-    source: str
-
-
-def _proportional(
-    name: str,
-    torque: float,
-    speed: float,
-    *,
-    latency: float,
-    band: float,
-    armature: float,
-    source: str,
-) -> Servo:
-    """Return a servo that applies its full voltage from an error of `band`, rad."""
-    return Servo(name, torque, speed, latency, torque / band, torque / speed, armature, source)
-
-
-RPM = 2 * math.pi / 60
-KGF_CM = 0.0980665
-SIXTY_DEGREES = math.pi / 3
-
-SERVOS: Mapping[str, Servo] = {
-    servo.name: servo
-    for servo in (
-        _proportional(
-            "ax-12a",
-            1.5,
-            59 * RPM,
-            latency=0.034,
-            band=math.radians(32 * 0.29),
-            armature=0.014,
-            source="ROBOTIS e-Manual, AX-12A, at 12 V, with its default compliance slope of 32 "
-            "steps; latency: the middle of 17.4 to 50.2 ms measured by Smith and Jivraj, Analysis "
-            "of Robotis Dynamixel AX-12+ Actuator Latencies; armature estimated from the "
-            "STS3215's by the gear ratios",
-        ),
-        _proportional(
-            "sts3215",
-            19.5 * KGF_CM,
-            SIXTY_DEGREES / 0.192,
-            latency=0.02,
-            band=1 / (32 * 0.166),
-            armature=0.026,
-            source="DFRobot SER0069 (Feetech STS3215) data sheet, at 7.4 V; gain and armature "
-            "measured by Duclusaud and Passault, Better Actuator Models, model m1; latency "
-            "estimated as one command at 50 Hz",
-        ),
-        _proportional(
-            "mg995",
-            9.4 * KGF_CM,
-            SIXTY_DEGREES / 0.17,
-            latency=0.02,
-            band=0.2,
-            armature=0.014,
-            source="sellers' data sheets of the Tower Pro MG995, at 4.8 V, which print 9.4 to "
-            "13 kgf·cm: the lowest is taken; latency estimated as one pulse at 50 Hz, gain and "
-            "armature as those of similar servos",
-        ),
-        _proportional(
-            "xl430-w250",
-            1.4,
-            57 * RPM,
-            latency=0.02,
-            band=885 / (640 / 128) * 2 * math.pi / 4096,
-            armature=0.014,
-            source="ROBOTIS e-Manual, XL430-W250, at 11.1 V, with its default position gain of "
-            "640; latency estimated as one command at 50 Hz; armature estimated from the "
-            "STS3215's by the gear ratios",
-        ),
-    )
-}
-"""Servos of hobby robots, from their data sheets."""
 
 
 ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"]

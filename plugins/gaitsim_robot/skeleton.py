@@ -13,7 +13,7 @@ from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.damaged import lost_bodies
 from gaitsim_robot.quaternions import conjugate, product, rotated
 from gaitsim_robot.shapes import CORNERS, mesh_vertices
-from gaitsim_robot.world import World
+from gaitsim_robot.simulation import Simulation
 
 TRUNK = 1  # number of its body
 SMALLEST = 0.004  # lengths of the body: smaller geoms, such as those of sensors, are left out
@@ -23,16 +23,16 @@ NEAR = 0.01  # lengths of the body: joints nearer to each other are one point
 EDGES = [(i, j) for i in range(8) for j in range(i) if (CORNERS[i] != CORNERS[j]).sum() == 1]
 
 
-def skeleton(world: World, motion: Motion, individual: int) -> Skeleton:
+def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleton:
     """Return the body of one individual over time."""
     return drawn(
-        world.model,
-        world.anatomy,
+        simulation.model,
+        simulation.anatomy,
         motion["configuration"][individual],
         motion["stance"][individual],
         motion.frame_rate,
-        world.start[1:3],
-        world.damage,
+        simulation.start[1:3],
+        simulation.damage,
     )
 
 

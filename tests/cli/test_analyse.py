@@ -69,6 +69,18 @@ def test_a_damaged_body_is_analysed_and_plotted(gaitsim, spider, tmp_path):
     assert "does not take --damage" in refused
 
 
+def test_a_body_is_analysed_and_shown_in_another_world(gaitsim, tmp_path):
+    gaitsim("run", "walker", "--population", 4, "--generations", 1, "--set", "organism.duration=2")
+    ice = ("--world", "friction 0.1", "--world", "servo_torque=0.7")
+    usual, found = (
+        strict(gaitsim("analyse", "walker", *world, "--json").stdout) for world in ((), ice)
+    )
+    assert found["score"] != usual["score"]
+    assert "friction 0.1, servo_torque 0.7" in gaitsim("play", "walker", "--at", 1, *ice).stdout
+    for wrong, said in (("ice 1", "friction"), ("friction 9", "0 to 5"), ("friction", "a number")):
+        assert said in gaitsim("analyse", "walker", "--world", wrong, code=2).stderr
+
+
 def test_a_gait_is_played_on_the_physical_twin(gaitsim, spider):
     tetrapod = ("--gait", GAITS / "alternating-tetrapod.npz", "--physics")
     found = strict(gaitsim("analyse", "spider", *tetrapod, "--json").stdout)

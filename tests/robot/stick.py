@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitsim_robot.anatomy import find_anatomy
 from gaitsim_robot.servos import add_servos, joint_servos
-from gaitsim_robot.world import build
+from gaitsim_robot.simulation import build
 
 
 def servoed_stick(servo, *, dt, inertia, latency=None):
@@ -57,22 +57,22 @@ def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None):
 def standing_quadruped(
     servo, *, size=1.0, limits=True, torque=None, speed=None, dt=0.004, friction=0.8, **options
 ):
-    """The quadruped in its world, and its servos."""
+    """The quadruped on its ground, and its servos."""
     spec = quadruped_spec(size, limits=limits, torque=torque, speed=speed)
-    return world_of(spec, servo, dt=dt, friction=friction, **options)
+    return simulation_of(spec, servo, dt=dt, friction=friction, **options)
 
 
-def world_of(spec, servo, *, dt=0.004, friction=0.8, **options):
-    """The world of any robot, and its servos."""
+def simulation_of(spec, servo, *, dt=0.004, friction=0.8, **options):
+    """Any robot on its ground, and its servos."""
     model = spec.copy().compile()
     anatomy = find_anatomy(model)
     servos = joint_servos(model, anatomy, servo, **options)
     return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=9.81), servos
 
 
-def trot(world, frames):
+def trot(simulation, frames):
     """Commands of a trot of the quadruped, 1.5 strides a second, (1, frames, joints) rad."""
-    commands = np.repeat(world.rest[world.ctrl][None, None], frames, axis=1)
+    commands = np.repeat(simulation.rest[simulation.ctrl][None, None], frames, axis=1)
     time = np.arange(frames) / 50
     begun = np.minimum(time / 0.5, 1.0)
     for leg, offset in enumerate((0.0, np.pi, np.pi, 0.0)):

@@ -14,6 +14,7 @@ from small_robots import (
 
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.anatomy import find_anatomy
+from gaitsim_robot.organism import Robot
 
 KINDS = {"quadruped": QUADRUPED, "facing y": FACING_Y, "hexapod": HEXAPOD, "humanoid": HUMANOID}
 
@@ -144,3 +145,10 @@ def test_a_standing_pose_by_joints():
     assert failure.value.remedy == "did you mean 'FL_knee'?"
     with pytest.raises(GaitsimError, match="outside its limits"):
         found(QUADRUPED, stance={"FL_knee": 1.0})
+
+
+def test_a_body_returns_the_joint_angles_of_its_standing_pose():
+    names = Robot(model="quadruped").joint_names()
+    bent = {name: {"pitch": 34.0, "knee": -68.0}.get(name.split()[-1], 0.0) for name in names}
+    body = Robot(model="quadruped", stance=bent)
+    assert np.degrees(body.standing_pose()) == pytest.approx(list(bent.values()))

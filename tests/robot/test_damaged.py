@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
+from gaitsim.legged import SERVOS
 from gaitsim_robot.loading import servos_of, specification
 from gaitsim_robot.motion import walked
 from gaitsim_robot.organism import Robot
-from gaitsim_robot.servos import SERVOS
-from gaitsim_robot.world import build
+from gaitsim_robot.simulation import build
 
 GRAVITY = 9.81
 DOG = Path(__file__).parents[1] / "fixtures/robots/dog_description/urdf/dog.urdf"
@@ -22,19 +22,19 @@ FRAMES = 101
 
 def swaying(robot):
     """Commands that move all joints about standing, (1, FRAMES, joints) rad."""
-    world, time = robot.world, np.arange(FRAMES)[:, None] / 50
-    joints = len(world.ctrl)
+    simulation, time = robot.simulation, np.arange(FRAMES)[:, None] / 50
+    joints = len(simulation.ctrl)
     sway = 0.2 * np.minimum(time, 1) * np.sin(2 * np.pi * time + np.arange(joints))
-    intact = robot.anatomy.stance[world.qpos]
+    intact = robot.anatomy.stance[simulation.qpos]
     return (intact + sway)[None]
 
 
 def by_hand(robot, missing, alter):
-    """The world of a robot whose specification is altered by hand, without some joints."""
+    """The simulation of a robot whose specification is altered by hand, without some joints."""
     spec = specification(robot.text)
     alter(spec)
     anatomy = robot.anatomy
-    model = robot.world.model
+    model = robot.simulation.model
     legs = [
         replace(leg, joints=tuple(name for name in leg.joints if name not in missing))
         for leg in anatomy.legs
@@ -44,7 +44,7 @@ def by_hand(robot, missing, alter):
         anatomy,
         legs=tuple(leg for leg in legs if leg.joints),
         stance=stance,
-        mass=robot.world.anatomy.mass,
+        mass=robot.simulation.anatomy.mass,
     )
     servos = servos_of(robot.text, robot.anatomy, (robot.servo, None, None, None, None))
     servos = {name: servo for name, servo in servos.items() if name not in missing}
@@ -79,7 +79,7 @@ def test_a_damaged_robot_moves_as_one_without_the_leg_or_the_joint(damage, missi
     reference = by_hand(robot, missing, alter)
     kept = [name not in missing for name in robot.joint_names()]
     expected = walked(reference, commands[..., kept])
-    assert robot.world.stands
+    assert robot.simulation.stands
     assert reference.stands
     assert found["lasted"] == expected["lasted"] == 2.0
     assert np.ptp(found["torso"], axis=1).max() > 0.01
@@ -93,8 +93,8 @@ def test_a_damaged_robot_moves_as_one_without_the_leg_or_the_joint(damage, missi
 
 def test_a_lost_leg_weighs_nothing_and_bears_nothing():
     robot = Robot(**HEXAPOD, damage=("L2 lost",))
-    world, intact = robot.world, Robot(**HEXAPOD)
-    rest = np.repeat(world.rest[world.ctrl][None, None], 251, axis=1)
+    simulation, intact = robot.simulation, Robot(**HEXAPOD)
+    rest = np.repeat(simulation.rest[simulation.ctrl][None, None], 251, axis=1)
     motion = robot.play(rest)
     weight = (intact.anatomy.mass - 0.065 - 0.07 - 0.03) * GRAVITY
     assert motion["weight"] == pytest.approx(weight)
@@ -132,7 +132,7 @@ def test_joints_without_force_or_speed_are_limp_or_stuck():
     assert not motion["torque"][..., [limp, still]].any()
     assert np.ptp(motion["joint_positions"][0, :, limp]) > 0.1
     assert np.ptp(motion["joint_positions"][0, :, still]) < 1e-3
-    assert np.isfinite(robot.world.effort).all()
+    assert np.isfinite(robot.simulation.effort).all()
     assert [*robot.describe()["Damage"]] == [*robot.damage]
 
 
@@ -150,7 +150,9 @@ def test_a_leg_that_is_lost_lets_go_of_a_mimic_joint_and_a_closed_linkage():
     damage = ("L1 lost", "R2 knee stuck -60")
     robot = Robot(damage=damage)
     args = robot.anatomy, servos_of(robot.text, robot.anatomy, ("model", None, None, None, None))
-    linked = build(spec, *args, dt=0.004, friction=0.8, gravity=GRAVITY, damage=robot.world.damage)
+    linked = build(
+        spec, *args, dt=0.004, friction=0.8, gravity=GRAVITY, damage=robot.simulation.damage
+    )
     commands = swaying(robot)
     found, expected = walked(linked, commands), robot.play(commands)
     np.testing.assert_array_equal(found["configuration"], expected["configuration"])
@@ -171,7 +173,7 @@ def test_a_robot_from_a_file_can_be_damaged_until_it_falls():
         model=str(DOG), damage=("L1 lost", "L2 lost", f"{legs['R1'][0]} stuck 30"), duration=1.0
     )
     motion = robot.play(swaying(robot))
-    assert not robot.world.stands
+    assert not robot.simulation.stands
     assert motion["lasted"] < 1.0
     assert not motion.failures
 

@@ -15,8 +15,8 @@ from gaitsim.encoding import genome_space
 from gaitsim_robot.anatomy import find_anatomy
 from gaitsim_robot.chain import _jacobian
 from gaitsim_robot.encodings import Encoding
+from gaitsim_robot.simulation import FRAME_RATE
 from gaitsim_robot.steps import SAMPLES, cycle
-from gaitsim_robot.world import FRAME_RATE
 
 ROBOTS = {"quadruped": QUADRUPED, "facing y": FACING_Y, "hexapod": HEXAPOD, "humanoid": HUMANOID}
 KINDS = ("steps", "sine", "cpg")

@@ -7,22 +7,22 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from small_robots import FACING_Y
-from stick import quadruped_spec, standing_quadruped, trot, world_of
+from stick import quadruped_spec, simulation_of, standing_quadruped, trot
 
 from gaitsim_robot.motion import orientation, walked
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.quaternions import conjugate, product
-from gaitsim_robot.world import GROUND
+from gaitsim_robot.simulation import GROUND
 
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 GRAVITY = 9.81
 
 
-def started(world):
-    data = mujoco.MjData(world.model)
-    mujoco.mj_setState(world.model, data, world.start, FULL)
-    data.ctrl[:] = world.rest
-    mujoco.mj_forward(world.model, data)
+def started(simulation):
+    data = mujoco.MjData(simulation.model)
+    mujoco.mj_setState(simulation.model, data, simulation.start, FULL)
+    data.ctrl[:] = simulation.rest
+    mujoco.mj_forward(simulation.model, data)
     return data
 
 
@@ -45,43 +45,43 @@ def servo_work(model, data, steps):
 
 
 def test_a_robot_that_rests_bears_its_weight_on_its_feet():
-    world, _ = standing_quadruped("sts3215")
-    rest = np.repeat(world.rest[world.ctrl][None, None], 251, axis=1)
-    motion = walked(world, rest)
+    simulation, _ = standing_quadruped("sts3215")
+    rest = np.repeat(simulation.rest[simulation.ctrl][None, None], 251, axis=1)
+    motion = walked(simulation, rest)
     load = motion["load"][0, -1, :, 2].sum()
-    assert load == pytest.approx(world.anatomy.mass * GRAVITY, rel=0.01)
+    assert load == pytest.approx(simulation.anatomy.mass * GRAVITY, rel=0.01)
     assert np.abs(motion["foot_positions"][0, :, :, 2]).max() < 1e-3
     assert np.linalg.norm(motion["torso"][0, -1] - motion["torso"][0, 0]) < 5e-4
 
 
 def test_in_the_air_the_work_of_the_servos_is_the_gain_in_energy():
-    world, _ = standing_quadruped("sts3215", dt=5e-4)
-    data = started(world)
+    simulation, _ = standing_quadruped("sts3215", dt=5e-4)
+    data = started(simulation)
     data.qpos[2] += 10.0
-    mujoco.mj_forward(world.model, data)
-    before = energies(world.model, data)
+    mujoco.mj_forward(simulation.model, data)
+    before = energies(simulation.model, data)
     data.ctrl[:] = np.linspace(-0.5, 0.9, len(data.ctrl))
-    work = servo_work(world.model, data, 200)
-    gain = energies(world.model, data) - before
+    work = servo_work(simulation.model, data, 200)
+    gain = energies(simulation.model, data) - before
     assert data.ncon == 0
     assert gain == pytest.approx(work, rel=0.02)
     assert gain > 0.1
 
 
 def test_a_robot_that_rises_gains_what_its_servos_give_less_what_contacts_take():
-    world, _ = standing_quadruped("sts3215", dt=0.001)
-    data = started(world)
-    data.ctrl[:] = world.rest
-    before, height = energies(world.model, data), data.subtree_com[1, 2]
-    lower, _ = world.model.actuator_ctrlrange.T
-    knees = np.array([name.endswith("knee") for name in world.anatomy.joints])
-    data.ctrl[world.ctrl[knees]] += 0.5
-    data.ctrl[world.ctrl[np.roll(knees, -1)]] -= 0.25
+    simulation, _ = standing_quadruped("sts3215", dt=0.001)
+    data = started(simulation)
+    data.ctrl[:] = simulation.rest
+    before, height = energies(simulation.model, data), data.subtree_com[1, 2]
+    lower, _ = simulation.model.actuator_ctrlrange.T
+    knees = np.array([name.endswith("knee") for name in simulation.anatomy.joints])
+    data.ctrl[simulation.ctrl[knees]] += 0.5
+    data.ctrl[simulation.ctrl[np.roll(knees, -1)]] -= 0.25
     assert (data.ctrl > lower).all()
-    work = servo_work(world.model, data, 2000)
-    mujoco.mj_comPos(world.model, data)
-    rise = world.anatomy.mass * GRAVITY * (data.subtree_com[1, 2] - height)
-    gain = energies(world.model, data) - before
+    work = servo_work(simulation.model, data, 2000)
+    mujoco.mj_comPos(simulation.model, data)
+    rise = simulation.anatomy.mass * GRAVITY * (data.subtree_com[1, 2] - height)
+    gain = energies(simulation.model, data) - before
     assert gain == pytest.approx(rise, rel=0.01)
     assert rise > 0.2
     assert 0 < work - gain < 0.3 * work
@@ -89,13 +89,13 @@ def test_a_robot_that_rises_gains_what_its_servos_give_less_what_contacts_take()
 
 @pytest.mark.parametrize("friction", [0.1, 0.3])
 def test_feet_that_slide_decelerate_a_robot_by_coulomb_friction(friction):
-    world, _ = standing_quadruped("ideal", friction=friction)
-    data = started(world)
+    simulation, _ = standing_quadruped("ideal", friction=friction)
+    data = started(simulation)
     data.qvel[0] = 3.0
-    mujoco.mj_step(world.model, data)
-    start, speed = data.time, com_speed(world.model, data)
-    mujoco.mj_step(world.model, data, 100)
-    lost = speed - com_speed(world.model, data)
+    mujoco.mj_step(simulation.model, data)
+    start, speed = data.time, com_speed(simulation.model, data)
+    mujoco.mj_step(simulation.model, data, 100)
+    lost = speed - com_speed(simulation.model, data)
     assert lost == pytest.approx(friction * GRAVITY * (data.time - start), rel=0.02)
 
 
@@ -107,8 +107,8 @@ def com_speed(model, data):
 def test_halving_the_time_step_changes_how_far_a_trot_goes_by_less_than_a_tenth():
     far = []
     for dt in (0.004, 0.002):
-        world, _ = standing_quadruped("sts3215", dt=dt)
-        motion = walked(world, trot(world, 251))
+        simulation, _ = standing_quadruped("sts3215", dt=dt)
+        motion = walked(simulation, trot(simulation, 251))
         assert motion["lasted"] == 5.0
         far.append(motion["torso"][0, -1, 0])
     assert far[0] > 0.8
@@ -116,31 +116,31 @@ def test_halving_the_time_step_changes_how_far_a_trot_goes_by_less_than_a_tenth(
 
 
 def test_work_is_torque_times_speed():
-    world, _ = standing_quadruped("sts3215", dt=0.002)
-    commands = trot(world, 101)
-    motion = walked(world, commands)
-    data, work = started(world), 0.0
+    simulation, _ = standing_quadruped("sts3215", dt=0.002)
+    commands = trot(simulation, 101)
+    motion = walked(simulation, commands)
+    data, work = started(simulation), 0.0
     for frame in commands[0, :-1]:
-        data.ctrl[world.ctrl] = frame
-        for _ in range(world.steps):
-            mujoco.mj_forward(world.model, data)
+        data.ctrl[simulation.ctrl] = frame
+        for _ in range(simulation.steps):
+            mujoco.mj_forward(simulation.model, data)
             work += np.abs(data.actuator_force * data.actuator_velocity).sum() * 0.002
-            mujoco.mj_step(world.model, data)
+            mujoco.mj_step(simulation.model, data)
     assert motion["energy"][0, -1] == pytest.approx(work, rel=1e-3)
 
 
 def test_an_individual_has_the_same_bits_among_others_alone_and_in_another_thread():
-    world, servos = standing_quadruped("ax-12a")
-    stall = servos[world.anatomy.joints[0]].stall_torque
+    simulation, servos = standing_quadruped("ax-12a")
+    stall = servos[simulation.anatomy.joints[0]].stall_torque
     random = np.random.default_rng(0)
-    steady = trot(world, 151)
+    steady = trot(simulation, 151)
     commands = steady + random.uniform(0, [[[0.1]], [[2.0]]] * 4, (8, *steady.shape[1:]))
-    together = walked(world, commands)
+    together = walked(simulation, commands)
     assert (together["lasted"] == 3.0).any()
     assert (together["lasted"] < 3.0).any()
     assert together["torque"].max() <= stall
     with ThreadPoolExecutor(2) as threads:
-        alone = list(threads.map(lambda one: walked(world, commands[[one]]), range(8)))
+        alone = list(threads.map(lambda one: walked(simulation, commands[[one]]), range(8)))
     for name, values in ((name, together[name]) for name in together):
         np.testing.assert_array_equal(np.concatenate([one[name] for one in alone]), values)
 
@@ -152,8 +152,8 @@ def test_a_robot_that_becomes_unstable_is_a_failure_that_leaves_others_and_the_f
     robot = Robot(
         servo="sts3215", dt=0.01, stiffness=1e6, torque_limit=1e5, speed_limit=100, latency=0
     )
-    world = robot.world
-    rest = np.repeat(world.rest[world.ctrl][None, None], 101, axis=1)
+    simulation = robot.simulation
+    rest = np.repeat(simulation.rest[simulation.ctrl][None, None], 101, axis=1)
     wild = rest.copy()
     wild[0, 60::2] += 0.5
     motion = robot.play(np.concatenate([rest, wild, rest]))
@@ -173,14 +173,14 @@ def test_bodies_that_overlap_in_the_standing_pose_never_collide_and_others_do():
         geom.contype = geom.conaffinity = 1
         if geom.name.endswith("thigh"):
             geom.size[0] = 0.03
-    world, _ = world_of(spec, "sts3215")
-    data = started(world)
-    assert world.stands
-    assert {contact.geom1 for contact in data.contact} <= {world.model.geom(GROUND).id}
-    thighs = [world.model.joint(f"{side}1 hip roll").qposadr[0] for side in "LR"]
+    simulation, _ = simulation_of(spec, "sts3215")
+    data = started(simulation)
+    assert simulation.stands
+    assert {contact.geom1 for contact in data.contact} <= {simulation.model.geom(GROUND).id}
+    thighs = [simulation.model.joint(f"{side}1 hip roll").qposadr[0] for side in "LR"]
     data.qpos[thighs] = [-0.8, 0.8]
-    mujoco.mj_forward(world.model, data)
-    touching = {world.model.geom(contact.geom1).name for contact in data.contact}
+    mujoco.mj_forward(simulation.model, data)
+    touching = {simulation.model.geom(contact.geom1).name for contact in data.contact}
     assert any(name.endswith(("thigh", "shank")) for name in touching)
 
 
@@ -205,8 +205,10 @@ def test_orientation_counts_from_the_standing_pose():
 
 
 def test_a_robot_that_faces_y_in_its_file_stands_upright():
-    world, _ = world_of(mujoco.MjSpec.from_string(FACING_Y), "model")
-    motion = walked(world, np.repeat(world.rest[world.ctrl][None, None], 101, axis=1))
-    assert world.stands
+    simulation, _ = simulation_of(mujoco.MjSpec.from_string(FACING_Y), "model")
+    motion = walked(
+        simulation, np.repeat(simulation.rest[simulation.ctrl][None, None], 101, axis=1)
+    )
+    assert simulation.stands
     assert motion["lasted"][0] == 2.0
     assert np.abs(motion["orientation"]).max() < 0.05

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from stick import servoed_stick, standing_quadruped
 
-from gaitsim_robot.servos import SERVOS, ServoName
+from gaitsim.legged import SERVOS
+from gaitsim_robot.servos import ServoName
 
 EVERY = [*SERVOS.values()]
 
@@ -74,22 +75,24 @@ def test_no_servo_is_faster_than_without_load_or_unstable_at_the_usual_time_step
 @pytest.mark.parametrize("servo", ["model", "ideal"])
 @pytest.mark.parametrize("size", [0.55, 1.0, 4.45])
 def test_robots_of_0_3_to_150_kg_stand_still_on_servos_of_unknown_limits(size, servo):
-    world, _ = standing_quadruped(servo, size=size, limits=False)
-    data = mujoco.MjData(world.model)
-    mujoco.mj_setState(world.model, data, world.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-    data.ctrl[:] = world.rest
-    mujoco.mj_step(world.model, data, 500)
-    assert data.qpos[2] > 0.95 * world.anatomy.stance[2]
+    simulation, _ = standing_quadruped(servo, size=size, limits=False)
+    data = mujoco.MjData(simulation.model)
+    mujoco.mj_setState(
+        simulation.model, data, simulation.start, mujoco.mjtState.mjSTATE_FULLPHYSICS
+    )
+    data.ctrl[:] = simulation.rest
+    mujoco.mj_step(simulation.model, data, 500)
+    assert data.qpos[2] > 0.95 * simulation.anatomy.stance[2]
     assert np.abs(data.qvel[:3]).max() < 0.01
-    load = data.sensordata[world.load[:, 2]].sum()
-    assert load == pytest.approx(9.81 * world.anatomy.mass, rel=0.005)
+    load = data.sensordata[simulation.load[:, 2]].sum()
+    assert load == pytest.approx(9.81 * simulation.anatomy.mass, rel=0.005)
 
 
 @pytest.mark.parametrize("name", get_args(ServoName))
 def test_no_servo_gives_more_than_its_torque_at_its_speed(name):
-    world, servos = standing_quadruped(name)
-    model, data = world.model, mujoco.MjData(world.model)
-    mujoco.mj_setState(model, data, world.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    simulation, servos = standing_quadruped(name)
+    model, data = simulation.model, mujoco.MjData(simulation.model)
+    mujoco.mj_setState(model, data, simulation.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     each = [servos[model.actuator(index).name] for index in range(model.nu)]
     stall = np.array([servo.stall_torque for servo in each])
     fastest = np.array([servo.no_load_speed for servo in each])
@@ -130,3 +133,15 @@ def test_limits_that_no_robot_of_its_weight_needs_are_lowered():
     for servo in servos.values():
         assert servo.stall_torque < weight
         assert servo.no_load_speed == 50.0
+
+
+def test_goal_positions_are_those_of_the_data_sheets():
+    turns = {name: servo.travel for name, servo in SERVOS.items() if servo.ticks}
+    assert {name: round(math.degrees(turn)) for name, turn in turns.items()} == {
+        "ax-12a": 300,  # 0 to 1023 over 300°
+        "sts3215": 360,  # 0 to 4095, 4096 a turn
+        "xl430-w250": 360,
+    }
+    assert SERVOS["ax-12a"].tick * 1023 == pytest.approx(turns["ax-12a"])
+    assert SERVOS["xl430-w250"].tick * 4096 == pytest.approx(turns["xl430-w250"])
+    assert [SERVOS[name].centre_tick for name in turns] == pytest.approx([511.5, 2048, 2048])

@@ -221,8 +221,9 @@ class TestMaking:
         run, products = Path("runs/a b"), {product.title: product for product in PRODUCTS}
         for title, texts, words in (
             ("Gait file", {}, "export 'runs/a b'"),
-            ("Video", {"damage": "L2 lost, R1 femur stuck 20"},
-             "video 'runs/a b' '--damage=L2 lost' '--damage=R1 femur stuck 20'"),
+            ("Video", {"damage": "L2 lost, R1 femur stuck 20", "world": "friction 0.4"},
+             "video 'runs/a b' '--damage=L2 lost' '--damage=R1 femur stuck 20' "
+             "'--world=friction 0.4'"),
             ("Servo keyframes", {"clip": "true", "min": "-30", "generation": " 3 "},
              "export 'runs/a b' --format servo --generation 3 --min -30.0 --clip"),
             ("Video", {"intro": "false", "generations": "1,50", "size": "none"},

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_INDIVIDUAL = ("--generation", "--member", "--damage")
+_INDIVIDUAL = ("--generation", "--member", "--damage", "--world")
 _MOTION = (*_INDIVIDUAL, "--window")
 _CHANNEL = (*_MOTION, "--generations", "--channel", "--component")
 

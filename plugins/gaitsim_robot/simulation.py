@@ -1,4 +1,4 @@
-"""The world of a robot: its text on level ground, with servos and sensors, ready to simulate."""
+"""The simulation of a robot: its text on level ground, with servos and sensors, compiled."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.legged import Damage
+from gaitsim.legged import Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import posed
 from gaitsim_robot.damaged import impair
 from gaitsim_robot.quaternions import conjugate, product
-from gaitsim_robot.servos import Servo, add_servos
+from gaitsim_robot.servos import add_servos
 from gaitsim_robot.sums import ratio
 
 FRAME_RATE = 50.0  # Hz, of commands and of what is recorded
@@ -26,8 +26,8 @@ GROUND = "world: ground"  # a name that no geom of a robot is likely to have
 
 
 @dataclass(frozen=True, eq=False)
-class World:
-    """A compiled world and where its quantities are in the arrays of MuJoCo.
+class Simulation:
+    """A robot compiled with its ground, and where its quantities are in the arrays of MuJoCo.
 
     Attributes:
         model: MuJoCo's compiled model.
@@ -90,8 +90,8 @@ def build(
     friction: float,
     gravity: float,
     damage: Sequence[Damage] = (),
-) -> World:
-    """Return the world of a robot.
+) -> Simulation:
+    """Return the simulation of a robot on its ground.
 
     Args:
         spec: MuJoCo's specification of the robot's text, changed in place.
@@ -166,7 +166,7 @@ def build(
     start = _at_rest(model, settled.qpos if stands else anatomy.stance, rest)
     state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
     mujoco.mj_getState(model, start, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-    return World(
+    return Simulation(
         model,
         anatomy,
         tuple(damage),

@@ -1,0 +1,148 @@
+"""Servos of hobby robots, by their data sheets."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+Bus = Literal["", "pwm", "dynamixel", "feetech"]
+
+RPM = 2 * math.pi / 60
+KGF_CM = 0.0980665
+SIXTY_DEGREES = math.pi / 3
+TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class Servo:
+    """What a servo can do.
+
+    Attributes:
+        name: in experiment files.
+        stall_torque: N m, at rest; 0 for a servo without force.
+        no_load_speed: rad/s, where no torque is left.
+        latency: from a command to the torque, s.
+        stiffness: torque per error, N m/rad.
+        damping: N m s/rad.
+        armature: inertia of rotor and gears at the shaft, kg m².
+        source: of the figures.
+        bus: how it is commanded: pulses, or packets of a family of servos; '' where it is unknown.
+        travel: rad, from one end to the other, with the centre in the middle.
+        ticks: number of goal positions, from 0, of a servo on a bus; 0 for others.
+        tick: rad, from one goal position to the next.
+    """
+
+    name: str
+    stall_torque: float
+    no_load_speed: float
+    latency: float
+    stiffness: float
+    damping: float
+    armature: float
+    source: str
+    bus: Bus = ""
+    travel: float = math.inf
+    ticks: int = 0
+    tick: float = 0.0
+
+    @property
+    def centre_tick(self) -> float:
+        """The goal position in the middle of the travel, which may lie between two."""
+        return self.travel / 2 / self.tick if self.tick else 0.0
+
+
+def _proportional(
+    name: str,
+    torque: float,
+    speed: float,
+    *,
+    latency: float,
+    band: float,
+    armature: float,
+    source: str,
+    bus: Bus,
+    travel: float = TURN,
+    ticks: int = 0,
+    tick: float = 0.0,
+) -> Servo:
+    """Return a servo that applies its full voltage from an error of `band`, rad."""
+    stiffness, damping = torque / band, torque / speed
+    return Servo(
+        name,
+        torque,
+        speed,
+        latency,
+        stiffness,
+        damping,
+        armature,
+        source,
+        bus,
+        travel,
+        ticks,
+        tick,
+    )
+
+
+SERVOS: Mapping[str, Servo] = {
+    servo.name: servo
+    for servo in (
+        _proportional(
+            "ax-12a",
+            1.5,
+            59 * RPM,
+            latency=0.034,
+            band=math.radians(32 * 0.29),
+            armature=0.014,
+            source="ROBOTIS e-Manual, AX-12A, at 12 V, with its default compliance slope of 32 "
+            "steps; latency: the middle of 17.4 to 50.2 ms measured by Smith and Jivraj, Analysis "
+            "of Robotis Dynamixel AX-12+ Actuator Latencies; armature estimated from the "
+            "STS3215's by the gear ratios",
+            bus="dynamixel",
+            travel=math.radians(300),
+            ticks=1024,
+            tick=math.radians(300) / 1023,
+        ),
+        _proportional(
+            "sts3215",
+            19.5 * KGF_CM,
+            SIXTY_DEGREES / 0.192,
+            latency=0.02,
+            band=1 / (32 * 0.166),
+            armature=0.026,
+            source="DFRobot SER0069 (Feetech STS3215) data sheet, at 7.4 V; gain and armature "
+            "measured by Duclusaud and Passault, Better Actuator Models, model m1; latency "
+            "estimated as one command at 50 Hz",
+            bus="feetech",
+            ticks=4096,
+            tick=TURN / 4096,
+        ),
+        _proportional(
+            "mg995",
+            9.4 * KGF_CM,
+            SIXTY_DEGREES / 0.17,
+            latency=0.02,
+            band=0.2,
+            armature=0.014,
+            source="sellers' data sheets of the Tower Pro MG995, at 4.8 V, which print 9.4 to "
+            "13 kgf·cm: the lowest is taken; latency estimated as one pulse at 50 Hz, gain and "
+            "armature as those of similar servos",
+            bus="pwm",
+            travel=math.pi,  # some print 120°: a calibration has the real ends
+        ),
+        _proportional(
+            "xl430-w250",
+            1.4,
+            57 * RPM,
+            latency=0.02,
+            band=885 / (640 / 128) * 2 * math.pi / 4096,
+            armature=0.014,
+            source="ROBOTIS e-Manual, XL430-W250, at 11.1 V, with its default position gain of "
+            "640; latency estimated as one command at 50 Hz; armature estimated from the "
+            "STS3215's by the gear ratios",
+            bus="dynamixel",
+            ticks=4096,
+            tick=TURN / 4096,
+        ),
+    )
+}
+"""Servos by name."""
