@@ -1,6 +1,6 @@
 """What a plugin is: all that a plugin package imports, beside `gaitsim.errors`."""
 
-from gaitsim.contracts.condition import WORLD_HELP, Condition, check_world
+from gaitsim.contracts.condition import SEED, WORLD_HELP, Condition, check_world
 from gaitsim.contracts.fitness import Fitness
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.operators import Crossover, Mutation, Selection
@@ -11,6 +11,7 @@ from gaitsim.contracts.solid import Solid
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 
 __all__ = [
+    "SEED",
     "WORLD_HELP",
     "Array",
     "BitSpace",

@@ -1,19 +1,10 @@
-"""Perturb joint angles as servos that are late, slow or mounted on the other side."""
+"""Perturb joint angles as servos that are slow, updated seldom or mounted on the other side."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Angles = NDArray[np.float64]
 """(frames, joints), radians."""
-
-
-def late(angles: Angles, frames: NDArray[np.int64]) -> Angles:
-    """Delay joint angles, (frames, joints), by a number of frames, (joints,) or (1,).
-
-    A joint holds its first angle until then.
-    """
-    wanted = np.arange(len(angles))[:, None] - frames
-    return np.take_along_axis(angles, np.broadcast_to(np.maximum(wanted, 0), angles.shape), axis=0)
 
 
 def lagging(angles: Angles, frames: float) -> Angles:

@@ -19,9 +19,10 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play, require_play
 from gaitsim.evaluation.scoring import evaluate, evaluate_motion
 from gaitsim.experiment import Experiment, with_overrides
-from gaitsim.gait.perturbations import Angles, lagging, late, mirror, without_every_second
+from gaitsim.gait.perturbations import Angles, lagging, mirror, without_every_second
 from gaitsim.gait.score_breakdown import term_changes
 from gaitsim.individual import Individual
+from gaitsim.legged import delayed
 
 SEED = 0
 DRAWS = 10  # of each perturbation by chance; their mean counts
@@ -128,7 +129,7 @@ def _rhythm(individual: Individual) -> dict[str, float]:
     angles = _playable(individual, "late, lagging and mirrored joints")
     played: dict[str, Angles] = {"played again": angles[None]}
     for frames in LATE:
-        played[f"all joints {_frames(frames)} late"] = late(angles, np.array([frames]))[None]
+        played[f"all joints {_frames(frames)} late"] = delayed(angles, frames)[None]
     played[f"servos with a lag of {_frames(LAG)}"] = lagging(angles, LAG)[None]
     played["every second frame left out"] = without_every_second(angles)[None]
     body = individual.experiment.organism
@@ -142,7 +143,7 @@ def _rhythm(individual: Individual) -> dict[str, float]:
 def _inexact(individual: Individual) -> dict[str, float]:
     """Move each joint on its own away from its angle, or slow down all joints much."""
     angles, rng = _playable(individual, "inexact joints"), np.random.default_rng([SEED, 1])
-    apart = [late(angles, rng.integers(0, APART + 1, angles.shape[1:])) for _ in range(DRAWS)]
+    apart = [delayed(angles, rng.integers(0, APART + 1, angles.shape[1:])) for _ in range(DRAWS)]
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
     noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape))
     return _scores(

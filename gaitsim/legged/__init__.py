@@ -1,5 +1,7 @@
-"""What legged bodies share: damage to legs and joints, measures of how legs step, and servos."""
+"""What legged bodies share: damage, conditions, commands, servos, and measures of how legs step."""
 
+from gaitsim.legged.commands import delayed, held
+from gaitsim.legged.conditions import conditions, drawn_push, joint_errors, seed_of, stream
 from gaitsim.legged.damage import DAMAGE_HELP, Damage, Kind, parse_damage
 from gaitsim.legged.servos import SERVOS, Servo
 from gaitsim.legged.stepping import BODY_HEIGHT, stepping
@@ -11,6 +13,13 @@ __all__ = [
     "Damage",
     "Kind",
     "Servo",
+    "conditions",
+    "delayed",
+    "drawn_push",
+    "held",
+    "joint_errors",
     "parse_damage",
+    "seed_of",
     "stepping",
+    "stream",
 ]

@@ -1,13 +1,13 @@
-"""The ground: flat, or rough by a seed."""
+"""The ground: flat, or uneven by a seed."""
 
 from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 
-SPACING = 0.25  # m, between the corners of rough ground
+SPACING = 0.25  # m, between the corners of uneven ground
 RUN_UP = 1.0  # m, flat before and behind the start
-BEYOND = 1e4  # m, flat ground after the rough
+BEYOND = 1e4  # m, flat ground after the bumps
 
 
 @dataclass(frozen=True)
@@ -24,22 +24,22 @@ class Ground:
         return self.z[at - 1] + share * (self.z[at] - self.z[at - 1])
 
 
-def ground(roughness: float, seed: int, reach: float) -> Ground:
-    """Return ground with corner heights drawn uniformly from 0 to `roughness`.
+def ground(unevenness: float, seed: int, reach: float) -> Ground:
+    """Return ground with corner heights drawn uniformly from 0 to `unevenness`.
 
     Args:
-        roughness: height of the highest corner, m; 0 makes it flat.
+        unevenness: height of the highest corner, m; 0 makes it flat.
         seed: of the heights; the same seed draws the same ones for any reach,
             but for the last, which is 0.
-        reach: how far it is rough from the start, either way, m.
+        reach: how far it is uneven from the start, either way, m.
     """
-    if not roughness:
+    if not unevenness:
         return Ground((-BEYOND, BEYOND), (0.0, 0.0))
     count = int(np.ceil((reach - RUN_UP) / SPACING)) + 1
     x = RUN_UP + SPACING * np.arange(max(count, 2))
     ways = []
     for way in (0, 1):  # separate draws each way, so that reach changes none of them
-        heights = np.random.default_rng([seed, way]).uniform(0.0, roughness, len(x))
+        heights = np.random.default_rng([seed, way]).uniform(0.0, unevenness, len(x))
         heights[0] = heights[-1] = 0.0
         ways.append(heights)
     forward, backward = ways

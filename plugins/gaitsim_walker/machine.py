@@ -13,7 +13,7 @@ import pymunk
 from gaitsim_walker import body
 from gaitsim_walker.body import Floats
 from gaitsim_walker.ground import Ground
-from gaitsim_walker.world import World
+from gaitsim_walker.surroundings import Surroundings
 
 ITERATIONS = 20  # of the solver a step
 TIPPED = math.radians(60)  # pitch from which a walker has fallen
@@ -42,7 +42,7 @@ class Machine:
     """A walker in a space of its own, in the pose of the first command.
 
     Args:
-        world: to walk in.
+        surroundings: to walk in.
         pose: joint angles at the start, (joints,) rad.
 
     Attributes:
@@ -51,20 +51,24 @@ class Machine:
         joints: hip and knee of each leg.
     """
 
-    def __init__(self, world: World, pose: Floats) -> None:
-        self.plan, self.world = world.plan, world
+    def __init__(self, surroundings: Surroundings, pose: Floats) -> None:
+        self.plan, self.surroundings = surroundings.plan, surroundings
         self.space = pymunk.Space()
-        self.space.gravity = (0.0, -world.gravity)
+        slope, gravity = surroundings.slope, surroundings.gravity
+        self.space.gravity = (-gravity * math.sin(slope), -gravity * math.cos(slope))
         self.space.iterations = ITERATIONS
         self.space.collision_slop = 1e-4  # m; pymunk's own 0.1 is meant for pixels
-        self._lay(world.ground)
+        self._lay(surroundings.ground)
         turned = body.limb_angles(self.plan, pose)
         where = body.points(self.plan, np.zeros(2), np.zeros(()), pose)
         feet = where[:, 2]
-        height = max(world.ground.height(float(x)) - float(z) + body.FOOT_RADIUS for x, z in feet)
+        height = max(
+            surroundings.ground.height(float(x)) - float(z) + body.FOOT_RADIUS for x, z in feet
+        )
         where[..., 1] += height
         width, depth = 2 * self.plan.half[0], 2 * self.plan.half[1]
-        torso = pymunk.Body(body.TORSO_MASS, pymunk.moment_for_box(body.TORSO_MASS, (width, depth)))
+        mass = surroundings.mass * body.TORSO_MASS
+        torso = pymunk.Body(mass, pymunk.moment_for_box(mass, (width, depth)))
         torso.position = (0.0, height)
         self.space.add(torso)
         self.bodies = [torso]
@@ -74,7 +78,7 @@ class Machine:
             thigh = self._limb(body.THIGH_MASS, where[number, 0], turned[2 * number])
             shank = self._limb(body.SHANK_MASS, where[number, 1], turned[2 * number + 1])
             foot = pymunk.Circle(self.bodies[shank], body.FOOT_RADIUS, end)
-            foot.friction = world.friction
+            foot.friction = surroundings.friction
             foot.filter = pymunk.ShapeFilter(group=1)  # legs pass each other
             self.space.add(foot)
             self._joint(0, leg.hip, thigh, top, leg.knee * body.BEND, 1, body.HIP_LIMIT)
@@ -100,9 +104,9 @@ class Machine:
             )
             self.space.add(piece)
 
-    def _limb(self, mass: float, top: Floats, angle: float) -> int:
+    def _limb(self, nominal_mass: float, top: Floats, angle: float) -> int:
         """Add a limb that hangs from `top`; its index."""
-        half = body.LIMB / 2
+        half, mass = body.LIMB / 2, self.surroundings.mass * nominal_mass
         limb = pymunk.Body(mass, pymunk.moment_for_segment(mass, (0, -half), (0, half), 0))
         x, z = top.tolist()
         limb.position = (x + half * math.sin(angle), z - half * math.cos(angle))
@@ -123,7 +127,7 @@ class Machine:
     ) -> None:
         one, other, reach = self.bodies[above], self.bodies[below], limit + body.STOP
         motor = pymunk.SimpleMotor(one, other, 0.0)
-        motor.max_force = self.world.torque_limit
+        motor.max_force = self.surroundings.torque_limit
         self.space.add(
             pymunk.PivotJoint(one, other, at, top),
             pymunk.RotaryLimitJoint(one, other, rest - reach, rest + reach),
@@ -145,7 +149,7 @@ class Machine:
         pitch, (x, z) = torso.angle, torso.position
         if abs(pitch) > TIPPED:
             return True
-        height = self.world.ground.height
+        height = self.surroundings.ground.height
         cos, sin = math.cos(pitch), math.sin(pitch)
         half_x, half_z = self.plan.half
         for side in (half_x, -half_x):
@@ -166,7 +170,9 @@ class Machine:
 
         def add(arbiter: pymunk.Arbiter) -> None:
             x, z = arbiter.total_impulse
-            way = math.copysign(1.0, z) / self.world.step  # either body can be the first of the two
+            way = (
+                math.copysign(1.0, z) / self.surroundings.step
+            )  # either body can be the first of the two
             forces.append((x * way, z * way))
 
         for shank in self.bodies[2::2]:

@@ -8,24 +8,24 @@ from gaitsim.contracts import Array, Motion
 from gaitsim_walker import body
 from gaitsim_walker.body import FRAME_RATE, Floats
 from gaitsim_walker.rollout import Rollout, roll_out
-from gaitsim_walker.world import World
+from gaitsim_walker.surroundings import Surroundings
 
 
-def walked(world: World, courses: Iterable[Floats]) -> Motion:
-    """Return the motion of walkers in a world, one after the other.
+def walked(surroundings: Surroundings, courses: Iterable[Floats]) -> Motion:
+    """Return the motion of walkers, one after the other.
 
     Args:
-        world: what each walks in, alone.
+        surroundings: what each walks in, alone.
         courses: commands to the servos of each, (frames, joints) rad.
     """
     commanded, rolled = [], []
     for course in courses:
-        rollout = roll_out(world, course)
+        rollout = roll_out(surroundings, course)
         held = course.copy()
         held[rollout.lasted :] = course[min(rollout.lasted, len(course) - 1)]
         commanded.append(held)
         rolled.append(rollout)
-    measured = [_measured(world, rollout) for rollout in rolled]
+    measured = [_measured(surroundings, rollout) for rollout in rolled]
 
     def all_of(name: str) -> Array:
         return np.stack([getattr(rollout, name) for rollout in rolled])
@@ -43,7 +43,7 @@ def walked(world: World, courses: Iterable[Floats]) -> Motion:
             "joint_positions": all_of("joints"),
             "torque": all_of("torque"),
             "stall_torque": np.full(
-                (len(rolled), len(world.plan.joints)), world.torque_limit, np.float64
+                (len(rolled), len(surroundings.plan.joints)), surroundings.torque_limit, np.float64
             ),
             "torso": position,
             "torso_velocity": velocity,
@@ -56,20 +56,20 @@ def walked(world: World, courses: Iterable[Floats]) -> Motion:
             "slip": np.stack([slip for _, _, slip in measured]),
             "energy": all_of("work"),
             "lasted": lasted,
-            "weight": np.full(len(rolled), world.weight),
+            "weight": np.full(len(rolled), surroundings.weight),
             "length": np.full(len(rolled), body.TORSO_LENGTH),
         },
         failures={i: rollout.failure for i, rollout in enumerate(rolled) if rollout.failure},
     )
 
 
-def _measured(world: World, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
+def _measured(surroundings: Surroundings, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
     """Return height (frames,), feet (frames, legs, 3) and slip (frames,) of one walker.
 
     One walker at a time, so that the shapes of arrays, and with them the bits, do not depend on
     the population.
     """
-    plan = world.plan
+    plan = surroundings.plan
     feet = body.points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
     turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
     # A round foot that rolls without sliding goes back as its shank turns forward.
@@ -78,5 +78,5 @@ def _measured(world: World, rollout: Rollout) -> tuple[Floats, Floats, Floats]:
     standing = stance[1:] & stance[:-1]
     slip = np.zeros(len(feet))
     slip[1:] = (slid * standing).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
-    below = [world.ground.height(x) for x in rollout.position[:, 0].tolist()]
+    below = [surroundings.ground.height(x) for x in rollout.position[:, 0].tolist()]
     return rollout.position[:, 1] - np.array(below), body.in_space(feet), slip

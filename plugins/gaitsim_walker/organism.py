@@ -1,5 +1,6 @@
 """The walker: a torso on two or four legs, seen from the side."""
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import ClassVar, Literal, Self
 
@@ -21,14 +22,15 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim.encoding import GeneGroup, check_joint_angles, check_time_step, genome_space
+from gaitsim.legged import conditions, drawn_push, joint_errors, seed_of
 from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, Plan
 from gaitsim_walker.encodings import commands, groups
 from gaitsim_walker.ground import ground
 from gaitsim_walker.measures import measures
 from gaitsim_walker.skeleton import skeleton
-from gaitsim_walker.world import STEP, World
+from gaitsim_walker.surroundings import STEP, Surroundings
 
-REACH = 5.0  # m/s, the fastest walker that the rough ground is long enough for
+REACH = 5.0  # m/s, the fastest walker that the uneven ground is long enough for
 XYZ = ("x", "y", "z")
 
 
@@ -63,15 +65,6 @@ class Walker(Organism):
     )
     friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
-    roughness: float = option(
-        0.0,
-        "height of the highest bumps of the ground, a corner each 25 cm",
-        unit="m",
-        ge=0,
-        le=0.2,
-    )
-    ground_seed: int = option(0, "seed of the bumps, the same ground for everyone", ge=0)
-
     world: dict[str, float] = option({}, WORLD_HELP)
 
     dynamic: ClassVar[bool] = True
@@ -160,25 +153,43 @@ class Walker(Organism):
         return {leg.name: (f"{leg.name} hip", f"{leg.name} knee") for leg in self.plan.legs}
 
     def conditions(self) -> Mapping[str, Condition]:
-        """Friction, and torque and speed of the servos."""
-        return {
-            "friction": Condition("", self.friction, 0.3, 1.2, 0.0, 5.0, "of the feet"),
-            "servo_torque": Condition("", 1.0, 0.7, 1.0, 0.0, 10.0, "share of the servos' torque"),
-            "servo_speed": Condition("", 1.0, 0.7, 1.0, 0.0, 10.0, "share of the servos' speed"),
-        }
+        """What may vary: the ground, masses, servos, the pose at the start, and pushes."""
+        return conditions(
+            "friction",
+            "mass",
+            "latency",
+            "servo_torque",
+            "servo_speed",
+            "joint_offset",
+            "slope",
+            "unevenness",
+            "push",
+            "initial_pose",
+            frame_rate=FRAME_RATE,
+            friction=self.friction,
+        )
 
-    def surroundings(self, frames: int) -> World:
+    def surroundings(self, frames: int) -> Surroundings:
         """Return what a walker walks in, for a number of frames."""
         world = {name: one.nominal for name, one in self.conditions().items()} | self.world
-        reach = REACH * frames / FRAME_RATE
-        return World(
-            self.plan,
-            ground(self.roughness, self.ground_seed, reach),
-            self.gravity,
-            world["friction"],
-            world["servo_torque"] * self.torque_limit,
-            world["servo_speed"] * self.speed_limit,
-            round(1 / (FRAME_RATE * self.dt)),
+        reach, joints = REACH * frames / FRAME_RATE, len(self.plan.joints)
+        pushed_in, direction = drawn_push(world, frames)
+        return Surroundings(
+            plan=self.plan,
+            ground=ground(world["unevenness"], seed_of(world), reach),
+            gravity=self.gravity,
+            slope=math.radians(world["slope"]),
+            friction=world["friction"],
+            torque_limit=world["servo_torque"] * self.torque_limit,
+            speed_limit=world["servo_speed"] * self.speed_limit,
+            steps=round(1 / (FRAME_RATE * self.dt)),
+            mass=world["mass"],
+            latency=world["latency"],
+            command_rate=world["command_rate"],
+            joint_offset=joint_errors(world, "joint_offset", joints),
+            initial_pose=joint_errors(world, "initial_pose", joints),
+            # In a plane there is only forward and backward.
+            push=(pushed_in, math.copysign(world["push"], math.cos(direction))),
         )
 
     def _walked(self, courses: Iterable[Floats], frames: int) -> Motion:
@@ -194,7 +205,6 @@ class Walker(Organism):
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Outline of the torso, and thigh and shank of each leg, in the plane y = 0.
 
-        z = 0 is the lowest ground that there is.
+        Gravity points down: where the ground has a slope, the walker's frame is turned by it.
         """
-        drawn = self.surroundings(motion["pitch"].shape[1]).ground if self.roughness else None
-        return skeleton(self.plan, drawn, motion, individual)
+        return skeleton(self.surroundings(motion["pitch"].shape[1]), motion, individual)

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim_walker.body import FRAME_RATE, Floats
 from gaitsim_walker.machine import Machine
-from gaitsim_walker.world import World
+from gaitsim_walker.surroundings import Surroundings
 
 GAIN = 15.0  # 1/s: speed of a servo for a radian of error
 FASTEST = 30.0  # m/s, above which the simulation has diverged
@@ -39,35 +39,35 @@ class Rollout:
     failure: str
 
 
-def roll_out(world: World, commands: Floats) -> Rollout:
+def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
     """Walk by commands to the servos.
 
     A servo turns towards its command at GAIN times its error, at most at its speed limit,
     with as much torque as that takes, at most its torque limit.
 
     Args:
-        world: that the walker walks in.
-        commands: (frames, joints) rad, within the limits; the first is the pose at the start.
+        surroundings: that the walker walks in.
+        commands: (frames, joints) rad, within the limits; the first is the pose at the start,
+            but for what the joints are off.
     """
     frames, joints = commands.shape
-    machine = Machine(world, commands[0])
+    machine = Machine(surroundings, surroundings.pose(commands[0]))
     bodies, torso, hinges = machine.bodies, machine.bodies[0], machine.joints
     # Bodies are read once a step, not once a joint: pymunk's properties cost most.
     parts = [(hinge.motor, hinge.above, hinge.below) for hinge in hinges]
-    step, dt, fastest = machine.space.step, world.step, world.speed_limit
+    step, dt, fastest = machine.space.step, surroundings.step, surroundings.speed_limit
     state, torque = np.zeros((frames, 5)), np.zeros((frames, joints))
     turned, work = np.zeros((frames, joints)), np.zeros(frames)
     load = np.zeros((frames, joints // 2, 2))
     lasted, failure, spent = frames, "", 0.0
-    targets_by_frame = commands.tolist()
+    rest, way = (np.array([getattr(one, name) for one in hinges]) for name in ("rest", "way"))
+    targets_by_step = (rest + way * surroundings.targets(commands)).tolist()
+    pushed_in, push = surroundings.push
     for frame in range(frames):
         if frame:
-            targets = [
-                hinge.rest + hinge.way * angle
-                for hinge, angle in zip(hinges, targets_by_frame[frame], strict=True)
-            ]
+            last = frame * surroundings.steps
             sums = [0.0] * joints
-            for _ in range(world.steps):
+            for targets in targets_by_step[last - surroundings.steps : last]:
                 angles = [part.angle for part in bodies]
                 for (motor, above, below), target in zip(parts, targets, strict=True):
                     off = GAIN * (angles[above] + target - angles[below])
@@ -89,6 +89,8 @@ def roll_out(world: World, commands: Floats) -> Rollout:
         if failure or machine.fallen():
             lasted = frame
             break
+        if push and frame == pushed_in:
+            torso.velocity += (push, 0.0)
     torque *= FRAME_RATE
     if lasted < frames:
         kept = max(lasted - 1, 0) if failure else lasted

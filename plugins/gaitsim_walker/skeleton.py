@@ -1,22 +1,26 @@
 """The walker as segments to draw."""
 
+import math
+
 import numpy as np
 
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim_walker import body
-from gaitsim_walker.body import Plan
-from gaitsim_walker.ground import Ground
+from gaitsim_walker.body import Floats
+from gaitsim_walker.surroundings import Surroundings
 
 
-def skeleton(plan: Plan, ground: Ground | None, motion: Motion, individual: int) -> Skeleton:
+def skeleton(surroundings: Surroundings, motion: Motion, individual: int) -> Skeleton:
     """Return the outline of the torso, and thigh and shank of each leg, in the plane y = 0.
 
     Args:
-        plan: of the body.
-        ground: to draw; None where it is flat.
+        surroundings: that it walks in; their slope turns it, so that gravity points down.
         motion: of the population.
         individual: index of the one to draw.
     """
+    plan, ground, slope = surroundings.plan, surroundings.ground, surroundings.slope
+    level = not slope and not any(ground.z)
+    profile = body.in_space(np.column_stack([ground.x, ground.z]))
     position, pitch = motion["torso"][individual], motion["pitch"][individual]
     half_x, half_z = plan.half
     corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * [half_x, half_z]
@@ -35,12 +39,21 @@ def skeleton(plan: Plan, ground: Ground | None, motion: Motion, individual: int)
     segments = np.concatenate([edges, limbs.reshape(len(pitch), -1, 2, 2)], axis=1)
     names = [f"{leg.name} {part}" for leg in plan.legs for part in ("thigh", "shank")]
     return Skeleton(
-        body.in_space(segments),
+        _turned(body.in_space(segments), slope),
         ("front", "bottom", "back", "top", *names),
         motion.frame_rate,
-        contacts=motion["foot_positions"][individual],
+        contacts=_turned(motion["foot_positions"][individual], slope),
         touching=motion["stance"][individual],
         contact_names=tuple(leg.name for leg in plan.legs),
-        centre=position,
-        ground=None if ground is None else np.column_stack([ground.x, ground.z]),
+        centre=_turned(position, slope),
+        ground=None if level else _turned(profile, slope)[:, [0, 2]],
     )
+
+
+def _turned(points: Floats, slope: float) -> Floats:
+    """Turn points, (…, 3) m, uphill about the start, by a slope in rad."""
+    cos, sin = math.cos(slope), math.sin(slope)
+    turned = points.copy()
+    turned[..., 0] = cos * points[..., 0] - sin * points[..., 2]
+    turned[..., 2] = sin * points[..., 0] + cos * points[..., 2]
+    return turned

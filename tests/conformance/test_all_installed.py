@@ -37,7 +37,7 @@ OTHER_OPTIONS = [
         marks=pytest.mark.slow,
     ),
     pytest.param("walker", {"encoding": "cpg", "legs": 2, "duration": 0.5}, marks=pytest.mark.slow),
-    ("walker", {"roughness": 0.05, "symmetry": "alternating", "duration": 0.5}),
+    ("walker", {"world": {"unevenness": 0.05}, "symmetry": "alternating", "duration": 0.5}),
 ]
 
 

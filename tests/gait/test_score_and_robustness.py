@@ -10,10 +10,11 @@ from gaitsim.contracts import Channel, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
 from gaitsim.gait.files.reader import GaitFile, individual_of
-from gaitsim.gait.perturbations import lagging, late, mirror, without_every_second
+from gaitsim.gait.perturbations import lagging, mirror, without_every_second
 from gaitsim.gait.robustness import EXPLOIT, FRAGILE, measure_robustness
 from gaitsim.gait.score_breakdown import cut, summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
+from gaitsim.legged import delayed
 
 
 @pytest.fixture
@@ -156,8 +157,8 @@ def test_terms_change_since_the_fitness_changed():
 
 def test_late_and_lagging_joints():
     angles = np.arange(10.0).reshape(5, 2)
-    assert late(angles, np.array([1]))[:, 0].tolist() == [0, 0, 2, 4, 6]
-    assert late(angles, np.array([0, 3]))[:, 1].tolist() == [1, 1, 1, 1, 3]
+    assert delayed(angles, 1)[:, 0].tolist() == [0, 0, 2, 4, 6]
+    assert delayed(angles, np.array([0, 3]))[:, 1].tolist() == [1, 1, 1, 1, 3]
     step = np.ones((8, 1))
     step[0] = 0
     for frames in (1, 3):  # the answer of a first-order lag to a step

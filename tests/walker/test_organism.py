@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from gaitsim.errors import GaitsimError
 from gaitsim_walker import body
 from gaitsim_walker.body import PLANS
 from gaitsim_walker.distance import Distance
@@ -14,6 +15,20 @@ from gaitsim_walker.encodings import commands, groups
 from gaitsim_walker.organism import Walker
 
 SHORT = 2.0  # s
+EVERYTHING = {
+    "friction": 0.5,
+    "mass": 1.1,
+    "latency": 0.0123,
+    "servo_torque": 0.8,
+    "servo_speed": 0.9,
+    "joint_offset": 2.0,
+    "slope": 2.0,
+    "unevenness": 0.02,
+    "push": 0.2,
+    "initial_pose": 3.0,
+    "command_rate": 37.0,
+    "seed": 5.0,
+}
 
 
 def genomes(walker, count, seed=0):
@@ -48,8 +63,12 @@ def test_every_gene_has_a_label_and_changes_the_motion(options, genes):
         assert np.isfinite(values).all()
 
 
+def test_the_walker_has_the_conditions_that_are_tested():
+    assert {*EVERYTHING} == {*Walker().conditions(), "seed"}
+
+
 def test_an_individual_moves_the_same_alone_in_any_chunk_and_in_any_order():
-    walker = Walker(duration=SHORT, roughness=0.03)
+    walker = Walker(duration=SHORT, world=EVERYTHING)
     drawn = genomes(walker, 6)
     whole = walker.move(drawn)
     for individual in range(6):
@@ -70,7 +89,7 @@ import numpy as np
 from gaitsim_walker.distance import Distance
 from gaitsim_walker.organism import Walker
 junk = [bytearray(n) for n in range(int(sys.argv[1]))]  # other addresses for the rest
-walker = Walker(duration=2.0, roughness=0.03)
+walker = Walker(duration=2.0, world=eval(sys.argv[2]))
 motion = walker.move(walker.genome_space().random(4, np.random.default_rng(0)))
 hashed = hashlib.sha256()
 for values in (*motion.values(), *Distance().terms(motion).values()):
@@ -83,7 +102,7 @@ print(hashed.hexdigest())
 def test_other_processes_find_the_same_bits():
     digests = {
         subprocess.run(
-            [sys.executable, "-c", DIGEST, str(number)],
+            [sys.executable, "-c", DIGEST, str(number), repr(EVERYTHING)],
             check=True,
             capture_output=True,
             text=True,
@@ -131,15 +150,22 @@ def test_angles_that_are_not_finite_are_refused():
         {"duration": 1e9},
         {"dt": 0.005},
         {"friction": -0.1},
-        {"roughness": 0.5},
         {"torque_limit": float("nan")},
-        {"ground_seed": -1},
         {"wings": 2},
     ],
 )
 def test_invalid_options_are_refused(options):
     with pytest.raises(ValidationError):
         Walker(**options)
+
+
+@pytest.mark.parametrize("name", Walker().conditions())
+def test_conditions_beyond_their_bounds_are_refused(name):
+    condition = Walker().conditions()[name]
+    for value in (condition.least, condition.most):
+        Walker(world={name: value}, duration=0.5).play(np.zeros((1, 31, 8)))
+    with pytest.raises(GaitsimError, match=name):
+        Walker(world={name: condition.most * 1.01})
 
 
 def test_an_alternating_gait_moves_the_far_legs_half_a_stride_later():
@@ -181,7 +207,7 @@ def test_the_skeleton_stands_where_the_body_is():
 def test_the_recorded_pose_is_the_simulated_one():
     # Feet by kinematics from what is recorded, against pymunk's own bodies.
     from gaitsim_walker.machine import Machine
-    from gaitsim_walker.world import STEP
+    from gaitsim_walker.surroundings import STEP
 
     walker = Walker()
     machine = Machine(walker.surroundings(10), np.radians([10.0, 20, -5, 0, 3, -20, 8, 30]))
@@ -206,20 +232,21 @@ def test_after_a_fall_nothing_moves():
         assert (motion[name][0, fell + 1 :] == 0).all(), name
 
 
-def test_rough_ground_depends_on_its_seed_alone():
+def test_uneven_ground_depends_on_its_seed_alone():
     one, again, other = (
-        Walker(roughness=0.05, ground_seed=seed).surroundings(600).ground for seed in (0, 0, 1)
+        Walker(world={"unevenness": 0.05, "seed": seed}).surroundings(600).ground
+        for seed in (0, 0, 1)
     )
     assert one == again
     assert one != other
     assert 0 <= min(one.z) <= max(one.z) <= 0.05
-    longer = Walker(roughness=0.05).surroundings(1200).ground
+    longer = Walker(world={"unevenness": 0.05}).surroundings(1200).ground
     assert longer.height(17.3) == one.height(17.3)
     assert longer.height(-17.3) == one.height(-17.3)
 
 
 def test_feet_stand_on_the_ground_that_is_drawn():
-    walker = Walker(roughness=0.05, duration=SHORT)
+    walker = Walker(world={"unevenness": 0.05}, duration=SHORT)
     skeleton = walker.skeleton(walker.move(genomes(walker, 1)), 0)
     assert Walker().skeleton(Walker(duration=SHORT).move(genomes(walker, 1)), 0).ground is None
     feet = skeleton.contacts[skeleton.touching]

@@ -7,7 +7,7 @@ import pytest
 
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
-from gaitsim_walker.world import STEP
+from gaitsim_walker.surroundings import STEP
 
 G = 9.81
 
