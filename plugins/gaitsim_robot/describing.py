@@ -12,12 +12,13 @@ from gaitsim_robot.anatomy import Anatomy, Leg
 from gaitsim_robot.simulation import Simulation
 
 
-def facts(simulation: Simulation, servos: Mapping[str, Servo]) -> Facts:
-    """Return mass, legs, servos, standing pose and damage of a robot, in words.
+def facts(simulation: Simulation, servos: Mapping[str, Servo], world: Mapping[str, str]) -> Facts:
+    """Return mass, legs, servos, standing pose, damage and world of a robot, in words.
 
     Args:
         simulation: the robot on its ground.
         servos: of the driven joints, by their names.
+        world: conditions that are not nominal, by their names.
     """
     model, anatomy = simulation.model, simulation.anatomy
     found = {
@@ -28,6 +29,8 @@ def facts(simulation: Simulation, servos: Mapping[str, Servo]) -> Facts:
     }
     if simulation.damage:
         found["Damage"] = dict.fromkeys(map(str, simulation.damage), "")
+    if world:
+        found["World"] = dict(world)
     if anatomy.notes:
         found["Notes"] = dict.fromkeys(anatomy.notes, "")
     return found

@@ -5,11 +5,13 @@ import os
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
+from threading import RLock
 from typing import Any
 
 from gaitsim.errors import nearest
-from gaitsim.legged import Damage, Servo
+from gaitsim.legged import SERVOS, Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats, find_anatomy
+from gaitsim_robot.conditions import in_world
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing import import_robot
@@ -94,8 +96,21 @@ def standing_angles(text: str, anatomy: Anatomy) -> Floats:
     return anatomy.stance[[model.joint(name).qposadr[0] for name in anatomy.joints]]
 
 
+Compiled = tuple[str, Anatomy, ServoOptions, float, float, float, tuple[Damage, ...]]
+"""What a robot is compiled from: its text, anatomy and servos, the time step, friction and gravity,
+and its damage."""
+
+_compiling = RLock()  # or else each thread would compile the world that all are about to enter
+
+
+def simulation_of(compiled: Compiled, world: tuple[tuple[str, float], ...] = ()) -> Simulation:
+    """Return a robot in a world, whose conditions are in the order of their names."""
+    with _compiling:
+        return _in_world(compiled, world) if world else _nominal(*compiled)
+
+
 @lru_cache(maxsize=64)  # an adaptation goes through many damaged robots in turn
-def simulation_of(
+def _nominal(
     text: str,
     anatomy: Anatomy,
     servo: ServoOptions,
@@ -104,10 +119,22 @@ def simulation_of(
     gravity: float,
     damage: tuple[Damage, ...],
 ) -> Simulation:
-    """Return a robot on its ground."""
     servos = servos_of(text, anatomy, servo)
     spec = specification(text)
     return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=gravity, damage=damage)
+
+
+@lru_cache(maxsize=32)  # 0.3 MB each of the bundled robots; an evolution has fewer
+def _in_world(compiled: Compiled, world: tuple[tuple[str, float], ...]) -> Simulation:
+    return in_world(_nominal(*compiled), dict(world))
+
+
+def own_latency(servo: ServoOptions) -> float:
+    """Return the latency of servos, s."""
+    name, _, _, latency, _ = servo
+    if latency is not None:
+        return latency
+    return SERVOS[name].latency if name in SERVOS else 0.0
 
 
 def servos_of(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Servo]:

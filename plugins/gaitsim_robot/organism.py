@@ -9,9 +9,11 @@ import numpy as np
 from pydantic import ValidationInfo, field_validator, model_validator
 
 from gaitsim.contracts import (
+    WORLD_HELP,
     Array,
     BodyFile,
     Channel,
+    Condition,
     Facts,
     Genomes,
     Measure,
@@ -19,6 +21,7 @@ from gaitsim.contracts import (
     Organism,
     RealSpace,
     Skeleton,
+    check_world,
     folder_of,
     option,
 )
@@ -26,6 +29,8 @@ from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
 from gaitsim.errors import GaitsimError
 from gaitsim.legged import DAMAGE_HELP, Damage, parse_damage
 from gaitsim_robot.anatomy import Anatomy
+from gaitsim_robot.channels import CHANNELS
+from gaitsim_robot.conditions import conditions
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.loading import (
@@ -34,6 +39,7 @@ from gaitsim_robot.loading import (
     anatomy_of,
     bundled,
     encoding_of,
+    own_latency,
     ranges,
     robot_text,
     servos_of,
@@ -44,8 +50,6 @@ from gaitsim_robot.measures import measures
 from gaitsim_robot.servos import ServoName
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 from gaitsim_robot.symmetry import Symmetry
-
-XYZ = ("x", "y", "z")
 
 
 class Robot(Organism):
@@ -117,53 +121,11 @@ class Robot(Organism):
     friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
+    world: dict[str, float] = option({}, WORLD_HELP)
 
     dynamic: ClassVar[bool] = True
     threads: ClassVar[bool] = True
-    channels: ClassVar[Mapping[str, Channel]] = {
-        "joint_angles": Channel(
-            ("frames", "joints"), "rad", "commanded to the servos, from the zero of the file"
-        ),
-        "joint_positions": Channel(("frames", "joints"), "rad", "where the joints really are"),
-        "joint_velocities": Channel(("frames", "joints"), "rad/s", "of the joints"),
-        "torque": Channel(
-            ("frames", "joints"), "N m", "mean of its magnitude since the frame before"
-        ),
-        "stall_torque": Channel(
-            ("joints",), "N m", "largest torque of the servos; 0 where it is unknown"
-        ),
-        "torso": Channel(
-            ("frames", XYZ), "m", "origin of the trunk, from above the point where it began"
-        ),
-        "torso_velocity": Channel(("frames", XYZ), "m/s", "of the origin of the trunk"),
-        "orientation": Channel(
-            ("frames", ("roll", "pitch", "yaw")), "rad", "to the right, nose down, to the left"
-        ),
-        "height": Channel(("frames",), "m", "origin of the trunk above the ground"),
-        "foot_positions": Channel(
-            ("frames", "feet", XYZ), "m", "points of the feet that touch the ground in standing"
-        ),
-        "stance": Channel(
-            ("frames", "feet"), "", "whether the foot bore load since the frame before"
-        ),
-        "load": Channel(
-            ("frames", "feet", XYZ),
-            "N",
-            "mean force of the ground on each foot since the frame before",
-        ),
-        "slip": Channel(("frames",), "m", "mean slide of the stance feet since the frame before"),
-        "energy": Channel(
-            ("frames",), "J", "work of the servos since the start, braking counted as spent"
-        ),
-        "lasted": Channel((), "s", "time before the fall, or the whole rollout"),
-        "weight": Channel((), "N", "of the whole robot"),
-        "length": Channel((), "m", "of the trunk"),
-        "configuration": Channel(
-            ("frames", "coordinates"),
-            "",
-            "position and quaternion of the trunk, then the angles of all joints, m and rad",
-        ),
-    }
+    channels: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     @field_validator("model")
     @classmethod
@@ -183,6 +145,7 @@ class Robot(Organism):
             error.key = error.key or "model"
             raise
         _ = self._damage
+        check_world(self.world, self.conditions())
         return self
 
     @property
@@ -204,12 +167,13 @@ class Robot(Organism):
 
     @property
     def simulation(self) -> Simulation:
-        """The robot with its damage on its ground, compiled once."""
-        return self._simulation(self._damage)
+        """The robot with its damage in its world, compiled once."""
+        return self._simulation(self._damage, self.world)
 
-    def _simulation(self, damage: tuple[Damage, ...]) -> Simulation:
+    def _simulation(self, damage: tuple[Damage, ...], world: Mapping[str, float]) -> Simulation:
         return simulation_of(
-            self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage
+            (self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage),
+            tuple(sorted(world.items())),
         )
 
     @property
@@ -224,10 +188,17 @@ class Robot(Organism):
         return self.servo, self.torque_limit, self.speed_limit, self.latency, self.stiffness
 
     def describe(self) -> Facts:
-        """Mass, legs, servos, the standing pose and damage."""
+        """Mass, legs, servos, the standing pose, damage and world."""
         from gaitsim_robot.describing import facts
 
-        return facts(self.simulation, servos_of(self.text, self.anatomy, self._servo))
+        conditions = self.conditions()
+        world = {
+            name: f"{value:g} {conditions[name].unit}".rstrip()
+            if name in conditions
+            else f"{value:g}"
+            for name, value in self.world.items()
+        }
+        return facts(self.simulation, servos_of(self.text, self.anatomy, self._servo), world)
 
     @classmethod
     def library(cls) -> Facts:
@@ -255,10 +226,11 @@ class Robot(Organism):
 
     @property
     def _encoding(self) -> Encoding:
-        # Of the intact robot, so that damage leaves the meaning of a genome as it is.
+        # Of the intact robot in its nominal world: damage and worlds leave the meaning of a genome
+        # as it is.
         heading = math.radians(self.heading)
         return encoding_of(
-            self._simulation(()), self.encoding, self.symmetry, self.fastest_stride, heading
+            self._simulation((), {}), self.encoding, self.symmetry, self.fastest_stride, heading
         )
 
     def move(self, genomes: Genomes) -> Motion:
@@ -295,6 +267,10 @@ class Robot(Organism):
         from gaitsim_robot.motion import walked
 
         return walked(self.simulation, angles)
+
+    def conditions(self) -> Mapping[str, Condition]:
+        """Friction, masses, slopes, and what servos and their horns are like."""
+        return conditions(self.friction, own_latency(self._servo))
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Displacement, speed, duration, effort, slip, steps and posture."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.commands import arriving
 from gaitsim_robot.simulation import FRAME_RATE, TIPPED, Simulation
 
 SEGMENT = 50
@@ -55,7 +56,7 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     import mujoco
     from mujoco import rollout
 
-    model, steps = simulation.model, simulation.steps
+    model = simulation.model
     population, frames = commands.shape[:2]
     record = _empty(simulation, population, frames)
     data = mujoco.MjData(model)
@@ -63,15 +64,14 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     active = np.arange(population)
     for first in range(0, frames - 1, SEGMENT):
         last = min(first + SEGMENT, frames - 1)
-        control = np.tile(simulation.rest, (len(active), (last - first) * steps + 1, 1))
-        held = np.repeat(commands[active, first:last], steps, axis=1)
-        control[:, :-1, simulation.ctrl] = held
-        control[:, -1:, simulation.ctrl] = commands[active, last, None]
+        control = arriving(simulation, commands, first, last)
         states, sensors = rollout.rollout(model, data, state, control)
         upright = _record(simulation, record, active, first, last, state, states, sensors)
         active, state = active[upright], np.ascontiguousarray(states[upright, -2])
         if not len(active):
             break
+        if not upright.all():
+            commands = commands[upright]
     return record
 
 

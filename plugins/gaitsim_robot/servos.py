@@ -2,7 +2,7 @@
 
 A servo drives its joint with `stiffness · (command − angle) − damping · speed`, delivered by a DC
 motor whose torque falls linearly from the stall torque at rest to nothing at the no-load speed. It
-is MuJoCo's `dcmotor`, with the latency as the `delay` of its command.
+is MuJoCo's `dcmotor`; its commands arrive late, by `commands.arriving`.
 
 The damping of a hobby servo is that of its motor alone, stall torque / no-load speed: its
 electronics set a voltage in proportion to the error, and back-EMF does the rest. Gear friction,
@@ -72,7 +72,7 @@ def joint_servos(
     return servos
 
 
-def add_servos(spec: Any, servos: Mapping[str, Servo], dt: float) -> None:
+def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
     """Add the actuator of each servo, named as its joint.
 
     An actuator's control is the commanded angle, which is clipped to the range of the joint. It
@@ -81,7 +81,6 @@ def add_servos(spec: Any, servos: Mapping[str, Servo], dt: float) -> None:
     Args:
         spec: MuJoCo's specification of the robot's text, changed in place.
         servos: by the names of their joints.
-        dt: time step, s.
     """
     import mujoco
 
@@ -106,8 +105,20 @@ def add_servos(spec: Any, servos: Mapping[str, Servo], dt: float) -> None:
             controller=[servo.stiffness, 0.0, servo.damping, 0.0, 0.0, 1.0],
             ctrlspec=int(mujoco.mjtCtrlInput.mjINPUT_POS),
         )
-        actuator.delay = servo.latency
-        actuator.nsample = math.ceil(servo.latency / dt - 1e-9)
+
+
+def set_limits(model: Any, servos: Mapping[str, Servo]) -> None:
+    """Give the servos of a compiled robot other torques and speeds, as compiling them anew would.
+
+    Args:
+        model: `mujoco.MjModel`, changed in place.
+        servos: by the names of their joints; those without force keep none.
+    """
+    for name, servo in servos.items():
+        if servo.stall_torque:
+            actuator, constant = model.actuator(name).id, 1.0 / servo.no_load_speed
+            model.actuator_gainprm[actuator, :2] = constant / servo.stall_torque, constant
+            model.actuator_forcerange[actuator] = -servo.stall_torque, servo.stall_torque
 
 
 def _changed(

@@ -33,7 +33,9 @@ class Simulation:
         model: MuJoCo's compiled model.
         anatomy: of the robot, with its damage.
         damage: of the robot.
+        servos: of the driven joints, by their names.
         steps: physics steps a frame.
+        height: of the trunk in the intact robot's standing pose, m.
         start: full physics state of the robot that stands at rest, (states,).
         stands: whether it stays up with its servos commanded to the standing pose; if not, it
             starts in that pose all the same.
@@ -44,20 +46,25 @@ class Simulation:
         dof: index of each leg joint in qvel, (joints,).
         ctrl: index of each leg joint's servo, (joints,).
         rest: control of all servos in the standing pose, (servos,).
-        stall_torque: of each leg joint's servo, (joints,) N m.
-        top_speed: of each leg joint's servo without load, (joints,) rad/s.
         torque: index in the sensor data of each leg joint's torque, (joints,).
         load: index of the force on each foot, (feet, 3).
         slide: index of the velocity of each foot's strongest contact, in the contact's frame,
             (feet, 3).
         feet: index of the position of each foot, (feet, 3).
         belly: index of the number of contacts of the trunk with the ground.
+        latency: from a command to the torque of the servos, s.
+        command_rate: at which commands arrive, Hz.
+        offset: of each leg joint from its command, as a horn is fixed on its servo, (joints,) rad.
+        push: change of the trunk's velocity, (3,) m/s.
+        pushed: share of the rollout before the push.
     """
 
     model: Any
     anatomy: Anatomy
     damage: tuple[Damage, ...]
+    servos: Mapping[str, Servo]
     steps: int
+    height: float
     start: Floats
     stands: bool
     effort: Floats
@@ -65,13 +72,26 @@ class Simulation:
     dof: Any
     ctrl: Any
     rest: Floats
-    stall_torque: Floats
-    top_speed: Floats
     torque: Any
     load: Any
     slide: Any
     feet: Any
     belly: int
+    latency: float
+    command_rate: float
+    offset: Floats
+    push: Floats
+    pushed: float = 0.5
+
+    @property
+    def stall_torque(self) -> Floats:
+        """Of each leg joint's servo, (joints,) N m."""
+        return np.array([self.servos[name].stall_torque for name in self.anatomy.joints])
+
+    @property
+    def top_speed(self) -> Floats:
+        """Of each leg joint's servo without load, (joints,) rad/s."""
+        return np.array([self.servos[name].no_load_speed for name in self.anatomy.joints])
 
     def turn(self, quaternions: Floats) -> Floats:
         """Return the turns of the trunk from the standing pose, (…, 4).
@@ -111,7 +131,7 @@ def build(
     height = float(anatomy.stance[2])
     if damage:
         anatomy, servos = impair(spec, anatomy, servos, damage)
-    add_servos(spec, servos, dt)
+    add_servos(spec, servos)
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:
         geom.friction[0] = friction
@@ -156,35 +176,30 @@ def build(
     )
     ctrl = np.array([model.actuator(name).id for name in anatomy.joints], np.intp)
     belly = int(model.sensor("belly").adr[0])
-    settled, stands = _settled(model, anatomy.stance, rest, belly, height)
-    needed = settled.actuator_force
-    if not stands:
-        strong = copy.copy(model)
-        strong.actuator_forcerange *= STRONG
-        strong.actuator_gainprm[:, _VOLTAGE] *= STRONG
-        needed = _settled(strong, anatomy.stance, rest, belly, height)[0].actuator_force
-    start = _at_rest(model, settled.qpos if stands else anatomy.stance, rest)
-    state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
-    mujoco.mj_getState(model, start, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    start, stands, effort = stand(model, anatomy.stance, rest, belly, height)
     return Simulation(
         model,
         anatomy,
         tuple(damage),
+        servos,
         round(1 / (FRAME_RATE * dt)),
-        state,
+        height,
+        start,
         stands,
-        ratio(np.abs(needed), model.actuator_forcerange[:, 1])[ctrl],
+        effort[ctrl],
         qpos,
         np.array([model.joint(name).dofadr[0] for name in anatomy.joints], np.intp),
         ctrl,
         rest,
-        np.array([servos[name].stall_torque for name in anatomy.joints]),
-        np.array([servos[name].no_load_speed for name in anatomy.joints]),
         sensor("torque", anatomy.joints, 1)[:, 0],
         sensor("load", legs, 3, skip=1),
         sensor("slide", legs, 3),
         sensor("foot", legs, 3),
         belly,
+        latency=max(servo.latency for servo in servos.values()),
+        command_rate=FRAME_RATE,
+        offset=np.zeros(len(ctrl)),
+        push=np.zeros(3),
     )
 
 
@@ -228,6 +243,37 @@ def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
         spec.add_exclude(bodyname1=model.body(first).name, bodyname2=model.body(second).name)
 
 
+def stand(
+    model: Any, stance: Floats, rest: Floats, belly: int, height: float
+) -> tuple[Floats, bool, Floats]:
+    """Let a robot stand for a while.
+
+    Args:
+        model: MuJoCo's compiled model.
+        stance: where it starts, (nq,).
+        rest: control of all servos, (servos,).
+        belly: index of the number of contacts of the trunk with the ground.
+        height: of the trunk of the intact robot in standing, m.
+
+    Returns:
+        Its state at rest, whether it stands, and the share of its torque that each servo needs, as
+        `Simulation` has them, but for all servos.
+    """
+    import mujoco
+
+    settled, stands = _settled(model, stance, rest, belly, height)
+    needed = settled.actuator_force
+    if not stands:
+        strong = copy.copy(model)
+        strong.actuator_forcerange *= STRONG
+        strong.actuator_gainprm[:, _VOLTAGE] *= STRONG
+        needed = _settled(strong, stance, rest, belly, height)[0].actuator_force
+    start = _at_rest(model, settled.qpos if stands else stance, rest)
+    state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    mujoco.mj_getState(model, start, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    return state, stands, ratio(np.abs(needed), model.actuator_forcerange[:, 1])
+
+
 def _settled(
     model: Any, stance: Floats, rest: Floats, belly: int, height: float
 ) -> tuple[Any, bool]:
@@ -247,15 +293,10 @@ def _settled(
 
 
 def _at_rest(model: Any, qpos: Floats, rest: Floats) -> Any:
-    """Return the robot at rest at time 0, its servos commanded to the standing pose for long."""
+    """Return the robot at rest at time 0, its servos commanded to the standing pose."""
     import mujoco
 
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     data.ctrl[:] = rest
-    for servo in range(model.nu):
-        samples = model.actuator_history[servo, 0]
-        if samples:
-            held = np.full((samples, 1), rest[servo])
-            mujoco.mj_initCtrlHistory(model, data, servo, None, held)
     return data

@@ -1,6 +1,5 @@
 """Models for tests of physics: a stick on a servo, and a quadruped of any size."""
 
-from dataclasses import replace
 from importlib.resources import files
 
 import mujoco
@@ -11,16 +10,14 @@ from gaitsim_robot.servos import add_servos, joint_servos
 from gaitsim_robot.simulation import build
 
 
-def servoed_stick(servo, *, dt, inertia, latency=None):
+def servoed_stick(servo, *, dt, inertia):
     """A body of some inertia that turns about the vertical, driven by a servo."""
     spec = mujoco.MjSpec()
     spec.option.timestep = dt
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     body = spec.worldbody.add_body(mass=1, inertia=[inertia] * 3, explicitinertial=True)
     body.add_joint(name="joint", axis=[0, 0, 1], range=[-1e4, 1e4])
-    if latency is not None:
-        servo = replace(servo, latency=latency)
-    add_servos(spec, {"joint": servo}, dt)
+    add_servos(spec, {"joint": servo})
     model = spec.compile()
     return model, mujoco.MjData(model)
 

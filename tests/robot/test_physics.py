@@ -116,7 +116,7 @@ def test_halving_the_time_step_changes_how_far_a_trot_goes_by_less_than_a_tenth(
 
 
 def test_work_is_torque_times_speed():
-    simulation, _ = standing_quadruped("sts3215", dt=0.002)
+    simulation, _ = standing_quadruped("sts3215", dt=0.002, latency=0)
     commands = trot(simulation, 101)
     motion = walked(simulation, commands)
     data, work = started(simulation), 0.0

@@ -9,6 +9,7 @@ import pytest
 from stick import servoed_stick, standing_quadruped
 
 from gaitsim.legged import SERVOS
+from gaitsim_robot.commands import arriving
 from gaitsim_robot.servos import ServoName
 
 EVERY = [*SERVOS.values()]
@@ -23,8 +24,7 @@ def test_a_free_servo_speeds_up_as_a_motor_does(servo):
     for _ in range(round(3 * time_constant / 2e-4)):
         mujoco.mj_step(model, data)
         torque = servo.stall_torque * (1 - data.qvel[0] / servo.no_load_speed)
-    driven = data.time - servo.latency
-    speed = servo.no_load_speed * (1 - math.exp(-driven / time_constant))
+    speed = servo.no_load_speed * (1 - math.exp(-data.time / time_constant))
     assert data.qvel[0] == pytest.approx(speed, rel=0.01)
     assert data.actuator_force[0] == pytest.approx(torque, rel=0.02)
 
@@ -49,14 +49,15 @@ def test_a_held_load_bends_a_servo_by_its_stiffness(servo):
 @pytest.mark.parametrize("dt", [0.001, 0.004, 0.005])
 @pytest.mark.parametrize("latency", [0.0, 0.001, 0.02, 0.034])
 def test_a_command_takes_effect_after_the_latency(latency, dt):
-    servo = SERVOS["sts3215"]
-    model, data = servoed_stick(servo, dt=dt, inertia=0.01, latency=latency)
-    data.ctrl[:] = 1.0
-    steps = 0
-    while data.actuator_force[0] == 0:
-        mujoco.mj_step(model, data)
-        steps += 1
-    assert steps - 1 == math.ceil(latency / dt - 1e-9)
+    simulation, _ = standing_quadruped("sts3215", dt=dt, latency=latency)
+    commands = np.tile(simulation.rest[simulation.ctrl] + 0.1, (1, 11, 1))
+    told = arriving(simulation, commands, 0, 10)[0]
+    late = math.ceil(latency / dt - 1e-9)
+    assert told.shape == (10 * simulation.steps + 1, simulation.model.nu)
+    np.testing.assert_array_equal(told[:late], np.tile(simulation.rest, (late, 1)))
+    np.testing.assert_array_equal(
+        told[late:, simulation.ctrl], commands[:1, 0].repeat(len(told) - late, 0)
+    )
 
 
 @pytest.mark.parametrize("servo", EVERY, ids=lambda servo: servo.name)

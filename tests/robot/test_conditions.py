@@ -1,0 +1,195 @@
+"""Robots in worlds: what each condition changes, against closed forms and MuJoCo's own compiler."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import mujoco
+import numpy as np
+import pytest
+from stick import quadruped_spec, simulation_of, standing_quadruped
+
+from gaitsim.errors import GaitsimError
+from gaitsim_robot.commands import arriving
+from gaitsim_robot.conditions import CONDITIONS, downward, in_world
+from gaitsim_robot.motion import walked
+from gaitsim_robot.organism import Robot
+
+GRAVITY = 9.81
+FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
+
+
+def standing(world, seconds=2.0, **options):
+    """A quadruped whose servos hold the standing pose in a world, and its motion."""
+    simulation = in_world(standing_quadruped("ideal", **options)[0], world)
+    commands = simulation.anatomy.stance[simulation.qpos]
+    frames = round(seconds * 50) + 1
+    return simulation, walked(simulation, np.tile(commands, (1, frames, 1)))
+
+
+def genomes(robot, count):
+    space = robot.genome_space()
+    return np.random.default_rng(5).uniform(space.lower, space.upper, (count, len(space.lower)))
+
+
+@pytest.mark.parametrize("slope", ["slope", "side_slope"])
+def test_a_robot_slides_on_slopes_steeper_than_its_friction_and_stands_on_others(slope):
+    friction, steep, flat = 0.2, 16.0, 7.0  # atan(0.2) = 11.3°
+    simulation = in_world(standing_quadruped("ideal")[0], {slope: steep, "friction": friction})
+    data = mujoco.MjData(simulation.model)
+    mujoco.mj_setState(simulation.model, data, simulation.start, FULL)
+    data.ctrl[:] = simulation.rest
+    axis = ("slope", "side_slope").index(slope)
+    speeds = []
+    for _ in range(2):
+        mujoco.mj_step(simulation.model, data, 50)
+        mujoco.mj_subtreeVel(simulation.model, data)
+        speeds.append(data.subtree_linvel[1, axis])
+    # A block's, downhill.
+    angle = math.radians(steep)
+    expected = -GRAVITY * (math.sin(angle) - friction * math.cos(angle)) * 0.2
+    assert np.diff(speeds) == pytest.approx(expected, rel=0.08)
+    _, motion = standing({slope: flat, "friction": friction})
+    assert motion["lasted"] == 2.0
+    assert (
+        np.linalg.norm(motion["torso"][0, -1] - motion["torso"][0, 0]) < 0.02
+    )  # friction creeps in MuJoCo
+
+
+def test_gravity_on_a_slope_is_that_of_a_turned_ground():
+    from scipy.spatial.transform import Rotation
+
+    ground = Rotation.from_euler("YX", [-12, 7], degrees=True)
+    assert downward(12, 7) == pytest.approx(ground.inv().apply([0, 0, -1]), abs=1e-15)
+
+
+def test_the_load_on_the_feet_is_the_weight_of_all_masses():
+    light, motion = standing({"mass": 0.8})
+    _, heavy = standing({"mass": 1.2})
+    own = standing_quadruped("ideal")[0].anatomy.mass
+    for share, found in ((0.8, motion), (1.2, heavy)):
+        load = found["load"][0, -1, :, 2].sum()
+        assert load == pytest.approx(share * own * GRAVITY, rel=0.01)
+        assert found["weight"] == pytest.approx(share * own * GRAVITY)
+    assert light.anatomy.mass == pytest.approx(0.8 * own)
+
+
+def test_a_changed_robot_is_the_one_that_mujoco_compiles():
+    """Masses, inertias, friction, torques and speeds are those of a specification altered first."""
+    world = {"mass": 1.3, "friction": 0.45, "servo_torque": 0.8, "servo_speed": 0.7}
+    found = in_world(standing_quadruped("sts3215")[0], world).model
+    spec = quadruped_spec()
+    for body in spec.bodies[1:]:
+        body.mass *= 1.3
+        body.inertia = 1.3 * body.inertia
+        body.fullinertia = 1.3 * body.fullinertia
+    options = {"torque_limit": 0.8 * 1.91229675, "speed_limit": 0.7 * math.pi / 3 / 0.192}
+    model = simulation_of(spec, "sts3215", friction=0.45, **options)[0].model
+    gear = model.dof_armature[6:] / found.dof_armature[6:]
+    assert gear == pytest.approx(1)
+    for name in (
+        "body_mass",
+        "body_inertia",
+        "body_subtreemass",
+        "body_invweight0",
+        "dof_invweight0",
+        "geom_friction",
+        "actuator_gainprm",
+        "actuator_biasprm",
+        "actuator_forcerange",
+        "actuator_acc0",
+    ):
+        np.testing.assert_allclose(getattr(found, name), getattr(model, name), rtol=1e-9)
+
+
+def test_latency_is_the_robot_s_option_latency_and_delays_its_commands():
+    robot = Robot(duration=1, servo="sts3215")
+    some = genomes(robot, 3)
+    told = robot.model_copy(update={"world": {"latency": 0.05}}).move(some)
+    option = Robot(duration=1, servo="sts3215", latency=0.05).move(some)
+    for name in option:
+        np.testing.assert_array_equal(told[name], option[name])
+    simulation, _ = standing_quadruped("sts3215", dt=0.004)
+    late = in_world(simulation, {"latency": 0.044})
+    commands = np.random.default_rng(1).random((2, 21, len(simulation.ctrl)))
+    before, after = (arriving(one, commands, 0, 20) for one in (simulation, late))
+    np.testing.assert_array_equal(after[:, 6:], before[:, :-6])  # 20 and 44 ms
+
+
+def test_offsets_shift_the_joints_of_a_robot_in_the_air_and_keep_their_limits():
+    world = {"joint_offset": 2.0, "seed": 3}
+    simulation = in_world(standing_quadruped("ideal", friction=0.8)[0], world)
+    model, data = simulation.model, mujoco.MjData(simulation.model)
+    mujoco.mj_setState(model, data, simulation.start, FULL)
+    model.opt.gravity[:] = 0
+    data.qpos[2] += 1
+    commands = np.tile(simulation.anatomy.stance[simulation.qpos], (1, 51, 1))
+    data.ctrl[:] = arriving(simulation, commands, 0, 50)[0, -1]
+    mujoco.mj_step(model, data, 500)
+    off = data.qpos[simulation.qpos] - commands[0, 0]
+    assert off == pytest.approx(simulation.offset, abs=1e-3)
+    assert 0.2 < np.degrees(off).std() / 2 < 2
+    lower, upper = model.actuator_ctrlrange[simulation.ctrl].T
+    beyond = arriving(simulation, np.tile(upper, (1, 3, 1)), 0, 2)[..., simulation.ctrl]
+    assert (beyond <= upper).all()
+    assert (beyond < upper).any()
+    assert (beyond >= lower).all()
+    other = in_world(standing_quadruped("ideal")[0], {**world, "seed": 4})
+    assert not np.isclose(other.offset, simulation.offset).any()
+
+
+@pytest.mark.parametrize("name", CONDITIONS)
+def test_a_nominal_value_changes_nothing(name):
+    robot = Robot(duration=0.5, servo="sts3215", friction=0.7)
+    some = genomes(robot, 2)
+    told = {name: robot.conditions()[name].nominal}
+    for damage in ((), ("L1 lost",)):
+        body = robot.model_copy(update={"damage": damage})
+        nominal = body.move(some)
+        motion = body.model_copy(update={"world": told}).move(some)
+        for channel in nominal:
+            np.testing.assert_array_equal(motion[channel], nominal[channel])
+
+
+def test_a_robot_in_a_world_has_the_same_bits_in_every_thread_and_chunk():
+    world = {name: one.low + 0.3 * (one.high - one.low) for name, one in CONDITIONS.items()}
+    robot = Robot(model="hexapod", duration=1.0, servo="sts3215", world={**world, "seed": 8})
+    some = genomes(robot, 6)
+    together = robot.move(some)
+    with ThreadPoolExecutor(2) as threads:
+        parts = list(threads.map(robot.move, np.split(some, 3)))
+    played = robot.play(together["joint_angles"])
+    for name in together:
+        np.testing.assert_array_equal(np.concatenate([one[name] for one in parts]), together[name])
+    whole = together["lasted"] >= 0.98
+    assert whole.any()
+    np.testing.assert_array_equal(played["torso"][whole], together["torso"][whole])
+
+
+def test_damage_and_a_world_go_together():
+    robot = Robot(model="hexapod", servo="sts3215", damage=("L2 lost",), world={"mass": 1.2})
+    intact = Robot(model="hexapod", servo="sts3215", damage=("L2 lost",))
+    mass = robot.simulation.anatomy.mass
+    assert mass == pytest.approx(1.2 * intact.simulation.anatomy.mass)
+    assert mass < 1.2 * robot.anatomy.mass
+    assert robot.simulation.stands
+    facts = robot.describe()
+    assert "mass" in facts["World"]
+    assert "World" not in intact.describe()
+
+
+def test_a_weak_battery_shows_in_the_share_of_torque_that_standing_takes():
+    nominal, weak = (
+        Robot(servo="sts3215", world=world).simulation.effort.max()
+        for world in ({}, {"servo_torque": 0.7})
+    )
+    assert weak == pytest.approx(nominal / 0.7, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("world", "message"),
+    [({"wind": 1.0}, "wind"), ({"slope": 40.0}, "-30 to 30 °"), ({"mass": 0.0}, "0.1 to 10")],
+)
+def test_a_world_that_no_robot_can_be_in_is_refused(world, message):
+    with pytest.raises(GaitsimError, match=message) as caught:
+        Robot(world=world)
+    assert caught.value.key == "world"
