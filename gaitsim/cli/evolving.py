@@ -59,7 +59,7 @@ def evolve_run(
     if interrupts.requested and not reason:
         notice(f"Stopped and saved. Continue with: {command('resume', path)}")
         sys.exit(INTERRUPTED)
-    summarise(path, reason, json)
+    summarise(path, reason, json, workers)
 
 
 def _leave_at_once(path: Path) -> NoReturn:

@@ -1,10 +1,17 @@
 """Judge gaits in unseen worlds from the command line, with a progress bar."""
 
+from gaitsim.cli.console import notice
+from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges
 from gaitsim.gait.unseen import Judgement, check_request, conditions_of, judge
 from gaitsim.individual import Individual
+from gaitsim.runs.snapshot import RunSnapshot
+
+AT_END, FEWEST_AT_END = 100, 10
+"""Unseen worlds at the end of a run, at most and at least; otherwise a tenth of those that it
+evaluated individuals in, so that judging costs little beside evolving."""
 
 
 def check_worlds(number: int | None, seed: int | None) -> None:
@@ -47,3 +54,27 @@ def judge_shown(
             begin=progress.expect,
             advance=progress.advance,
         )
+
+
+def judge_at_end(
+    run: RunSnapshot, champion: Individual, workers: int | None = None
+) -> Judgement | None:
+    """Judge the champion of a run over worlds in unseen ones; Ctrl-C skips it.
+
+    Returns:
+        None for a run in one world, and after reporting why there is nothing to say.
+    """
+    worlds = champion.experiment.worlds.number
+    if not worlds:
+        return None
+    evaluated = int(run.history["evaluations"][-1]) * worlds
+    number = min(AT_END, max(FEWEST_AT_END, evaluated // 10))
+    what = f"{number} unseen worlds (Ctrl-C skips them)"
+    try:
+        with interruptible():
+            return judge_shown(champion, number, workers=workers, what=what)
+    except KeyboardInterrupt:
+        notice("Not judged in unseen worlds: stopped.")
+    except GaitsimError as error:
+        notice(f"Not judged in unseen worlds: {error.what}")
+    return None

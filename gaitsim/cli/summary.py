@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.cli.console import output, print_json, print_table
+from gaitsim.cli.judging import judge_at_end
 from gaitsim.gait.damaged import can_be_damaged
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.terminal.judgement import in_one_line
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.history import FIGURE, figures_of
@@ -38,12 +40,19 @@ def to_dict(champion: Individual) -> dict[str, Any]:
     }
 
 
-def summarise(path: Path, reason: str, json: bool) -> None:
-    """Print how a finished run ended; as one JSON object on request."""
+def summarise(path: Path, reason: str, json: bool, workers: int | None = None) -> None:
+    """Print how a finished run ended; as one JSON object on request.
+
+    The champion of a run over worlds is judged in unseen ones, by so many workers.
+    """
     run = RunSnapshot(path)
     champion = champion_of(run)
     if json:
-        parts = to_dict(champion) if champion else {"generation": run.generation, "score": None}
+        parts: dict[str, Any] = {"generation": run.generation, "score": None}
+        if champion:
+            parts = to_dict(champion)
+            if judgement := judge_at_end(run, champion, workers):
+                parts["unseen_worlds"] = judgement.statistics()
         print_json(
             {"run": str(path), "finished": reason, **parts, "fingerprint": run.fingerprint()}
         )
@@ -53,6 +62,8 @@ def summarise(path: Path, reason: str, json: bool) -> None:
     print_champion(run, champion)
     if champion is None:
         return
+    if judgement := judge_at_end(run, champion, workers):
+        console.print(in_one_line(judgement))
     view = ArchiveView.of(run.members) if run.experiment.search.keeps == "archive" else None
     if view is not None:
         print_archive(run, view)
@@ -65,6 +76,9 @@ def summarise(path: Path, reason: str, json: bool) -> None:
 def _next(run: RunSnapshot) -> Iterator[tuple[str, str]]:
     """Yield commands for a finished run, and their purposes."""
     yield command("analyse", run.path), "which gait it is, and why it scored"
+    if run.experiment.worlds.number:
+        unseen = command("analyse", run.path, "--worlds", 100, "--figure", "worlds.png")
+        yield unseen, "which conditions hurt, and where"
     yield command("video", run.path), "watch it"
     yield command("plot", run.path, "--kind", "fitness"), "its fitness curve"
     if "joint_angles" in run.experiment.organism.channels:

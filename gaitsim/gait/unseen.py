@@ -33,6 +33,7 @@ MEASURE, SCORE = "forward", "score"
 MOST = 10_000
 """Largest number of worlds that a gait is judged in."""
 
+TRIFLE = 0.01  # of the nominal result: a smaller loss is none
 REPORTS = 20  # times that progress is reported, at least
 
 
@@ -124,8 +125,10 @@ class Judgement:
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
-        """The conditions that affect the result beyond chance, the strongest first."""
-        return effects(self.conditions, self.ranges, self.results)
+        """The conditions that cost more than a trifle, beyond chance, the strongest first."""
+        found = effects(self.conditions, self.ranges, self.results)
+        least = TRIFLE * abs(self.nominal.result)
+        return tuple(one for one in found if not one.loss < least)
 
     @property
     def worst(self) -> World:
@@ -134,6 +137,14 @@ class Judgement:
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as values for JSON."""
+        worlds = [
+            {"world": dict(world), **_outcome_to_dict(outcome)}
+            for world, outcome in zip(self.worlds, self.outcomes, strict=True)
+        ]
+        return {**self.statistics(), "worlds": worlds}
+
+    def statistics(self) -> dict[str, Any]:
+        """Return it as values for JSON, without the single worlds."""
         return {
             "measure": self.measure,
             "unit": self.unit,
@@ -159,10 +170,6 @@ class Judgement:
                     "loss": one.loss,
                 }
                 for one in self.effects
-            ],
-            "worlds": [
-                {"world": dict(world), **_outcome_to_dict(outcome)}
-                for world, outcome in zip(self.worlds, self.outcomes, strict=True)
             ],
         }
 

@@ -423,3 +423,14 @@ def test_nothing_of_a_plugin_is_imported_for_a_list_of_runs(program, puppet_file
         "try:\n    main()\nfinally:\n    assert 'gaitsim_puppets' not in sys.modules\n"
     )
     assert "puppet" in program(args=[sys.executable, "-c", code]).stdout
+
+
+def test_a_run_over_worlds_ends_in_unseen_ones(gaitsim):
+    over = ("--set", "organism.duration=1", "--set", "worlds.number=2", "--workers", 1)
+    run = ("run", "walker", "--population", 6, "--generations", 2, *over)
+    found = json.loads(gaitsim(*run, "--json").stdout.splitlines()[-1])["unseen_worlds"]
+    assert found["number"] == 10
+    assert found["worst_tenth"] == found["worst"] <= found["median"]
+    said = gaitsim("resume", "walker").stdout
+    assert "In 10 unseen worlds: median" in said
+    assert "analyse runs/walker --worlds 100" in said

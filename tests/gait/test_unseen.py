@@ -92,7 +92,7 @@ def test_what_is_said_of_worlds():
     slope = np.linspace(-3, 3, 120)
     found = made(np.where(np.abs(slope) > 1, 1.6, 1.9), np.abs(slope) > 2.9, side_slope=slope)
     assert in_one_line(found) == (
-        "in 120 unseen worlds: median 1.60 m, worst tenth 1.60 m, 4 falls; side slope hurts most"
+        "In 120 unseen worlds: median 1.60 m, worst tenth 1.60 m, 4 falls; side slope hurts most"
     )
     table, hurting = judged(found)
     assert ("worst tenth, mean", "1.600", "80 %") in table.rows

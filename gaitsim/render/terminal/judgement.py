@@ -41,7 +41,7 @@ def judged(found: Judgement) -> Iterator[Passage]:
 
 def _hurting(found: Judgement) -> Passage:
     if not found.effects:
-        return Passage(notes=("No condition affects it beyond chance.",))
+        return Passage(notes=("No condition hurts beyond chance.",))
     less = f"less {found.unit}".rstrip()
     rows = tuple(
         (
@@ -60,17 +60,19 @@ def _hurting(found: Judgement) -> Passage:
         columns=("condition", "where", *numbers),
         rows=rows,
         numbers=numbers,
-        notes=("Explains: its share of the variance over worlds. Others are within chance.",),
+        notes=(
+            "Explains: its share of the variance over worlds. Others hurt no more than by chance.",
+        ),
     )
 
 
 def in_one_line(found: Judgement) -> str:
-    """Return it in one line, such as 'in 100 unseen worlds: median 1.92 m, …'."""
+    """Return it in one line, such as 'In 100 unseen worlds: median 1.92 m, …'."""
     unit = f" {found.unit}".rstrip()
     hurts = f"; {spaced(found.effects[0].condition)} hurts most" if found.effects else ""
     worlds = f"{len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}"
     return (
-        f"in {worlds}: median {or_dash(found.median, 2)}{unit}, worst tenth "
+        f"In {worlds}: median {or_dash(found.median, 2)}{unit}, worst tenth "
         f"{or_dash(found.worst_tenth, 2)}{unit}, {falls(found)}{hurts}"
     )
 
