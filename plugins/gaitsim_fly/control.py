@@ -16,6 +16,7 @@ from gaitsim_fly.flight import (
     RATES,
     SPIN_SCALE,
     STATE,
+    VELOCITY,
     VELOCITY_SCALE,
     WING_SPEED,
     WINGS,
@@ -73,14 +74,36 @@ def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int
 
 
 @njit(inline="always", error_model="numpy")
-def _command(b: Buffer, outputs: Buffer, limits: Buffer, interval: float, speed: float) -> None:
+def _command(
+    b: Buffer, outputs: Buffer, limits: Buffer, offsets: Buffer, interval: float, speed: float
+) -> None:
     """Turn the wings to their commands, at rates that bring them there in time."""
     for angle in range(6):
         limit = limits[angle % 3]
         for i in range(LANES):
             wanted = limit * outputs[angle % outputs.shape[0], i]  # with three, both do the same
+            wanted += offsets[angle]
             rate = (wanted - b[WINGS + angle, i]) / interval
             b[RATES + angle, i] = min(max(rate, -speed), speed)
+
+
+@njit(inline="always", error_model="numpy")
+def _arrived(sent: Any, frame: int, late: float, outputs: Buffer) -> None:
+    """Replace the outputs of the network by those that have arrived, `late` commands ago.
+
+    Args:
+        sent: the latest outputs, in a ring, (at least late + 2, outputs, LANES).
+        frame: of the newest outputs.
+        late: how many commands late they arrive; a part of one mixes the two before and after.
+        outputs: replaced, (outputs, LANES).
+    """
+    size, whole = len(sent), int(late)
+    share = late - whole
+    sent[frame % size] = outputs
+    after, before = sent[(frame - whole) % size], sent[(frame - whole - 1) % size]
+    for output in range(len(outputs)):
+        for i in range(LANES):
+            outputs[output, i] = after[output, i] + share * (before[output, i] - after[output, i])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -93,6 +116,10 @@ def fly(
     dt: float,
     steps: int,
     c: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    late: float,
+    pushed: int,
+    push: NDArray[np.float64],
     states: NDArray[np.float64],
     angles: NDArray[np.float64],
     lasted: NDArray[np.int64],
@@ -108,6 +135,10 @@ def fly(
         dt: time step, s.
         steps: time steps between two commands.
         c: the constants, see `flight`.
+        offsets: by which each wing angle is off its command, (6,) rad.
+        late: how many commands late each arrives; none has before the first.
+        pushed: the frame after which the velocity changes.
+        push: by how much, (3,) m/s.
         states: filled, (individuals × trials, frames, STATE): at every command, start first.
         angles: filled, (individuals × trials, frames, 6): the wing angles, rad.
         lasted: filled, (individuals × trials,): number of frames that were stable.
@@ -118,13 +149,16 @@ def fly(
     widest = layers.max()
     here, there = np.empty((widest, LANES)), np.empty((widest, LANES))
     last = len(layers) - 1
+    sent = np.zeros((int(late) + 2, layers[last], LANES))
     for first in range(0, lanes, LANES):
         count = min(LANES, lanes - first)
         b[:] = 0.0
+        sent[:] = 0.0
         for i in range(LANES):
             lane = first + min(i, count - 1)  # spare lanes repeat the last one
             weights[:, i] = genes[lane // trials]
             b[:STATE, i] = start[lane % trials]
+            b[WINGS : WINGS + 6, i] = offsets
             b[ALIVE, i] = 1.0
         lasted[first : first + count] = frames
         for frame in range(frames):
@@ -137,6 +171,9 @@ def fly(
                     lasted[first + i] = frame
             if frame == frames - 1:
                 break
+            if frame == pushed:
+                for axis in range(3):
+                    b[VELOCITY + axis] += push[axis]
             _see(b, limits, here[: layers[0]], c)
             gene = 0
             for layer in range(1, last + 1):
@@ -148,5 +185,7 @@ def fly(
                     TANH if layer == last else code,
                 )
                 here, there = there, here
-            _command(b, here[: layers[last]], limits, steps * dt, c[WING_SPEED])
+            if late > 0.0:
+                _arrived(sent, frame, late, here[: layers[last]])
+            _command(b, here[: layers[last]], limits, offsets, steps * dt, c[WING_SPEED])
             step(b, dt, steps, c)

@@ -44,8 +44,10 @@ WINGS, RATES, ALIVE, BUFFER = 13, 19, 25, 26
     POSITION_SCALE,
     VELOCITY_SCALE,
     SPIN_SCALE,
+    WIND_X,
+    WIND_Y,
     CONSTANTS,
-) = range(18)
+) = range(20)
 
 
 # Taylor's coefficients. Products, since the compiler may not turn quotients into them.
@@ -154,6 +156,7 @@ def _load(q: Any, v: Any, m: Any, left: Any, right: Any, lrate: Any, rrate: Any,
     """Acceleration, torque and spin of one lane in the world's frame, nine numbers."""
     r = rotation_matrix(q[0], q[1], q[2], q[3])
     s = spin_of(r, m[0], m[1], m[2], c)
+    v = (v[0] - c[WIND_X], v[1] - c[WIND_Y], v[2])  # through the air
     a = _wing_load(r, v, s, left, lrate, 1.0, c)
     b = _wing_load(r, v, s, right, rrate, -1.0, c)
     speed = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])

@@ -9,19 +9,24 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gaitsim.contracts import (
+    WORLD_HELP,
     Array,
     Channel,
+    Condition,
     Genomes,
     Measure,
     Motion,
     Organism,
     RealSpace,
     Skeleton,
+    check_world,
     option,
 )
 from gaitsim.network import ACTIVATION_CODES, gene_labels
 from gaitsim_fly import body
+from gaitsim_fly.conditions import fly_conditions, push, wind, wing_offsets
 from gaitsim_fly.measures import measures
+from gaitsim_fly.mechanics import Mechanics
 from gaitsim_fly.skeleton import skeleton
 from gaitsim_fly.starts import starts
 
@@ -111,8 +116,11 @@ class Fly(Organism):
         "wing_angles": Channel((*STARTS, WINGS), "rad", "angles of the wings"),
     }
 
+    world: dict[str, float] = option({}, WORLD_HELP)
+
     @model_validator(mode="after")
     def _check(self) -> Self:
+        check_world(self.world, self.conditions())
         if len(self.hidden) > 4:
             raise ValueError(f"hidden has {len(self.hidden)} layers, at most four are allowed")
         if not _divides(self.dt, self.control_step):
@@ -134,10 +142,11 @@ class Fly(Organism):
                 f"{self.trials:,} trials of {self.duration:g} s in steps of {self.dt:g} s are "
                 f"{steps:,} steps, at most {MOST_STEPS:,} are allowed"
             )
-        if self.dt > self.stable_step:
+        stable = self.mechanics({}).stable_step
+        if self.dt > stable:
             raise ValueError(
                 f"dt {self.dt:g} s is not stable with these wings: at most "
-                f"{math.floor(self.stable_step * 1e6) / 1e6:g} s"
+                f"{math.floor(stable * 1e6) / 1e6:g} s"
             )
         return self
 
@@ -152,31 +161,28 @@ class Fly(Organism):
         """Number of commands in a flight, its end included."""
         return round(self.duration / self.control_step) + 1
 
-    @property
-    def inertia(self) -> NDArray[np.float64]:
-        """Principal moments of inertia of the cuboid, (3,) kg·m²."""
-        square = np.array([self.length, self.width, self.height]) ** 2
-        moments: NDArray[np.float64] = self.mass / 12 * (square.sum() - square)
-        return moments
+    def mechanics(self, world: Mapping[str, float]) -> Mechanics:
+        """Return mass, air and wings in a world, by the names of conditions."""
+        return Mechanics(
+            mass=world.get("mass", 1.0) * self.mass,
+            size=(self.length, self.width, self.height),
+            span=self.span,
+            chord=self.chord,
+            wing_speed=world.get("servo_speed", 1.0) * self.wing_speed,
+            wing_drag=self.wing_drag,
+            body_drag=self.body_drag,
+            air_density=world.get("air_density", self.air_density),
+            gravity=self.gravity,
+            wind=wind(world, planar=self._planar),
+        )
 
     @property
-    def stable_step(self) -> float:
-        """Longest time step with which wings at full speed damp the body, s.
+    def _planar(self) -> bool:
+        return self.wings == "symmetric"
 
-        The midpoint rule is stable while the step times the rate of decay is below 2. The
-        fastest decay is that of a turn about the body's axis of least inertia, with both
-        wings at their largest speed: torque per spin 2 · 2 (½ ρ C_D A) v r².
-        """
-        arm = 2 / 3 * self.span
-        speed = math.sqrt(2) * arm * self.wing_speed
-        reach = self.width / 2 + arm
-        rate = 4 * self._wing_load * speed * reach**2 / float(self.inertia.min())
-        return 2 / rate if rate > 0 else math.inf
-
-    @property
-    def _wing_load(self) -> float:
-        """½ ρ C_D A of a wing, kg/m."""
-        return 0.5 * self.air_density * self.wing_drag * (self.span * self.chord / 2)
+    def conditions(self) -> Mapping[str, Condition]:
+        """What may vary: mass, air, wind, pushes, and how the wings follow their commands."""
+        return fly_conditions(self.air_density)
 
     def genome_space(self) -> RealSpace:
         """A gene a weight and bias: W1 row by row, b1, W2, b2 …"""
@@ -189,12 +195,12 @@ class Fly(Organism):
         return starts(
             self.trials,
             self.trial_seed,
-            self.inertia,
+            self.mechanics(self.world).inertia,
             offset=self.start_offset,
             tilt=math.radians(self.start_tilt),
             speed=self.start_speed,
             spin=self.start_spin,
-            planar=self.wings == "symmetric",
+            planar=self._planar,
         )
 
     def move(self, genomes: Genomes) -> Motion:
@@ -202,6 +208,10 @@ class Fly(Organism):
         from gaitsim_fly import flight
         from gaitsim_fly.control import fly
 
+        own, interval = self.mechanics(self.world), self.control_step
+        nominal = round(interval / self.dt)
+        # A world may make the time step of the options unstable.
+        steps = max(nominal, math.ceil(interval / own.stable_step))
         population, lanes = len(genomes), len(genomes) * self.trials
         states = np.empty((lanes, self.frames, flight.STATE))
         angles = np.empty((lanes, self.frames, 6))
@@ -212,9 +222,12 @@ class Fly(Organism):
             ACTIVATION_CODES[self.activation],
             self.starts(),
             np.radians([self.flap_limit, self.pitch_limit, self.sweep_limit]),
-            self.dt,
-            round(self.control_step / self.dt),
-            self._constants(),
+            self.dt if steps == nominal else interval / steps,
+            steps,
+            self._constants(own),
+            wing_offsets(self.world, planar=self._planar),
+            self.world.get("latency", 0.0) / interval,
+            *push(self.world, self.frames, planar=self._planar),
             states,
             angles,
             lasted,
@@ -227,11 +240,11 @@ class Fly(Organism):
         position = by_trial(states[..., flight.POSITION : flight.POSITION + 3])
         rotation = by_trial(states[..., flight.ROTATION : flight.ROTATION + 4])
 
-        def spin() -> dict[str, Array]:
+        def angular_velocity() -> dict[str, Array]:
             turn = body.rotation(rotation)[..., :3, :3]
             momentum = by_trial(states[..., flight.MOMENTUM : flight.MOMENTUM + 3])
-            own = np.einsum("...ji,...j->...i", turn, momentum) / self.inertia
-            return {"angular_velocity": np.einsum("...ij,...j->...i", turn, own)}
+            spin = np.einsum("...ji,...j->...i", turn, momentum) / own.inertia
+            return {"angular_velocity": np.einsum("...ij,...j->...i", turn, spin)}
 
         return Motion(
             1 / self.control_step,
@@ -242,7 +255,7 @@ class Fly(Organism):
                 "velocity": by_trial(states[..., flight.VELOCITY : flight.VELOCITY + 3]),
                 "wing_angles": by_trial(angles),
             },
-            {("angular_velocity",): spin},
+            {("angular_velocity",): angular_velocity},
             failures=self._failures(lasted),
         )
 
@@ -258,21 +271,11 @@ class Fly(Organism):
             )
         return failures
 
-    def _constants(self) -> NDArray[np.float64]:
+    def _constants(self, own: Mechanics) -> NDArray[np.float64]:
         from gaitsim_fly import flight
 
         c = np.empty(flight.CONSTANTS)
-        c[flight.INVERSE_MASS] = 1 / self.mass
-        c[flight.GRAVITY] = self.gravity
-        c[flight.INVERSE_INERTIA_X : flight.INVERSE_INERTIA_Z + 1] = 1 / self.inertia
-        faces = [self.width * self.height, self.length * self.height, self.length * self.width]
-        c[flight.BODY_X : flight.BODY_Z + 1] = (
-            0.5 * self.air_density * self.body_drag * np.array(faces)
-        )
-        c[flight.WING] = self._wing_load
-        c[flight.HINGE] = self.width / 2
-        c[flight.ARM] = 2 / 3 * self.span
-        c[flight.WING_SPEED] = self.wing_speed
+        own.fill(c)
         c[flight.SPEED_LIMIT] = flight.FASTEST
         c[flight.TURN_LIMIT] = flight.LARGEST_TURN
         c[flight.POSITION_SCALE] = self.position_scale

@@ -53,7 +53,7 @@ def test_without_air_and_gravity_momentum_and_energy_are_conserved() -> None:
     )
     velocity, spin = motion["velocity"][0], motion["angular_velocity"][0]
     turned = matrices(motion["rotation"][0])
-    momentum = np.einsum("ftij,j,ftkj,ftk->fti", turned, fly.inertia, turned, spin)
+    momentum = np.einsum("ftij,j,ftkj,ftk->fti", turned, fly.mechanics({}).inertia, turned, spin)
     energy = 0.5 * np.einsum("fti,fti->ft", momentum, spin)
     assert (velocity == velocity[:1]).all()
     np.testing.assert_allclose(momentum, np.broadcast_to(momentum[:1], momentum.shape), atol=1e-12)
@@ -82,7 +82,7 @@ def test_free_rotation_agrees_with_scipy() -> None:
             w, vector = quaternion[0], quaternion[1:]
             return np.concatenate(
                 [
-                    -np.cross(own, fly.inertia * own) / fly.inertia,
+                    -np.cross(own, fly.mechanics({}).inertia * own) / fly.mechanics({}).inertia,
                     [-0.5 * vector @ own],
                     0.5 * (w * own + np.cross(vector, own)),
                 ]
@@ -108,7 +108,7 @@ def loads(
     """
     turn = matrices(state[3:7])
     velocity, momentum = state[7:10], state[10:13]
-    spin = turn @ ((turn.T @ momentum) / fly.inertia)
+    spin = turn @ ((turn.T @ momentum) / fly.mechanics({}).inertia)
     projected = np.abs(turn) @ [
         fly.width * fly.height,
         fly.length * fly.height,
@@ -155,7 +155,7 @@ def test_flapping_flight_agrees_with_scipy(wings: str) -> None:
                 motion["position"][individual, 0, trial],
                 motion["rotation"][individual, 0, trial],
                 motion["velocity"][individual, 0, trial],
-                turn @ (fly.inertia * (turn.T @ spin)),
+                turn @ (fly.mechanics({}).inertia * (turn.T @ spin)),
             ]
         )
         for frame in range(len(angles) - 1):  # the wings' rates change at each command
@@ -169,7 +169,7 @@ def test_flapping_flight_agrees_with_scipy(wings: str) -> None:
             ) -> NDArray[np.float64]:
                 force, torque = loads(fly, y, first + t * rates, rates)
                 turn = matrices(y[3:7])
-                spin = turn @ ((turn.T @ y[10:13]) / fly.inertia)
+                spin = turn @ ((turn.T @ y[10:13]) / fly.mechanics({}).inertia)
                 w, vector = y[3], y[4:7]
                 quaternion = 0.5 * np.array([-spin @ vector, *(w * spin + np.cross(spin, vector))])
                 return np.concatenate([y[7:10], quaternion, force / fly.mass, torque])

@@ -57,8 +57,10 @@ def test_the_wings_follow_the_network(activation: str, wings: str, hidden: tuple
     assert (np.abs(angles) <= limits + 1e-12).all()
 
 
-def test_an_individual_flies_the_same_alone_and_in_any_population() -> None:
-    fly = Fly(trials=3, duration=0.3)
+@pytest.mark.parametrize("wings", ["symmetric", "asymmetric"])
+def test_an_individual_flies_the_same_alone_and_in_any_population(wings: Any) -> None:
+    world = {name: one.high for name, one in Fly().conditions().items()}
+    fly = Fly(trials=3, duration=0.3, wings=wings, world=world)
     own = genomes(fly, 45)
     together = fly.move(own)
     for part in (slice(0, 1), slice(7, 30), slice(44, 45)):

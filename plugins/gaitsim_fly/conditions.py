@@ -1,0 +1,64 @@
+"""Conditions of the fly's world, and what the world's seed draws."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Condition
+from gaitsim.legged import conditions, drawn_push, joint_errors, stream
+
+
+def fly_conditions(air_density: float) -> dict[str, Condition]:
+    """Return what may vary for a fly, by name, around the air density of its options, kg/m³."""
+    own = conditions("mass", "latency", "servo_speed", "joint_offset", "push")
+    return {
+        **own,
+        "latency": replace(own["latency"], high=0.02),
+        "air_density": Condition(
+            "kg/m³",
+            air_density,
+            0.85 * air_density,
+            1.1 * air_density,
+            0.0,
+            10 * air_density,
+            "of the air",
+        ),
+        "wind": Condition("m/s", 0.0, 0.0, 1.0, 0.0, 30.0, "steady and horizontal"),
+    }
+
+
+# Wings that move alike cannot correct what is not in their plane, as with the starts.
+
+
+def wing_offsets(world: Mapping[str, float], *, planar: bool) -> NDArray[np.float64]:
+    """Return by how much each wing angle is off its command, (6,) rad.
+
+    Args:
+        world: values by the names of conditions.
+        planar: whether both wings are off alike.
+    """
+    drawn = joint_errors(world, "joint_offset", 6)
+    return np.tile(drawn[:3], 2) if planar else drawn
+
+
+def wind(world: Mapping[str, float], *, planar: bool) -> tuple[float, float]:
+    """Return the velocity of the air along x and y, m/s; forward or backward if `planar`."""
+    direction = 2 * math.pi * float(stream(world, "wind").random())
+    return _horizontal(world.get("wind", 0.0), direction, planar)
+
+
+def push(
+    world: Mapping[str, float], frames: int, *, planar: bool
+) -> tuple[int, NDArray[np.float64]]:
+    """Return the frame after which the velocity changes, and by how much, (3,) m/s."""
+    frame, direction = drawn_push(world, frames)
+    return frame, np.array([*_horizontal(world.get("push", 0.0), direction, planar), 0.0])
+
+
+def _horizontal(size: float, direction: float, planar: bool) -> tuple[float, float]:
+    if planar:
+        return math.copysign(size, math.cos(direction)), 0.0
+    return size * math.cos(direction), size * math.sin(direction)

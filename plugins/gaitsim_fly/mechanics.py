@@ -1,0 +1,78 @@
+"""The fly's mass, air and wings: what they are in its world, and what follows from them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Mechanics:
+    """A body with two wings in the air.
+
+    Attributes:
+        mass: kg.
+        size: length, width and height of the body, m.
+        span: of a wing, m.
+        chord: of a wing, m.
+        wing_speed: largest angular speed of a wing, rad/s.
+        wing_drag: drag coefficient of a wing face on.
+        body_drag: drag coefficient of the body.
+        air_density: kg/m³.
+        gravity: m/s².
+        wind: velocity of the air along x and y, m/s.
+    """
+
+    mass: float
+    size: tuple[float, float, float]
+    span: float
+    chord: float
+    wing_speed: float
+    wing_drag: float
+    body_drag: float
+    air_density: float
+    gravity: float
+    wind: tuple[float, float]
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """Principal moments of inertia of the cuboid, (3,) kg·m²."""
+        square = np.array(self.size) ** 2
+        moments: NDArray[np.float64] = self.mass / 12 * (square.sum() - square)
+        return moments
+
+    @property
+    def stable_step(self) -> float:
+        """Longest time step with which wings at full speed damp the body, s.
+
+        The midpoint rule is stable while the step times the rate of decay is below 2. The
+        fastest decay is that of a turn about the body's axis of least inertia, with both
+        wings at their largest speed: torque per spin 2 · 2 (½ ρ C_D A) v r².
+        """
+        arm = 2 / 3 * self.span
+        speed = math.sqrt(2) * arm * self.wing_speed
+        reach = self.size[1] / 2 + arm
+        rate = 4 * self._wing_load * speed * reach**2 / float(self.inertia.min())
+        return 2 / rate if rate > 0 else math.inf
+
+    @property
+    def _wing_load(self) -> float:
+        """½ ρ C_D A of a wing, kg/m."""
+        return 0.5 * self.air_density * self.wing_drag * (self.span * self.chord / 2)
+
+    def fill(self, c: NDArray[np.float64]) -> None:
+        """Set the constants of the compiled code, (CONSTANTS,), that follow from these."""
+        from gaitsim_fly import flight
+
+        length, width, height = self.size
+        c[flight.INVERSE_MASS] = 1 / self.mass
+        c[flight.GRAVITY] = self.gravity
+        c[flight.INVERSE_INERTIA_X : flight.INVERSE_INERTIA_Z + 1] = 1 / self.inertia
+        faces = np.array([width * height, length * height, length * width])
+        c[flight.BODY_X : flight.BODY_Z + 1] = 0.5 * self.air_density * self.body_drag * faces
+        c[flight.WING] = self._wing_load
+        c[flight.HINGE] = width / 2
+        c[flight.ARM] = 2 / 3 * self.span
+        c[flight.WING_SPEED] = self.wing_speed
+        c[flight.WIND_X], c[flight.WIND_Y] = self.wind
