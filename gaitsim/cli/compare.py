@@ -8,9 +8,11 @@ import typer
 
 from gaitsim.choices import PlotFormat
 from gaitsim.cli.cluster import cluster, warn
+from gaitsim.cli.compare_worlds import rank_runs
 from gaitsim.cli.console import notice, output, print_json, print_table, wrote
 from gaitsim.cli.interrupts import all_or_nothing
-from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers
+from gaitsim.cli.judging import check_worlds
+from gaitsim.cli.options import Dask, Generations, Json, Population, Set, Workers, WorldSeed
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
@@ -43,7 +45,8 @@ def compare(
     experiments: Annotated[
         list[str],
         typer.Argument(
-            help="Two or more presets, TOML files or robots' files.", metavar="NAME|FILE"
+            help="Two or more presets, TOML files or robots' files; with --worlds, runs.",
+            metavar="NAME|FILE",
         ),
     ],
     repeats: Annotated[int, typer.Option(min=2, max=100_000, help="Repeats of each.")] = 30,
@@ -70,6 +73,16 @@ def compare(
         Path | None, typer.Option(help="Folder of the report. Default: comparisons/<names>.")
     ] = None,
     format: Annotated[PlotFormat, typer.Option(help="Format of the figures.")] = "png",
+    worlds: Annotated[
+        int | None,
+        typer.Option(
+            "--worlds",
+            metavar="N",
+            help="Rank runs instead, by the worst tenth of their champions' results in the same N "
+            "unseen worlds.",
+        ),
+    ] = None,
+    world_seed: WorldSeed = None,
     json: Json = False,
 ) -> None:
     """Compare experiments by evaluations over repeats, with statistics.
@@ -82,7 +95,22 @@ def compare(
     gaitsim compare millipede-random millipede-double-mutation
 
     gaitsim compare spider spider-cma --evaluations 9000 --targets 1.5,2,2.5
+
+    gaitsim compare runs/walker runs/walker-worlds --worlds 100
     """
+    check_worlds(worlds, world_seed)
+    if worlds is not None:
+        idle = {
+            "--evaluations": evaluations,
+            "--targets": targets,
+            "--generations": generations,
+            "--population": population,
+            "--set": set_,
+            "--dask": dask,
+            "--out": out,
+        }
+        rank_runs(experiments, worlds, world_seed, workers, idle, json)
+        return
     aims = check_request(targets, evaluations, generations)
     short = {"evolution.generations": generations, "evolution.population": population}
     given = {key: value for key, value in short.items() if value is not None}

@@ -193,3 +193,26 @@ def test_a_comparison_that_cannot_be_written_is_not_begun(gaitsim, tmp_path):
     (tmp_path / "file").write_text("")
     done = gaitsim("compare", "millipede", "millipede", *SHORT, "--out", "file/x", code=2)
     assert "repeats are done" not in done.stderr
+
+
+def test_runs_are_ranked_in_the_same_unseen_worlds(gaitsim):
+    small = ("--population", 6, "--generations", 2, "--set", "organism.duration=1", "--workers", 1)
+    gaitsim("run", "walker", *small)
+    gaitsim("run", "walker", *small, "--seed", 5, "--set", "worlds.ranges.friction=[0.2, 0.5]")
+    rank = ("compare", "walker", "walker-2", "--worlds", 11, "--workers", 1)
+    said = gaitsim(*rank)
+    assert "Differences of the worst tenths" in said.stdout
+    assert "friction" in said.stderr
+    found = json.loads(gaitsim(*rank, "--json").stdout)
+    first, second = found["runs"]
+    assert first["worst_tenth"] >= second["worst_tenth"]
+    assert first["ranges"] == second["ranges"] == found["ranges"]
+    assert found["ranges"]["friction"][0] == 0.2
+    gaitsim("run", "millipede", "--population", 11, "--generations", 2)
+    refused = (
+        (("walker", "millipede"), "one world alone"),
+        (("walker",), "one run"),
+        (("walker", "walker-2", "--evaluations", 50), "--evaluations"),
+    )
+    for arguments, named in refused:
+        assert named in gaitsim("compare", *arguments, "--worlds", 3, code=2).stderr

@@ -27,7 +27,7 @@ def judged(found: Judgement) -> Iterator[Passage]:
     notes = [f"{_capital(falls(found))}.{nominal}"]
     if found.failures:
         notes.append(f"A motion fails: {found.failures[0]}")
-    notes.append(f"Worlds: seed {found.seed}; {', '.join(_ranges(found))}.")
+    notes.append(f"Worlds: seed {found.seed}; {', '.join(spans(found))}.")
     notes.append(f"The worst one: {describe(found.worst)}.")
     yield Passage(
         f"In {len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}",
@@ -77,6 +77,13 @@ def in_one_line(found: Judgement) -> str:
     )
 
 
+def strongest(found: Judgement) -> str:
+    """Return the condition that hurts most and where, such as 'friction below 0.6'; or a dash."""
+    if not found.effects:
+        return "–"
+    return f"{found.effects[0].condition} {where(found.effects[0], found)}"
+
+
 def falls(found: Judgement) -> str:
     """Return in how many worlds it falls, such as '3 falls'."""
     return {0: "no falls", 1: "1 fall"}.get(found.falls, f"{found.falls:,} falls")
@@ -112,7 +119,8 @@ def percent(share: float) -> str:
     return f"{number(100 * share, 0)} %" if math.isfinite(share) else "–"
 
 
-def _ranges(found: Judgement) -> Iterator[str]:
+def spans(found: Judgement) -> Iterator[str]:
+    """Yield the range of each condition, such as 'slope −3 to 3°'."""
     for name, (low, high) in found.ranges.items():
         yield f"{name} {_short(low)} to {quantity(high, found.units[name])}"
 

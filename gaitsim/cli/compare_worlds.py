@@ -1,0 +1,102 @@
+"""`gaitsim compare --worlds`: rank runs by how they do in the same unseen worlds."""
+
+from collections.abc import Mapping, Sequence
+
+from gaitsim.cli.console import notice, output, print_json, print_table
+from gaitsim.cli.judging import judge_shown
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.worlds import Ranges
+from gaitsim.gait.unseen import Judgement
+from gaitsim.individual import Individual
+from gaitsim.render.terminal.explanation import or_dash
+from gaitsim.render.terminal.judgement import percent, spans, strongest
+from gaitsim.runs.files.folder import find_run
+from gaitsim.study.in_worlds import Ranking, rank_in_worlds
+from gaitsim.study.statistics import CONFIDENCE
+
+
+def rank_runs(
+    runs: Sequence[str],
+    number: int,
+    seed: int | None,
+    workers: int | None,
+    idle: Mapping[str, object],
+    json: bool,
+) -> None:
+    """Judge the champions of runs in the same unseen worlds, and print their ranking.
+
+    Args:
+        runs: names or folders of runs.
+        number: of worlds.
+        seed: of the worlds.
+        workers: how many work at a time.
+        idle: options that are of no use here by name; any that is given is refused.
+        json: whether to print one JSON object.
+
+    Raises:
+        GaitsimError: the runs cannot be ranked.
+    """
+    if given := [name for name, value in idle.items() if value]:
+        raise GaitsimError(
+            f"--worlds ranks runs that are there, and takes no {' and no '.join(given)}",
+            allowed="--world-seed, --workers and --json",
+        )
+
+    def judged(label: str, champion: Individual, ranges: Ranges) -> Judgement:
+        return judge_shown(champion, number, seed, workers=workers, ranges=ranges, what=label)
+
+    paths = [find_run(one) for one in runs]
+    found = rank_in_worlds(paths, number, seed=seed or 0, judged=judged)
+    if json:
+        print_json(found.to_dict())
+    else:
+        _print(found, number)
+
+
+def _print(found: Ranking, number: int) -> None:
+    console = output()
+    first = found.runs[0].judgement
+    unit = f"{first.measure} {first.unit}".rstrip()
+    interval = f"{100 * CONFIDENCE:.0f} % CI"
+    for note in found.notes:
+        notice(note)
+    title = f"Champions in the same {number:,} unseen worlds, {unit}"
+    console.print(title, style="bold")
+    rows = [
+        (
+            one.label,
+            or_dash(one.judgement.worst_tenth, 3),
+            _range(one.low, one.high),
+            or_dash(one.judgement.median, 3),
+            or_dash(one.judgement.nominal.result, 3),
+            percent(one.judgement.kept(one.judgement.worst_tenth)),
+            f"{one.judgement.falls:,}",
+            strongest(one.judgement),
+        )
+        for one in found.runs
+    ]
+    numbers = "worst tenth", interval, "median", "nominal", "kept", "falls"
+    print_table(["run", *numbers, "hurts most"], rows, numbers)
+    console.print("\nDifferences of the worst tenths", style="bold")
+    pairs = [
+        (
+            f"{pair.first} − {pair.second}",
+            or_dash(pair.difference, 3),
+            _range(pair.low, pair.high),
+            "yes" if pair.differs else "no",
+        )
+        for pair in found.pairs
+    ]
+    print_table(["pair", "difference", interval, "differs"], pairs, ("difference", interval))
+    console.print(
+        "\nWorst tenth: the mean of the worst tenth of the worlds. Kept: its share of the nominal "
+        "result. Intervals are of\nresampled worlds, the same for both runs of a pair; they hold "
+        "for these champions, not for repeats of their runs.\n"
+        f"Worlds: seed {first.seed}; {', '.join(spans(first))}.",
+        style="dim",
+        soft_wrap=True,
+    )
+
+
+def _range(low: float, high: float) -> str:
+    return f"{or_dash(low, 3)} to {or_dash(high, 3)}"

@@ -1,0 +1,221 @@
+"""Rank runs by how their champions do in the same unseen worlds."""
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.worlds import Ranges, ranges_of
+from gaitsim.gait.unseen import Judgement, check_request, conditions_of, judge, worst_tenth
+from gaitsim.individual import Individual
+from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.study.statistics import interval
+
+Judge = Callable[[str, Individual, Ranges], Judgement]
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A run in a ranking.
+
+    Attributes:
+        label: its name in the ranking.
+        judgement: of its champion.
+        low, high: bootstrap confidence interval of the mean of the worst tenth, over worlds.
+    """
+
+    label: str
+    judgement: Judgement
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class WorstTenths:
+    """The difference of two runs over the same worlds.
+
+    Attributes:
+        first, second: labels; the first ranks higher.
+        difference: of the means of the worst tenths.
+        low, high: bootstrap confidence interval, in which worlds are drawn for both runs alike.
+    """
+
+    first: str
+    second: str
+    difference: float
+    low: float
+    high: float
+
+    @property
+    def differs(self) -> bool:
+        """Whether the interval leaves out 0."""
+        return self.low > 0 or self.high < 0
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Runs by the mean of the worst tenth of their champions' results, the highest first.
+
+    Attributes:
+        runs: the runs.
+        pairs: every pair of them.
+        ranges: of the conditions, the same for all runs.
+        notes: what to know of the ranges and the bodies; () for nothing.
+    """
+
+    runs: tuple[Ranked, ...]
+    pairs: tuple[WorstTenths, ...]
+    ranges: Ranges
+    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as values for JSON."""
+        return {
+            "ranges": {name: list(ends) for name, ends in self.ranges.items()},
+            "notes": list(self.notes),
+            "runs": [
+                {
+                    "run": one.label,
+                    **one.judgement.statistics(),
+                    "worst_tenth_low": one.low,
+                    "worst_tenth_high": one.high,
+                }
+                for one in self.runs
+            ],
+            "pairs": [{**vars(pair), "differs": pair.differs} for pair in self.pairs],
+        }
+
+
+def _judge(number: int, seed: int, workers: int | None) -> Judge:
+    def judged(label: str, individual: Individual, ranges: Ranges) -> Judgement:
+        return judge(individual, number, seed=seed, ranges=ranges, workers=workers)
+
+    return judged
+
+
+def rank_in_worlds(
+    runs: Sequence[Path | str],
+    number: int = 100,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    judged: Judge | None = None,
+) -> Ranking:
+    """Judge the champions of runs in the same unseen worlds, and rank them by the worst tenth.
+
+    A condition whose range differs between runs has the widest one, from the lowest end to the
+    highest.
+
+    Args:
+        runs: folders of two or more runs of one body.
+        number: of worlds.
+        seed: of the worlds.
+        workers: how many work at a time; None for what suits the body.
+        judged: judges the champion of a label in worlds of these ranges; None for `judge`.
+
+    Raises:
+        GaitsimError: there are fewer than two runs, or their bodies differ or have no conditions.
+        RunError: a run has no champion.
+    """
+    check_request(number, seed)
+    if len(runs) < 2:
+        raise GaitsimError("one run cannot be compared", allowed="two runs or more")
+    paths = [Path(one) for one in runs]
+    if len({path.resolve() for path in paths}) < len(paths):
+        raise GaitsimError("a run is given twice", allowed="runs that all differ")
+    names = [path.name for path in paths]
+    labels = [
+        name if names.count(name) == 1 else str(path)
+        for name, path in zip(names, paths, strict=True)
+    ]
+    champions = {
+        label: RunSnapshot(path).individual() for label, path in zip(labels, paths, strict=True)
+    }
+    _check_bodies(champions)
+    ranges, notes = common_ranges(champions)
+    judged = judged or _judge(number, seed, workers)
+    found = {label: judged(label, one, ranges) for label, one in champions.items()}
+    if len({(one.measure, one.unit) for one in found.values()}) > 1:
+        raise GaitsimError(
+            "the runs have scores of different units, and no distance", allowed="one fitness"
+        )
+    return ranking(found, ranges, notes)
+
+
+def ranking(
+    judgements: Mapping[str, Judgement], ranges: Ranges, notes: Sequence[str] = ()
+) -> Ranking:
+    """Rank judgements in the same worlds, by label."""
+    order = sorted(judgements, key=lambda label: -judgements[label].worst_tenth)
+    results = {label: judgements[label].results for label in order}
+    ranked = tuple(
+        Ranked(label, judgements[label], *_interval((results[label],), _worst)) for label in order
+    )
+    pairs = tuple(
+        WorstTenths(
+            one,
+            other,
+            judgements[one].worst_tenth - judgements[other].worst_tenth,
+            *_interval((results[one], results[other]), _difference),
+        )
+        for one, other in itertools.combinations(order, 2)
+    )
+    return Ranking(ranked, pairs, dict(ranges), tuple(notes))
+
+
+def common_ranges(champions: Mapping[str, Individual]) -> tuple[Ranges, tuple[str, ...]]:
+    """Return the widest range of each condition that varies in a run, and what to know of them."""
+    own = {label: ranges_of(one.experiment) for label, one in champions.items()}
+    names = list(dict.fromkeys(name for ranges in own.values() for name in ranges))
+    widest = {
+        name: (
+            min(ranges[name][0] for ranges in own.values() if name in ranges),
+            max(ranges[name][1] for ranges in own.values() if name in ranges),
+        )
+        for name in names
+    }
+    differing = [
+        name for name in names if any(ranges.get(name) != widest[name] for ranges in own.values())
+    ]
+    if not differing:
+        return widest, ()
+    return widest, (
+        f"The runs vary {', '.join(differing)} in different ranges: the widest are used.",
+    )
+
+
+def _check_bodies(champions: Mapping[str, Individual]) -> None:
+    first_label, first = next(iter(champions.items()))
+    name = first.experiment.entries["organism"].name
+    for label, one in champions.items():
+        conditions_of(one.experiment)
+        other = one.experiment.entries["organism"].name
+        if other != name:
+            raise GaitsimError(
+                f"{first_label} has the body {name!r}, and {label} the body {other!r}",
+                allowed="runs of one body, which can be in the same worlds",
+            )
+
+
+def _worst(results: NDArray[np.float64], axis: int = -1) -> NDArray[np.float64]:
+    return worst_tenth(np.moveaxis(results, axis, -1))
+
+
+def _difference(
+    one: NDArray[np.float64], other: NDArray[np.float64], axis: int = -1
+) -> NDArray[np.float64]:
+    return np.asarray(_worst(one, axis) - _worst(other, axis))
+
+
+def _interval(
+    results: tuple[NDArray[np.float64], ...], statistic: Callable[..., Any]
+) -> tuple[float, float]:
+    """Return the 95 % bootstrap interval over worlds; NaN where a motion failed or one is alone."""
+    if len(results[0]) < 2 or not all(np.isfinite(one).all() for one in results):
+        return np.nan, np.nan
+    return interval(results, statistic, np.random.default_rng(0))
