@@ -6,17 +6,25 @@ from typing import Annotated, Literal, get_args
 
 import typer
 
-from gaitsim.choices import GaitFormat
+from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
 from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName, World
 from gaitsim.cli.parsing import asked_body, file_format, which
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
-from gaitsim.gait.files.writer import Gait, check_folder, gait_of, write_gait
+from gaitsim.gait.files.writer import check_folder
+from gaitsim.hardware.exporting import (
+    ENDINGS,
+    Options,
+    check_options,
+    export_individual,
+    file_name,
+    template_of,
+)
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
-Format = Literal[GaitFormat, "servo"]
+Format = Literal[GaitFormat, ServoFormat, RosFormat]
+_robot = partial(typer.Option, rich_help_panel="For robots")
 _servo = partial(typer.Option, rich_help_panel="Servo table")
 
 
@@ -25,8 +33,9 @@ def export(
     format: Annotated[
         Format | None,
         typer.Option(
-            help="MATLAB/Octave, CSV, NumPy, or a CSV of keyframes for servos. Default: as --out "
-            "ends, or mat."
+            help="MATLAB/Octave, CSV, NumPy; a CSV of degrees for servos; an Arduino sketch for "
+            "PCA9685 boards; a CSV of goal positions for servo buses; a ROS 2 trajectory, as the "
+            "YAML of an action's goal or as a bag. Default: as --out ends, or mat."
         ),
     ] = None,
     out: ExportFile = None,
@@ -34,23 +43,38 @@ def export(
     member: MemberOf = None,
     damage: Damage = None,
     world: World = None,
+    calibration: Annotated[
+        Path | None,
+        _robot(
+            metavar="FILE",
+            help="TOML file with the servo of each joint. Default: servos at their centre as the "
+            "robot stands.",
+        ),
+    ] = None,
+    calibration_template: Annotated[
+        Path | None,
+        _robot(metavar="FILE", help="Write such a file to fill in, and nothing else."),
+    ] = None,
+    speed: Annotated[
+        float | None, _robot(help="Playback: 0.5 is half as fast. Default: 1, as simulated.")
+    ] = None,
     keyframe_ms: Annotated[
         int | None,
-        _servo(min=1, max=60_000, help="Milliseconds between two rows. Default: every frame."),
+        _robot(min=1, max=60_000, help="Milliseconds between two keyframes. Default: every frame."),
     ] = None,
-    centre: Annotated[float | None, _servo(help="Degrees of the pose at rest. Default: 0.")] = None,
+    clip: Annotated[
+        bool,
+        _robot("--clip", help="Clip angles beyond the servos' range; else they are an error."),
+    ] = False,
+    centre: Annotated[float | None, _servo(help="Degrees for a joint at zero. Default: 0.")] = None,
     low: Annotated[
         float | None, _servo("--min", help="Minimum degrees of the servos. Default: centre − 90.")
     ] = None,
     high: Annotated[
         float | None, _servo("--max", help="Maximum degrees. Default: centre + 90.")
     ] = None,
-    clip: Annotated[
-        bool,
-        _servo("--clip", help="Clip angles beyond that range; otherwise they are an error."),
-    ] = False,
 ) -> None:
-    """Write the champion's joint angles to a file, in radians or for servos.
+    """Write the champion's joint angles to a file, in radians or for a robot.
 
     [bold]Examples[/bold]
 
@@ -61,55 +85,46 @@ def export(
     gaitsim export spider --damage "R1 femur stuck 20"
 
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
+
+    gaitsim export spider --format arduino --calibration-template robot.toml
+
+    gaitsim export spider --format arduino --calibration robot.toml --out my_spider
+
+    gaitsim export spider --format ros2 --out goal.yaml
     """
     opened = RunSnapshot(find_run(run))
-    if out is not None:
-        check_folder(out)
-        if format is None and not out.suffix:
-            out = out.with_suffix(".mat")
-    table = format == "servo"
-    chosen = file_format("csv" if table else format, out, get_args(GaitFormat), "mat", "gaits")
-    servo = {
-        "--keyframe-ms": keyframe_ms,
-        "--centre": centre,
-        "--min": low,
-        "--max": high,
-        "--clip": clip or None,
-    }
-    idle = [name for name, value in servo.items() if value is not None]
-    if idle and not table:
-        raise GaitsimError(
-            f"a {chosen} file does not take {' and '.join(idle)}",
-            where="--format",
-            allowed="servo, with these options",
-        )
-    servos = ServoRange.around(centre or 0.0, low, high) if table else None
-    individual = asked_body(damage, world)(opened.individual(which(generation, member)))
-    gait = gait_of(individual)
-    ends = "servo.csv" if servos else chosen
-    path = out or exports_folder(opened.path) / f"gait-{individual.stem}.{ends}"
-    if servos:
-        _export_servo(gait, servos, keyframe_ms, clip, path)
+    options = Options(calibration, keyframe_ms, speed, clip, centre, low, high)
+    if out is not None and format is None and not out.suffix:
+        out = out.with_suffix(".mat")
+    chosen = _format(format, out)
+    check_options(chosen, options)
+    if calibration_template is not None:
+        if format is None or out is not None or options.flags():
+            raise GaitsimError(
+                "a template of a calibration is written on its own, for one format",
+                where="--calibration-template",
+                allowed="--format arduino, dynamixel or feetech, without --out and other options",
+            )
+        template_of(opened.individual(which(generation, member)), chosen, calibration_template)
+        wrote(calibration_template)
+        echo(f"{calibration_template}: a calibration to fill in, then --calibration reads it")
         return
-    write_gait(gait, path, chosen)
+    if out is not None and ENDINGS[chosen]:
+        check_folder(out)
+    individual = asked_body(damage, world)(opened.individual(which(generation, member)))
+    path = out or exports_folder(opened.path) / file_name(individual, chosen)
+    done = export_individual(individual, chosen, path, options)
     wrote(path)
-    frames, joints = gait.angles.shape
-    echo(f"{path}: {frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
+    for text in done.notices:
+        notice(text)
+    echo(f"{path}: {done.fact}")
 
 
-def _export_servo(
-    gait: Gait, servos: ServoRange, keyframe_ms: int | None, clip: bool, path: Path
-) -> None:
-    table = servo_table(gait, servos, keyframe_ms, clip=clip)
-    write_servo(table, path)
-    wrote(path)
-    keyframes, joints = table.degrees.shape
-    if table.clipped:
-        notice(
-            f"{table.clipped:,} of {table.degrees.size:,} angles were beyond {servos.low:g}° to "
-            f"{servos.high:g}° and were clipped: this is not the gait that was evolved"
-        )
-    echo(
-        f"{path}: {keyframes} keyframes × {joints} joints in {table.milliseconds[-1] / 1000:g} s, "
-        f"degrees; at most {table.off:.2f}° from the gait"
-    )
+def _format(format: Format | None, out: Path | None) -> str:
+    """Return the format of `--format`, or the one that the name of `--out` ends with."""
+    if format is None or format in get_args(GaitFormat):
+        return file_format(format, out, get_args(GaitFormat), "mat", "gaits")
+    ending = ENDINGS[format].rpartition(".")[2]
+    if ending:
+        file_format(ending, out, (*get_args(GaitFormat), "yaml"), ending, "gaits")
+    return format

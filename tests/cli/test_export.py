@@ -4,7 +4,7 @@ from typing import get_args
 
 import pytest
 
-from gaitsim.choices import GaitFormat
+from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
 
 
 @pytest.fixture
@@ -58,6 +58,16 @@ def test_angles_beyond_the_servos_are_refused_or_clipped(gaitsim, finished, tmp_
         (("--format", "npz", "--out", "x.csv"), "ends with .csv"),
         (("--format", "servo", "--out", "missing/x.csv", "--clip"), "there is no folder missing"),
         (("--format", "servos"), "servos"),
+        (("--format", "ros2", "--clip"), "allowed: servo, arduino, dynamixel, feetech"),
+        (("--format", "ros2", "--out", "x.csv"), "ends with .csv"),
+        (("--format", "ros2", "--speed", 0), "cannot be played at 0"),
+        (("--format", "arduino", "--centre", 0), "does not take --centre"),
+        (("--format", "arduino", "--out", "my gait"), "not a name for an Arduino sketch"),
+        (("--format", "arduino", "--calibration", "missing.toml"), "--calibration-template"),
+        (("--format", "servo", "--calibration", "x", "--min", 0), "does not go with --min"),
+        (("--calibration-template", "x.toml"), "--format arduino, dynamixel or feetech"),
+        (("--format", "servo", "--calibration-template", "x.toml"), "no calibration of its own"),
+        (("--format", "rosbag2", "--out", "missing/x"), "there is no folder missing"),
     ],
 )
 def test_contradicting_options_end_with_one_message(gaitsim, finished, arguments, says):
@@ -85,6 +95,33 @@ def test_a_name_without_an_ending_gets_one(gaitsim, finished, tmp_path):
     assert not (tmp_path / "gait").exists()
 
 
-def test_help_lists_the_formats(gaitsim):
+def test_help_lists_the_formats(gaitsim, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")  # so that no name is broken
     said = gaitsim("export", "--help").stdout
-    assert all(format in said for format in (*get_args(GaitFormat), "servo"))
+    assert all(
+        format in said
+        for format in (*get_args(GaitFormat), *get_args(ServoFormat), *get_args(RosFormat))
+    )
+
+
+def test_a_calibration_from_its_template_to_a_sketch(gaitsim, finished, tmp_path):
+    arguments = ("export", "puppet", "--format", "arduino")
+    said = gaitsim(*arguments, "--clip").stderr
+    assert "no calibration" in said
+    gaitsim(*arguments, "--calibration-template", "robot.toml")
+    path = tmp_path / "robot.toml"
+    path.write_text(path.read_text().replace("-90.0", "-350.0").replace("90.0", "350.0"))
+    said = gaitsim(*arguments, "--calibration", path, "--out", "walk", "--keyframe-ms", 50).stdout
+    assert "walk: 21 keyframes × 3 joints every 50 ms" in said
+    assert "126 bytes of flash" in said
+    assert sorted(part.name for part in (tmp_path / "walk").iterdir()) == ["gait.h", "walk.ino"]
+    # It fits buses as little as the buses' calibrations fit it.
+    said = gaitsim("export", "puppet", "--format", "feetech", "--calibration", path, code=2).stderr
+    assert "id is required for --format feetech" in said
+    assert "robot.toml" in said
+
+
+def test_a_ros_2_goal(gaitsim, finished, tmp_path):
+    said = gaitsim("export", "puppet", "--format", "ros2", "--out", "goal.yaml").stdout
+    assert "goal.yaml: 6 points × 3 joints" in said
+    assert (tmp_path / "goal.yaml").read_text().startswith("trajectory:\n  joint_names:\n  - ")

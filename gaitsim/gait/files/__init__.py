@@ -1,1 +1,1 @@
-"""Gait files: joint angles to and from MATLAB, CSV, NumPy and servo keyframes."""
+"""Gait files: joint angles to and from MATLAB, CSV and NumPy."""

@@ -24,6 +24,7 @@ class Gait:
         frame_rate: frames a second, Hz.
         generation: the generation of its individual; 0 where it has none.
         score: of its individual.
+        rest: the angles as the body stands, (joints,) rad; None for zeros.
     """
 
     angles: NDArray[np.float64]
@@ -31,6 +32,12 @@ class Gait:
     frame_rate: float
     generation: int
     score: float
+    rest: NDArray[np.float64] | None = None
+
+    @property
+    def standing(self) -> NDArray[np.float64]:
+        """The angles as the body stands, (joints,) rad."""
+        return np.zeros(self.angles.shape[1]) if self.rest is None else self.rest
 
 
 def gait_of(individual: Individual) -> Gait:
@@ -52,6 +59,7 @@ def gait_of(individual: Individual) -> Gait:
         angles = np.asarray(motion["joint_angles"][0], dtype=np.float64)
         names = tuple(str(name) for name in organism.joint_names())
         frame_rate = float(motion.frame_rate)
+        rest = np.asarray(organism.standing_pose(), dtype=np.float64)
     if angles.ndim != 2 or len(names) != angles.shape[1]:
         raise contract_error(
             entry,
@@ -60,7 +68,11 @@ def gait_of(individual: Individual) -> Gait:
         )
     if not 0 < frame_rate < np.inf:
         raise contract_error(entry, f"moves at {frame_rate} frames a second", "above 0")
-    return Gait(angles, names, frame_rate, individual.generation, individual.score)
+    if rest.shape != (len(names),):
+        raise contract_error(
+            entry, f"returned a standing pose of the shape {rest.shape}", f"({len(names)},)"
+        )
+    return Gait(angles, names, frame_rate, individual.generation, individual.score, rest)
 
 
 def write_gait(gait: Gait, path: Path, format: str) -> None:

@@ -7,16 +7,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.gait.files.servo import ServoRange, servo_table, write_servo
-from gaitsim.gait.files.writer import Gait, gait_of
+from gaitsim.gait.files.writer import Gait
+from gaitsim.hardware.calibration import uniform_calibration
+from gaitsim.hardware.keyframes import keyframes_of
+from gaitsim.hardware.tables import write_degrees
 
-HALF_TURN = ServoRange()
+HALF_TURN = (0, -90, 90)
 
 
 def gait(degrees, frame_rate=10.0):
     """(frames,) degrees of the joint 'a', and twice as much of 'b'."""
     angles = np.radians(np.array([[angle, 2 * angle] for angle in degrees], dtype=float))
     return Gait(angles, ("a", "b"), frame_rate, 1, 0.0)
+
+
+def table_of(given, servos, keyframe_ms=None, **options):
+    """The keyframes for servos of a centre and a range, degrees."""
+    calibration = uniform_calibration(given.joint_names, *servos)
+    return keyframes_of(given, calibration, keyframe_ms, **options)
 
 
 def read(path):
@@ -26,8 +34,8 @@ def read(path):
 
 
 def test_every_frame_in_milliseconds_and_degrees(tmp_path):
-    table = servo_table(gait([0, 30, -12.344]), HALF_TURN)
-    write_servo(table, tmp_path / "x.csv")
+    table = table_of(gait([0, 30, -12.344]), HALF_TURN)
+    write_degrees(table, tmp_path / "x.csv")
     header, rows = read(tmp_path / "x.csv")
     assert header == ["time_ms", "a", "b"]
     assert rows == [
@@ -39,26 +47,15 @@ def test_every_frame_in_milliseconds_and_degrees(tmp_path):
     assert table.off <= 0.005 + 1e-9
 
 
-def test_the_spiders_gait_comes_back_to_a_hundredth_of_a_degree(spider_run, tmp_path):
-    evolved = gait_of(spider_run.individual())
-    table = servo_table(evolved, ServoRange(90, 0, 180))
-    write_servo(table, tmp_path / "x.csv")
-    header, rows = read(tmp_path / "x.csv")
-    values = np.array(rows, dtype=float)
-    assert header == ["time_ms", *evolved.joint_names]
-    assert values[:, 0].tolist() == np.rint(np.arange(300) * 1000 / 30).tolist()
-    assert np.radians(values[:, 1:] - 90) == pytest.approx(evolved.angles, abs=np.radians(0.0051))
-
-
 def test_keyframes_lie_on_straight_lines_between_frames():
-    table = servo_table(gait([0, 10, 0, 10]), HALF_TURN, 50)
+    table = table_of(gait([0, 10, 0, 10]), HALF_TURN, 50)
     assert table.milliseconds.tolist() == [0, 50, 100, 150, 200, 250, 300]
     assert table.degrees[:, 0].tolist() == [0, 5, 10, 5, 0, 5, 10]
     assert table.off == pytest.approx(0, abs=1e-9)
 
 
 def test_the_error_of_thinning_is_reported():
-    table = servo_table(gait([0, 10, 0, 10, 0]), HALF_TURN, 200)
+    table = table_of(gait([0, 10, 0, 10, 0]), HALF_TURN, 200)
     assert table.milliseconds.tolist() == [0, 200, 400]
     assert table.degrees[:, 0].tolist() == [0, 0, 0]
     assert table.off == pytest.approx(20)  # of b
@@ -67,36 +64,36 @@ def test_the_error_of_thinning_is_reported():
 def test_the_last_frame_counts_at_odd_frame_rates():
     for rate in (30.0, 24.0, 60.0, 100 / 3):
         frames = round(rate) + 1
-        table = servo_table(replace(gait(np.zeros(frames)), frame_rate=rate), HALF_TURN, 20)
+        table = table_of(replace(gait(np.zeros(frames)), frame_rate=rate), HALF_TURN, 20)
         assert table.milliseconds[-1] == int(1000 * round(rate) / rate) // 20 * 20
 
 
 def test_the_centre_stands_for_the_pose_at_rest():
-    table = servo_table(gait([0, -20]), ServoRange(90, 0, 180))
+    table = table_of(gait([0, -20]), (90, 0, 180))
     assert table.degrees.tolist() == [[90, 90], [70, 50]]
 
 
 def test_what_leaves_the_range_is_refused_with_joint_and_time():
     with pytest.raises(GaitsimError) as error:
-        servo_table(gait([0, 10, -45, 20]), ServoRange(90, 30, 150))
-    error.match("b would turn to 0.00° at 200 ms")
+        table_of(gait([0, 10, -45, 20]), (90, 30, 150))
+    error.match(r"b would turn to 0.00° at 200 ms \(frame 2\)")
     error.match("30° to 150°")
     with pytest.raises(GaitsimError, match="and 1 more joints"):
-        servo_table(gait([0, 10, -75, 20]), ServoRange(90, 30, 150))
+        table_of(gait([0, 10, -75, 20]), (90, 30, 150))
 
 
 def test_it_is_held_to_the_range_on_request():
-    table = servo_table(gait([0, 10, -45, 20]), ServoRange(90, 30, 150), clip=True)
+    table = table_of(gait([0, 10, -45, 20]), (90, 30, 150), clip=True)
     assert table.clipped == 1
     assert table.degrees[2].tolist() == [45, 30]
     assert table.off == pytest.approx(30, abs=0.01)
 
 
 def test_the_bounds_themselves_are_within():
-    limits = ServoRange(0, -60, 60)
-    assert servo_table(gait([30, -30]), limits).degrees.tolist() == [[30, 60], [-30, -60]]
+    limits = (0, -60, 60)
+    assert table_of(gait([30, -30]), limits).degrees.tolist() == [[30, 60], [-30, -60]]
     # Rounding to what is written comes before the check.
-    assert servo_table(gait([30.002, -30]), limits).clipped == 0
+    assert table_of(gait([30.002, -30]), limits).clipped == 0
 
 
 @pytest.mark.parametrize(
@@ -104,14 +101,14 @@ def test_the_bounds_themselves_are_within():
 )
 def test_a_range_that_is_none_is_refused(bounds):
     with pytest.raises(GaitsimError, match="servos cannot turn"):
-        ServoRange(*bounds)
+        uniform_calibration(("a",), *bounds)
 
 
 def test_a_gait_without_two_keyframes_is_refused():
-    with pytest.raises(GaitsimError, match="gives 1 keyframes"):
-        servo_table(gait([0, 10]), HALF_TURN, 101)
+    with pytest.raises(GaitsimError, match="gives 1 keyframes, which are no"):
+        table_of(gait([0, 10]), HALF_TURN, 101)
     with pytest.raises(GaitsimError, match="at least 1 ms apart"):
-        servo_table(gait([0, 10, 20], frame_rate=5000.0), HALF_TURN)
+        table_of(gait([0, 10, 20], frame_rate=5000.0), HALF_TURN)
 
 
 @given(
@@ -122,7 +119,7 @@ def test_a_gait_without_two_keyframes_is_refused():
 def test_rows_follow_each_other_and_stay_in_range(degrees, rate, keyframe_ms):
     if keyframe_ms and keyframe_ms > 1000 / rate:
         keyframe_ms = None
-    table = servo_table(gait(degrees, rate), HALF_TURN, keyframe_ms)
+    table = table_of(gait(degrees, rate), HALF_TURN, keyframe_ms)
     assert table.milliseconds[0] == 0
     assert (np.diff(table.milliseconds) > 0).all()
     assert table.milliseconds[-1] <= round(1000 * (len(degrees) - 1) / rate)
@@ -132,4 +129,15 @@ def test_rows_follow_each_other_and_stay_in_range(degrees, rate, keyframe_ms):
 
 def test_a_file_that_cannot_be_written(tmp_path):
     with pytest.raises(RunError, match="there is no folder"):
-        write_servo(servo_table(gait([0, 1]), HALF_TURN), tmp_path / "missing" / "x.csv")
+        write_degrees(table_of(gait([0, 1]), HALF_TURN), tmp_path / "missing" / "x.csv")
+
+
+def test_a_slower_playback_takes_longer():
+    table = table_of(gait([0, 30, -12]), HALF_TURN, speed=0.5)
+    assert table.milliseconds.tolist() == [0, 200, 400]
+    table = table_of(gait([0, 30, -12]), HALF_TURN, 100, speed=0.5)
+    assert table.milliseconds.tolist() == [0, 100, 200, 300, 400]
+    assert table.degrees[:, 0].tolist() == [0, 15, 30, 9, -12]
+    for speed in (0, -1, np.nan, np.inf):
+        with pytest.raises(GaitsimError, match="cannot be played at"):
+            table_of(gait([0, 30]), HALF_TURN, speed=speed)

@@ -1,0 +1,178 @@
+"""Gaits as Arduino sketches for hobby servos at PCA9685 boards."""
+
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.hardware.calibration import Calibration
+from gaitsim.hardware.keyframes import Keyframes
+from gaitsim.runs.files.atomic import write_bytes, writing
+
+FLASH = 32_767  # bytes: the longest array of an AVR, whose pointers into it have 16 bits
+JOINTS = 255
+LONGEST_NAME = 63  # characters of a sketch's name
+RAMP_SPEED = 60.0  # °/s, mean of the ramps to the gait and back to standing
+RAMP_SHARE = 0.5  # of a servo's speed, at most: the middle of a ramp is 1.5 times as fast
+_HEADER = """\
+// The gait for {name}.ino: pulses of the servos in microseconds. Written by gaitsim.
+#pragma once
+#include <Arduino.h>
+
+const uint8_t JOINTS = {joints};
+const uint8_t BOARDS = {boards};
+const uint16_t KEYFRAMES = {keyframes};
+const uint16_t LOOP_FROM = {loop};  // the keyframe after the last one{loop_comment}
+const uint32_t KEYFRAME_US = {interval};  // from one keyframe to the next
+
+// Joints: {names}
+const uint8_t SERVO_BOARD[JOINTS] PROGMEM = {{{board}}};
+const uint8_t SERVO_CHANNEL[JOINTS] PROGMEM = {{{channel}}};
+const uint16_t STANDING[JOINTS] PROGMEM = {{{standing}}};
+const uint16_t LOWEST[JOINTS] PROGMEM = {{{lowest}}};
+const uint16_t HIGHEST[JOINTS] PROGMEM = {{{highest}}};
+const uint16_t RAMP[JOINTS] PROGMEM = {{{ramp}}};  // mean speed of ramps, us/s
+
+const uint16_t GAIT[KEYFRAMES][JOINTS] PROGMEM = {{
+{rows}
+}};
+"""
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """The two files of a sketch.
+
+    Attributes:
+        name: of the sketch, its folder and its .ino file.
+        program: text of the .ino file.
+        header: text of gait.h.
+        flash: bytes of the gait in flash.
+        boards: number of PCA9685 boards.
+    """
+
+    name: str
+    program: str
+    header: str
+    flash: int
+    boards: int
+
+
+def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: str) -> Sketch:
+    """Return a sketch that plays keyframes.
+
+    Args:
+        keyframes: of the gait.
+        calibration: of its joints, with a channel each.
+        name: of the sketch.
+        title: of the gait, a line for people.
+
+    Raises:
+        GaitsimError: the gait does not fit into the flash, or has too many joints.
+    """
+    count, joints = keyframes.degrees.shape
+    flash = count * joints * 2
+    if flash > FLASH:
+        interval = np.ceil(keyframes.interval * 1000 * flash / FLASH)
+        raise GaitsimError(
+            f"{count:,} keyframes of {joints} joints take {flash:,} bytes of flash",
+            where="--format arduino",
+            allowed=f"{FLASH:,} bytes",
+            remedy=f"take fewer keyframes, with --keyframe-ms {interval:.0f}",
+        )
+    if joints > JOINTS:
+        raise GaitsimError(f"the gait has {joints} joints", allowed=f"at most {JOINTS}")
+    servos = [*calibration.joints.values()]
+    boards = 1 + max(servo.board for servo in servos)
+    looped = keyframes.loop_from is not None
+    header = _HEADER.format(
+        name=name,
+        joints=joints,
+        boards=boards,
+        keyframes=count,
+        loop=keyframes.loop_from if looped else "KEYFRAMES",
+        loop_comment="" if looped else ": none, it is played once",
+        interval=round(keyframes.interval * 1e6),
+        names=", ".join(_comment(name) for name in keyframes.joint_names),
+        board=_list([servo.board for servo in servos]),
+        channel=_list([servo.channel for servo in servos]),
+        standing=_list(_whole(calibration.pulses(keyframes.standing))),
+        # The hundredths of a degree by which a limit is rounded are less than 1 µs.
+        lowest=_list(_whole(calibration.pulses(calibration.low))),
+        highest=_list(_whole(calibration.pulses(calibration.high))),
+        ramp=_list(_whole(_ramps(calibration))),
+        rows="\n".join(
+            f"  {{{_list(row)}}}," for row in _whole(calibration.pulses(keyframes.degrees))
+        ),
+    )
+    addresses = [f"0x{0x40 + board:02x}" for board in range(boards)]
+    program = (files("gaitsim.hardware") / "sketch.ino").read_text(encoding="utf-8")
+    text = f"PCA9685 board{'s' * (boards > 1)} {', '.join(addresses)}"
+    made = [f"  Adafruit_PWMServoDriver({address})," for address in addresses]
+    for mark, put in (
+        ("@TITLE@", _comment(title)),
+        ("@BOARDS_TEXT@", text),
+        ("@BOARDS@", "\n".join(made)),
+    ):
+        program = program.replace(mark, put)
+    return Sketch(name, program, header, flash, boards)
+
+
+def write_sketch(sketch: Sketch, folder: Path) -> None:
+    """Write the sketch as a folder with two files; those of an earlier sketch are replaced.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    if not folder.parent.is_dir():
+        raise RunError(
+            f"cannot write {folder}: there is no folder {folder.parent}", remedy="make it first"
+        )
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        raise RunError(
+            f"cannot write {folder}: it is not a folder",
+            remedy="give the name of a new folder with --out",
+        )
+    with writing(folder):
+        folder.mkdir(exist_ok=True)
+    write_bytes(folder / "gait.h", sketch.header.encode(), follow=False)
+    write_bytes(folder / f"{sketch.name}.ino", sketch.program.encode(), follow=False)
+
+
+def sketch_name(folder: Path) -> str:
+    """Return the name of a sketch in a folder, as the Arduino IDE takes it.
+
+    Raises:
+        GaitsimError: the folder's name is not allowed for a sketch.
+    """
+    name = folder.name
+    if not (name.isascii() and name.replace("_", "").isalnum() and len(name) <= LONGEST_NAME):
+        raise GaitsimError(
+            f"{name} is not a name for an Arduino sketch",
+            where="--out",
+            allowed=f"letters, digits and _, at most {LONGEST_NAME}",
+        )
+    return name
+
+
+def _ramps(calibration: Calibration) -> NDArray[np.float64]:
+    """Return the mean speed of each servo in ramps, µs/s."""
+    degrees = np.minimum(RAMP_SPEED, calibration.fastest * RAMP_SHARE)
+    pulses: NDArray[np.float64] = calibration.pulses(degrees) - calibration.pulses(0 * degrees)
+    return np.maximum(pulses, 1)
+
+
+def _whole(values: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.rint(values).astype(np.int64)
+
+
+def _list(values: object) -> str:
+    return ", ".join(str(value) for value in np.asarray(values).tolist())
+
+
+def _comment(text: str) -> str:
+    """Return a text that cannot end the comment that it stands in."""
+    return "".join(char if char.isprintable() and char != "\\" else "?" for char in text)

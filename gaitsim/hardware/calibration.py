@@ -1,0 +1,318 @@
+"""Calibrations: which servo drives a joint, which way it turns, and how far and fast it may."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
+
+from gaitsim import toml
+from gaitsim.contracts import option
+from gaitsim.errors import ExperimentError, GaitsimError, nearest
+from gaitsim.experiment.loading import read_file
+from gaitsim.experiment.problems import Problems
+from gaitsim.legged import SERVOS, Servo
+
+Floats = NDArray[np.float64]
+
+SCHEMA = 1
+NOUN = "calibration"
+CHANNELS = 16  # of a PCA9685 board
+BOARDS = 16  # addresses 0x40 to 0x4f
+REACH = 90.0  # ° to either side of the centre, at which the pulses of a joint are given
+PULSE = (600, 2400)  # µs at −90° and 90° of a hobby servo that nobody measured
+BUSES: Mapping[str, str] = {"arduino": "pwm", "dynamixel": "dynamixel", "feetech": "feetech"}
+USUAL: Mapping[str, str] = {"dynamixel": "xl430-w250", "feetech": "sts3215"}
+_MOST_NAMED = 4
+
+
+class Joint(BaseModel):
+    """The servo of one joint. Its angles are in degrees from its centre."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    board: int = option(0, "PCA9685 board: 0 at 0x40, 1 at 0x41, …", ge=0, lt=BOARDS)
+    channel: int | None = option(None, "output of the board", ge=0, lt=CHANNELS)
+    id: int | None = option(None, "of the servo on its bus", ge=0, le=252)
+    direction: Literal[-1, 1] = option(1, "−1 where the servo turns against the joint")
+    offset: float = option(
+        0.0, "angle of the servo where the joint is at zero", unit="°", ge=-360, le=360
+    )
+    min: float = option(-REACH, "smallest angle of the servo", unit="°", ge=-360, le=360)
+    max: float = option(REACH, "largest angle of the servo", unit="°", ge=-360, le=360)
+    pulse: tuple[int, int] = option(PULSE, "pulses at −90° and at 90° of the servo", unit="µs")
+    servo: str = option("", f"its model, which knows ticks and speed: {', '.join(SERVOS)}")
+    speed: float | None = option(
+        None, "largest speed, in place of the model's", unit="°/s", gt=0, le=10_000
+    )
+
+    @field_validator("servo")
+    @classmethod
+    def _known(cls, name: str) -> str:
+        if name and name not in SERVOS:
+            hint = nearest(name, [*SERVOS])
+            raise ValueError(
+                f"unknown servo; known are {', '.join(SERVOS)}" + (f"; {hint}" if hint else "")
+            )
+        return name
+
+    @field_validator("pulse")
+    @classmethod
+    def _ordered(cls, pulse: tuple[int, int]) -> tuple[int, int]:
+        if not 100 <= pulse[0] < pulse[1] <= 3500:
+            raise ValueError("two pulses from 100 to 3500 µs, the shorter one first")
+        return pulse
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not self.min < self.max:
+            raise ValueError(f"min {self.min:g} is not less than max {self.max:g}")
+        servo = self.model
+        if servo and not (-self._reach(servo)[0] <= self.min and self.max <= self._reach(servo)[1]):
+            low, high = self._reach(servo)
+            raise ValueError(
+                f"{self.min:g}° to {self.max:g}° is more than the servo {servo.name} turns: "
+                f"{-low:.2f}° to {high:.2f}°"
+            )
+        return self
+
+    @property
+    def model(self) -> Servo | None:
+        """The named servo; None where it is unknown."""
+        return SERVOS.get(self.servo)
+
+    @property
+    def fastest(self) -> float:
+        """The speed that it can reach, °/s; infinite where nobody said."""
+        if self.speed is not None:
+            return self.speed
+        return math.degrees(self.model.no_load_speed) if self.model else math.inf
+
+    @staticmethod
+    def _reach(servo: Servo) -> tuple[float, float]:
+        """How far a servo turns to either side of its centre, °."""
+        half = math.degrees(servo.travel / 2)
+        high = math.degrees(servo.tick * (servo.ticks - 1)) - half if servo.ticks else half
+        return half + 1e-6, high + 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """The servos of a robot.
+
+    Attributes:
+        joints: the servo of each joint by its name, in the order of the gait.
+        source: the file; '' where gaitsim made it.
+        limited_by: where a user sets the ranges, for messages.
+    """
+
+    joints: Mapping[str, Joint]
+    source: str = ""
+    limited_by: str = "in a calibration, which --calibration-template writes"
+
+    def servo_angles(self, angles: Floats) -> Floats:
+        """Return the angles of servos, °, for those of joints, (…, joints) rad."""
+        turned: Floats = np.degrees(angles) * self._all("direction") + self._all("offset")
+        return turned
+
+    @cached_property
+    def low(self) -> Floats:
+        """The smallest angle of each servo, (joints,) °."""
+        return self._all("min")
+
+    @cached_property
+    def high(self) -> Floats:
+        """The largest angle of each servo, (joints,) °."""
+        return self._all("max")
+
+    @cached_property
+    def fastest(self) -> Floats:
+        """The speed that each servo can reach, (joints,) °/s; infinite where it is unknown."""
+        return self._all("fastest")
+
+    def pulses(self, degrees: Floats) -> Floats:
+        """Return the pulses, µs, for angles of the servos, (…, joints) °."""
+        short, long = np.array([joint.pulse for joint in self.joints.values()], np.float64).T
+        pulses: Floats = short + (degrees + REACH) / (2 * REACH) * (long - short)
+        return pulses
+
+    def ticks(self, degrees: Floats) -> NDArray[np.int64]:
+        """Return the nearest goal positions for angles of servos on a bus, (…, joints) °."""
+        servos = [joint.model for joint in self.joints.values()]
+        tick = np.array([servo.tick for servo in servos if servo])
+        centre = np.array([servo.centre_tick for servo in servos if servo])
+        most = np.array([servo.ticks for servo in servos if servo]) - 1
+        positions = np.rint(centre + np.radians(degrees) / tick).astype(np.int64)
+        held: NDArray[np.int64] = np.clip(positions, 0, most)
+        return held
+
+    def _all(self, name: str) -> Floats:
+        return np.array([getattr(joint, name) for joint in self.joints.values()], np.float64)
+
+
+def default_calibration(
+    format: str, joints: Sequence[str], standing: Floats, servo: str = ""
+) -> Calibration:
+    """Return a calibration for servos that are at their centre as the robot stands.
+
+    Args:
+        format: 'arduino', 'dynamixel' or 'feetech'.
+        joints: names, in the order of their channels, from 0, or ids, from 1.
+        standing: angles of the joints as the robot stands, (joints,) rad.
+        servo: of the simulated robot, which is taken if the format can drive it.
+    """
+    known = SERVOS.get(servo)
+    name = servo if known and known.bus == BUSES[format] else USUAL.get(format, "")
+    found = SERVOS.get(name)
+    low, high = (-Joint._reach(found)[0], Joint._reach(found)[1]) if found else (-REACH, REACH)
+    on_board = format == "arduino"
+    return Calibration(
+        {
+            joint: Joint(
+                board=index // CHANNELS % BOARDS if on_board else 0,
+                channel=index % CHANNELS if on_board else None,
+                id=None if on_board else index + 1,
+                offset=round(-angle, 2) + 0.0,
+                min=_inward(low),
+                max=_inward(high),
+                servo=name,
+            )
+            for index, (joint, angle) in enumerate(
+                zip(joints, np.degrees(standing).tolist(), strict=True)
+            )
+        }
+    )
+
+
+def _inward(bound: float) -> float:
+    return math.trunc(bound * 100) / 100
+
+
+def uniform_calibration(
+    joints: Sequence[str], centre: float, low: float, high: float
+) -> Calibration:
+    """Return a calibration that is the same for all joints, ° of the servos.
+
+    Raises:
+        GaitsimError: the range is empty or without the centre.
+    """
+    if not -np.inf < low < high < np.inf or not low <= centre <= high:
+        raise GaitsimError(
+            f"servos cannot turn from {low:g}° to {high:g}° with {centre:g}° for the pose at rest",
+            where="--min, --max, --centre",
+            allowed="min < max, and the centre between them",
+        )
+    # Degrees as a user's controller counts them, so without bounds.
+    joint = Joint.model_construct(offset=centre, min=low, max=high)
+    return Calibration(dict.fromkeys(joints, joint), limited_by="with --min and --max")
+
+
+def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibration:
+    """Read the calibration of a robot with these joints.
+
+    Args:
+        path: a TOML file.
+        format: as for `export_individual`: what the servos are driven by.
+        joints: names, in the order of the gait.
+
+    Raises:
+        ExperimentError: it has problems: all of them.
+        GaitsimError: it cannot be read.
+    """
+    template = "the file that --calibration-template writes"
+    text = read_file(path, NOUN, template, "write one with --calibration-template")
+    problems = Problems(str(path))
+    try:
+        data = toml.parse(text, str(path))
+    except GaitsimError as error:
+        raise ExperimentError([error], NOUN) from None
+    for key in data:
+        if key not in ("schema", "joints"):
+            problems.unknown("", key, ("schema", "joints"))
+    if data.get("schema", SCHEMA) != SCHEMA:
+        problems.report("schema", f"{toml.literal(data['schema'])} is not allowed", str(SCHEMA))
+    given = data.get("joints", {})
+    if not isinstance(given, dict):
+        problems.report("joints", "it is not a table", '[joints."name"] for each joint')
+        given = {}
+    found = _joints(given, joints, problems)
+    if not problems.found:
+        _check_format(found, format, problems)
+    if problems.found:
+        raise ExperimentError(problems.found[:20], NOUN)
+    return Calibration({name: found[name] for name in joints}, str(path), f"in {path}")
+
+
+def _joints(
+    given: Mapping[str, Any], joints: Sequence[str], problems: Problems
+) -> dict[str, Joint]:
+    foreign = [name for name in given if name not in joints]
+    missing = [name for name in joints if name not in given]
+    if foreign:
+        problems.report(
+            "joints",
+            f"the gait does not have {_some(foreign)}",
+            f"the joints of the gait: {', '.join(joints)}",
+            nearest(foreign[0], missing),
+        )
+    if missing:
+        problems.report(
+            "joints",
+            f"{_some(missing)} {'is' if len(missing) == 1 else 'are'} missing",
+            "all joints of the gait",
+            "write a new file with --calibration-template and copy from it",
+        )
+    found = {}
+    for name, section in given.items():
+        if name in foreign:
+            continue
+        key = f"joints.{json.dumps(name, ensure_ascii=False)}"
+        if not isinstance(section, dict):
+            problems.report(key, "it is not a table", f"[{key}] with its keys below")
+            continue
+        try:
+            found[name] = Joint.model_validate(section)
+        except ValidationError as error:
+            problems.of_options(key, Joint, section, error)
+    return found
+
+
+def _check_format(found: Mapping[str, Joint], format: str, problems: Problems) -> None:
+    """Report places that are missing or taken twice, and servos that the format cannot drive."""
+    bus = BUSES.get(format)
+    if bus is None:
+        return
+    place = "channel" if bus == "pwm" else "id"
+    taken: dict[tuple[int, int | None], str] = {}
+    for name, joint in found.items():
+        key = f"joints.{json.dumps(name, ensure_ascii=False)}.{place}"
+        own = (joint.board, joint.channel) if bus == "pwm" else (0, joint.id)
+        if own[1] is None:
+            problems.report(key, f"{key} is required for --format {format}")
+        elif own in taken:
+            on = f" of board {own[0]}" if bus == "pwm" else ""
+            problems.report(
+                key,
+                f"{taken[own]} and {name} have the same {place} {own[1]}{on}",
+                f"each {place} once",
+            )
+        taken.setdefault(own, name)
+        servo = joint.model
+        if (servo is None and bus != "pwm") or (servo and servo.bus != bus):
+            problems.report(
+                f"joints.{json.dumps(name, ensure_ascii=False)}.servo",
+                f"--format {format} cannot drive {f'the servo {servo.name}' if servo else 'it'}",
+                ", ".join(one.name for one in SERVOS.values() if one.bus == bus),
+            )
+
+
+def _some(names: Iterable[str]) -> str:
+    found = [toml.literal(name) for name in names]
+    more = len(found) - _MOST_NAMED
+    return ", ".join(found[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

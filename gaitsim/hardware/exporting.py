@@ -1,0 +1,298 @@
+"""Write a gait in the form that a robot plays."""
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+
+from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import Gait, gait_of, write_gait
+from gaitsim.hardware.arduino import FLASH, LONGEST_NAME, sketch_name, sketch_of, write_sketch
+from gaitsim.hardware.calibration import (
+    BUSES,
+    REACH,
+    Calibration,
+    default_calibration,
+    read_calibration,
+    uniform_calibration,
+)
+from gaitsim.hardware.keyframes import Keyframes, keyframes_of
+from gaitsim.hardware.loop import Loop, find_loop
+from gaitsim.hardware.rosbag import write_bag
+from gaitsim.hardware.tables import write_degrees, write_ticks
+from gaitsim.hardware.template import write_template
+from gaitsim.hardware.trajectory import ARGUMENT, trajectory_of, write_goal
+from gaitsim.individual import Individual
+
+ENDINGS = {
+    **{format: f".{format}" for format in get_args(GaitFormat)},
+    "servo": ".servo.csv",
+    "dynamixel": ".dynamixel.csv",
+    "feetech": ".feetech.csv",
+    "ros2": ".yaml",
+    "rosbag2": "",  # folders
+    "arduino": "",
+}
+"""The end of a default file name by format."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a gait is exported.
+
+    Attributes:
+        calibration: a TOML file; None for servos at their centre as the robot stands.
+        keyframe_ms: time from one keyframe to the next; None for that of the frames.
+        speed: of playback; None for 1, as simulated.
+        clip: whether to clip angles beyond the limits rather than refuse them.
+        centre, low, high: ° of a servo table; None for 0 and 90° to either side of the centre.
+    """
+
+    calibration: Path | None = None
+    keyframe_ms: int | None = None
+    speed: float | None = None
+    clip: bool = False
+    centre: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+    @property
+    def playback(self) -> float:
+        """The speed of playback."""
+        return 1.0 if self.speed is None else self.speed
+
+    def flags(self) -> list[str]:
+        """Return the options that are given, as on the command line."""
+        given = {
+            "--calibration": self.calibration,
+            "--keyframe-ms": self.keyframe_ms,
+            "--speed": self.speed,
+            "--clip": self.clip or None,
+            "--centre": self.centre,
+            "--min": self.low,
+            "--max": self.high,
+        }
+        return [name for name, value in given.items() if value is not None]
+
+
+_TAKES = {
+    **dict.fromkeys(get_args(GaitFormat), ()),
+    **dict.fromkeys(get_args(RosFormat), ("--keyframe-ms", "--speed")),
+    **dict.fromkeys(get_args(ServoFormat), ("--calibration", "--keyframe-ms", "--speed", "--clip")),
+}
+_TAKES["servo"] += ("--centre", "--min", "--max")
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written.
+
+    Attributes:
+        fact: what the file holds, a line.
+        notices: what the user should know.
+    """
+
+    fact: str
+    notices: tuple[str, ...] = ()
+
+
+def file_name(individual: Individual, format: str) -> str:
+    """Return the default name of a file of an individual's gait."""
+    name = f"gait-{individual.stem}"
+    if format == "arduino":
+        name = re.sub(r"[^0-9A-Za-z]+", "_", name)[:LONGEST_NAME]
+    return f"{name}{ENDINGS[format]}"
+
+
+def check_options(format: str, options: Options) -> None:
+    """Refuse options that a format does not take.
+
+    Raises:
+        GaitsimError: there are some.
+    """
+    idle = [name for name in options.flags() if name not in _TAKES[format]]
+    if idle:
+        takers = [other for other, taken in _TAKES.items() if set(idle) <= set(taken)]
+        raise GaitsimError(
+            f"a {format} file does not take {' and '.join(idle)}",
+            where="--format",
+            allowed=f"{', '.join(takers) or 'none'}, with these options",
+        )
+    uniform = [name for name in options.flags() if name in ("--centre", "--min", "--max")]
+    if options.calibration and uniform:
+        raise GaitsimError(
+            f"--calibration has the ranges of the servos, so it does not go with "
+            f"{' and '.join(uniform)}",
+            remedy="leave one of the two out",
+        )
+
+
+def export_individual(
+    individual: Individual, format: str, path: Path, options: Options | None = None
+) -> Exported:
+    """Write the gait of an individual.
+
+    Args:
+        individual: of a run or from a file.
+        format: 'mat', 'csv', 'npz', 'servo', 'arduino', 'dynamixel', 'feetech', 'ros2' or
+            'rosbag2'.
+        path: the file, or the folder of a sketch or bag.
+        options: of the formats for robots.
+
+    Raises:
+        GaitsimError: the body has no joint angles, the format does not take the options, the
+            calibration has problems, or the gait exceeds what the servos can do.
+        RunError: it cannot be written.
+    """
+    options = options or Options()
+    check_options(format, options)
+    gait = gait_of(individual)
+    frames, joints = gait.angles.shape
+    if format in get_args(GaitFormat):
+        write_gait(gait, path, format)
+        return Exported(f"{frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
+    if format in get_args(RosFormat):
+        return _ros(gait, format, path, options)
+    if format == "servo" and options.calibration is None:
+        centre = options.centre or 0.0
+        low = centre - REACH if options.low is None else options.low
+        high = centre + REACH if options.high is None else options.high
+        assumed: tuple[str, ...] = ()
+        calibration = uniform_calibration(gait.joint_names, centre, low, high)
+    else:
+        calibration, assumed = _calibration(
+            gait, format, options.calibration, _servo_of(individual)
+        )
+    if format == "arduino":
+        found = _arduino(gait, calibration, path, options, individual.title)
+    else:
+        found = _table(gait, calibration, format, path, options)
+    return replace(found, notices=(*assumed, *found.notices))
+
+
+def template_of(individual: Individual, format: str, path: Path) -> None:
+    """Write a template of a calibration for the gait of an individual.
+
+    Args:
+        individual: of the robot.
+        format: 'arduino', 'dynamixel' or 'feetech'.
+        path: the file, which must not exist.
+
+    Raises:
+        GaitsimError: the body has no joint angles, the format takes no calibration, or the file
+            exists.
+        RunError: it cannot be written.
+    """
+    if format not in BUSES:
+        raise GaitsimError(
+            f"a {format} file has no calibration of its own",
+            where="--format",
+            allowed=", ".join(BUSES),
+        )
+    gait = gait_of(individual)
+    calibration = default_calibration(
+        format, gait.joint_names, gait.standing, _servo_of(individual)
+    )
+    write_template(gait, calibration, format, path)
+
+
+def _servo_of(individual: Individual) -> str:
+    """Return the servo that a robot is simulated with; '' for another body."""
+    return str(getattr(individual.experiment.organism, "servo", ""))
+
+
+def _calibration(
+    gait: Gait, format: str, path: Path | None, servo: str
+) -> tuple[Calibration, tuple[str, ...]]:
+    if path is not None:
+        return read_calibration(path, format, gait.joint_names), ()
+    found = default_calibration(format, gait.joint_names, gait.standing, servo)
+    name = next(iter(found.joints.values())).servo
+    place = "channels from 0" if format == "arduino" else "ids from 1"
+    speed = "" if name else "; their speed is unknown and was not checked"
+    return found, (
+        f"no calibration: {place} in the order of the joints, {name or 'hobby'} servos at their "
+        f"centre as the robot stands{speed}. Write a calibration with "
+        f"--calibration-template FILE before a robot plays this",
+    )
+
+
+def _ros(gait: Gait, format: str, path: Path, options: Options) -> Exported:
+    trajectory = trajectory_of(gait, options.keyframe_ms, options.playback)
+    points, joints = trajectory.positions.shape
+    seconds = trajectory.nanoseconds[-1] / 1e9
+    fact = f"{points} points × {joints} joints in {seconds:g} s, radians"
+    if format == "rosbag2":
+        write_bag(trajectory, path)
+        return Exported(fact)
+    size = write_goal(trajectory, path)
+    if size < ARGUMENT:
+        return Exported(fact)
+    return Exported(
+        fact,
+        (
+            f"{size:,} bytes are too long for an argument of a command, which Linux limits to "
+            f"{ARGUMENT:,}: pass it on with --stdin (from ROS 2 Jazzy on), or take fewer points "
+            "with --keyframe-ms",
+        ),
+    )
+
+
+def _arduino(
+    gait: Gait, calibration: Calibration, path: Path, options: Options, title: str
+) -> Exported:
+    name = sketch_name(path)
+    loop = find_loop(gait.angles, gait.frame_rate)
+    keyframes = _keyframes(gait, calibration, options, loop)
+    sketch = sketch_of(keyframes, calibration, name, title)
+    write_sketch(sketch, path)
+    count, joints = keyframes.degrees.shape
+    if loop is None:
+        played = "played once, as nothing in it repeats"
+    else:
+        period = loop.period / (options.playback)
+        played = f"a loop of {period:.3f} s that repeats to {np.degrees(loop.error):.2f}°"
+    return Exported(
+        f"{count} keyframes × {joints} joints every {keyframes.interval * 1000:.3g} ms, {played}; "
+        f"{sketch.flash:,} bytes of flash of at most {FLASH:,} for {sketch.boards} "
+        f"PCA9685 board{'s' * (sketch.boards > 1)}; at most {keyframes.off:.2f}° from the gait",
+        _clipped(keyframes),
+    )
+
+
+def _table(
+    gait: Gait, calibration: Calibration, format: str, path: Path, options: Options
+) -> Exported:
+    keyframes = _keyframes(gait, calibration, options, None)
+    if format == "servo":
+        write_degrees(keyframes, path)
+        unit = "degrees"
+    else:
+        write_ticks(keyframes, calibration, path)
+        unit = "goal positions by id"
+    count, joints = keyframes.degrees.shape
+    return Exported(
+        f"{count} keyframes × {joints} joints in {keyframes.milliseconds[-1] / 1000:g} s, {unit}; "
+        f"at most {keyframes.off:.2f}° from the gait",
+        _clipped(keyframes),
+    )
+
+
+def _keyframes(
+    gait: Gait, calibration: Calibration, options: Options, loop: Loop | None
+) -> Keyframes:
+    return keyframes_of(
+        gait, calibration, options.keyframe_ms, speed=options.playback, clip=options.clip, loop=loop
+    )
+
+
+def _clipped(keyframes: Keyframes) -> tuple[str, ...]:
+    if not keyframes.clipped:
+        return ()
+    return (
+        f"{keyframes.clipped:,} of {keyframes.degrees.size:,} angles were beyond the range of "
+        "their servos and were clipped: this is not the gait that was evolved",
+    )

@@ -1,0 +1,191 @@
+"""Keyframes for servos, within what the servos can do."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import Gait
+from gaitsim.hardware.calibration import Calibration
+from gaitsim.hardware.loop import Loop
+
+Floats = NDArray[np.float64]
+
+DECIMALS = 2  # of a degree; the steps of a hobby servo are ten times as wide
+ALMOST = 1e-6  # share of a speed that is lost in rounding
+SLOWEST = 0.01  # playback
+
+
+@dataclass(frozen=True, eq=False)
+class Keyframes:
+    """Angles of servos over time.
+
+    Attributes:
+        seconds: of each keyframe as played, (keyframes,), from 0.
+        degrees: angle of each servo, (keyframes, joints).
+        standing: angle of each servo as the robot stands, (joints,).
+        joint_names: name of each joint.
+        clipped: number of angles that were clipped to the limits.
+        off: the largest distance, °, between the gait and straight lines from one keyframe to the
+            next.
+        loop_from: the keyframe that follows the last one; None for a gait that is played once.
+    """
+
+    seconds: Floats
+    degrees: Floats
+    standing: Floats
+    joint_names: tuple[str, ...]
+    clipped: int
+    off: float
+    loop_from: int | None = None
+
+    @property
+    def milliseconds(self) -> NDArray[np.int64]:
+        """Of each keyframe, to the nearest one, (keyframes,)."""
+        return np.rint(self.seconds * 1000).astype(np.int64)
+
+    @property
+    def interval(self) -> float:
+        """From one keyframe to the next, s."""
+        return float(self.seconds[1] - self.seconds[0])
+
+    @property
+    def fastest(self) -> Floats:
+        """The largest speed of each servo, (joints,) °/s."""
+        return np.asarray(np.abs(self._steps).max(axis=0) / self.interval)
+
+    @property
+    def _steps(self) -> Floats:
+        again = [] if self.loop_from is None else [self.degrees[self.loop_from]]
+        return np.diff(np.array([*self.degrees, *again]), axis=0)
+
+
+def keyframes_of(
+    gait: Gait,
+    calibration: Calibration,
+    keyframe_ms: int | None = None,
+    *,
+    speed: float = 1.0,
+    clip: bool = False,
+    loop: Loop | None = None,
+) -> Keyframes:
+    """Return the keyframes of a gait, within the limits of its servos.
+
+    Args:
+        gait: the joint angles.
+        calibration: of its joints, in the same order.
+        keyframe_ms: time from one keyframe to the next as played, in which the gait is
+            interpolated; None for that of a frame. In a loop, the nearest time that divides it.
+        speed: of playback; 1 is that of the simulation.
+        clip: whether to clip angles beyond the limits rather than refuse them.
+        loop: the part of the gait that is repeated; None plays it all, once.
+
+    Raises:
+        GaitsimError: an angle or a speed is beyond a limit, or there are not two keyframes.
+    """
+    if not SLOWEST <= speed <= 1 / SLOWEST:
+        raise GaitsimError(
+            f"a gait cannot be played at {speed:g} of its speed",
+            where="--speed",
+            allowed=f"{SLOWEST:g} to {1 / SLOWEST:g}; 1 is as simulated, 0.5 half as fast",
+        )
+    frames = np.arange(len(gait.angles)) / gait.frame_rate
+    turned = calibration.servo_angles(gait.angles)
+    wished = 1 / gait.frame_rate if keyframe_ms is None else keyframe_ms / 1000 * speed
+    if loop is None:
+        times = frames if keyframe_ms is None else np.arange(0, frames[-1] + 5e-10, wished)
+        degrees, loop_from = _between(times, frames, turned), None
+    else:
+        times, degrees, loop_from = _cycle(loop, frames, turned, wished)
+    if len(times) < 2 or times[1] / speed < 0.001 - 1e-9:
+        raise GaitsimError(
+            f"a gait of {frames[-1] / speed * 1000:g} ms gives {len(times)} keyframes"
+            f"{', which are no movement' if len(times) < 2 else ' less than 1 ms apart'}",
+            where="" if keyframe_ms is None else f"--keyframe-ms {keyframe_ms}",
+            allowed="two keyframes or more, at least 1 ms apart",
+        )
+    # Rounding comes before the check: a hundredth of a degree beyond a limit breaks nothing.
+    sent = np.round(degrees, DECIMALS) + 0.0  # no −0.0
+    standing = calibration.servo_angles(gait.standing)
+    beyond = (sent < calibration.low) | (sent > calibration.high)
+    if beyond.any() and not clip:
+        raise _refused_angle(sent, times, speed, gait, calibration)
+    held = np.clip(sent, calibration.low, calibration.high)
+    last = times[-1] if loop is None else loop.start
+    inside = frames <= last
+    off = np.abs(_between(frames, times, held) - turned)[inside].max() if inside.any() else 0.0
+    found = Keyframes(
+        times / speed,
+        held,
+        np.clip(standing, calibration.low, calibration.high),
+        gait.joint_names,
+        int(beyond.sum()),
+        float(off),
+        loop_from,
+    )
+    _check_speed(found, calibration, speed, gait.frame_rate)
+    return found
+
+
+def _cycle(loop: Loop, frames: Floats, turned: Floats, wished: float) -> tuple[Floats, Floats, int]:
+    """Return times and angles up to the end of a loop, and the keyframe where it begins."""
+    count = max(round(loop.period / wished), 2)
+    interval = loop.period / count
+    first = int(np.ceil(loop.start / interval - 1e-9))
+    if (first + count) * interval > frames[-1] + 1e-9:  # the loop begins in the last cycle
+        first = max(int((frames[-1] + 1e-9) / interval) - count, 0)
+    times = np.arange(first + count + 1, dtype=np.float64) * interval
+    degrees = _between(times, frames, turned)
+    # What a cycle is off from the next one is spread over it, so that none begins with a jump.
+    jump = degrees[first] - degrees[-1]
+    degrees[first:] += np.linspace(0, 1, count + 1)[:, None] * jump
+    return times[:-1], degrees[:-1], first
+
+
+def _between(times: NDArray[Any], known: NDArray[Any], angles: Floats) -> Floats:
+    """Interpolate the angles at `times` linearly between those at `known`, (times, joints)."""
+    return np.stack([np.interp(times, known, column) for column in angles.T], axis=1)
+
+
+def _refused_angle(
+    sent: Floats, times: Floats, speed: float, gait: Gait, calibration: Calibration
+) -> GaitsimError:
+    """Return the error of the angle that is farthest beyond its limits."""
+    excess = np.maximum(calibration.low - sent, sent - calibration.high)
+    keyframe, joint = np.unravel_index(np.argmax(excess), excess.shape)
+    joints = int((excess > 0).any(axis=0).sum())
+    others = f", and {joints - 1} more joints leave theirs, too" if joints > 1 else ""
+    return GaitsimError(
+        f"{gait.joint_names[joint]} would turn to {sent[keyframe, joint]:.{DECIMALS}f}° at "
+        f"{times[keyframe] / speed * 1000:.0f} ms (frame {times[keyframe] * gait.frame_rate:.0f}), "
+        f"beyond the servo's range{others}",
+        where=calibration.source,
+        allowed=f"{calibration.low[joint]:g}° to {calibration.high[joint]:g}°",
+        remedy=f"give the range of your servos {calibration.limited_by}, or hold them to it with "
+        "--clip",
+    )
+
+
+def _check_speed(
+    found: Keyframes, calibration: Calibration, speed: float, frame_rate: float
+) -> None:
+    """Refuse a gait that its servos cannot follow."""
+    share = found.fastest / calibration.fastest
+    if share.max() <= 1 + ALMOST:
+        return
+    joint = int(share.argmax())
+    keyframe = int(np.abs(found._steps[:, joint]).argmax())
+    seconds = found.seconds[keyframe]
+    servo = [*calibration.joints.values()][joint].servo
+    named = f"the servo {servo} reaches" if servo else "is allowed"
+    slower = np.floor(speed / share.max() * 100) / 100
+    raise GaitsimError(
+        f"{found.joint_names[joint]} would turn at {found.fastest[joint]:.0f}°/s at "
+        f"{seconds * 1000:.0f} ms (frame {seconds * speed * frame_rate:.0f}), faster than {named}",
+        where=calibration.source,
+        allowed=f"up to {calibration.fastest[joint]:.0f}°/s",
+        remedy=f"play it slower, with --speed {max(slower, SLOWEST):g}: another gait, as the body "
+        "then leans and swings otherwise; or evolve it with slower servos",
+    )

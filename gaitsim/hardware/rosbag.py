@@ -1,0 +1,93 @@
+"""Gaits as rosbag2 recordings."""
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from gaitsim.errors import GaitsimError, RunError
+from gaitsim.hardware.trajectory import Trajectory
+from gaitsim.runs.files.atomic import sync_folder, writing
+from gaitsim.runs.files.drafts import draft_folder
+
+COMMANDS = "/joint_trajectory_controller/joint_trajectory"
+STATES = "/joint_states"
+VERSION = 8  # the newest that ROS 2 Humble reads
+_PARTS = (".db3", ".yaml")
+
+
+def write_bag(trajectory: Trajectory, path: Path) -> None:
+    """Write a rosbag2 in SQLite, a folder, which every release of ROS 2 from Humble on plays.
+
+    It holds the whole trajectory as one `trajectory_msgs/JointTrajectory` on the topic that a
+    `joint_trajectory_controller` reads, and the same positions as `sensor_msgs/JointState`, one
+    message a point, to look at. An earlier bag of that name is replaced.
+
+    Raises:
+        GaitsimError: the package rosbags is not installed.
+        RunError: it cannot be written, or there is something else of that name.
+    """
+    try:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise GaitsimError(
+            f"a rosbag2 needs the package {error.name}, which is not installed",
+            where="--format rosbag2",
+            remedy="pip install 'gaitsim[ros]'",
+        ) from None
+    _check_place(path)
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with writing(path), draft_folder(path.parent) as draft:
+        bag = draft / path.name  # a bag names its files after its folder
+        with Writer(bag, version=VERSION, storage_plugin=StoragePlugin.SQLITE3) as writer:
+            _fill(writer, store, trajectory)
+        shutil.rmtree(path, ignore_errors=True)
+        bag.replace(path)
+        sync_folder(path.parent)
+
+
+def _fill(writer: Any, store: Any, trajectory: Trajectory) -> None:
+    types = store.types
+    header, stamp = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
+    duration = types["builtin_interfaces/msg/Duration"]
+    point = types["trajectory_msgs/msg/JointTrajectoryPoint"]
+    whole, state = "trajectory_msgs/msg/JointTrajectory", "sensor_msgs/msg/JointState"
+    empty = trajectory.positions[0, :0]
+    names = list(trajectory.joint_names)
+    rows = [
+        (divmod(time, 10**9), time, position, velocity)
+        for time, position, velocity in zip(
+            trajectory.nanoseconds.tolist(),
+            trajectory.positions,
+            trajectory.velocities,
+            strict=True,
+        )
+    ]
+    points = [
+        point(position, velocity, empty, empty, duration(*parts))
+        for parts, _, position, velocity in rows
+    ]
+    # A header without a time: the controller begins when the message arrives.
+    message = types[whole](header(stamp(0, 0), ""), names, points)
+    commands = writer.add_connection(COMMANDS, whole, typestore=store)
+    writer.write(commands, 0, store.serialize_cdr(message, whole))
+    states = writer.add_connection(STATES, state, typestore=store)
+    for parts, time, position, velocity in rows:
+        message = types[state](header(stamp(*parts), ""), names, position, velocity, empty)
+        writer.write(states, time, store.serialize_cdr(message, state))
+
+
+def _check_place(path: Path) -> None:
+    """Refuse a path where something else than a bag is."""
+    if not path.parent.is_dir():
+        raise RunError(
+            f"cannot write {path}: there is no folder {path.parent}", remedy="make it first"
+        )
+    if not path.exists() and not path.is_symlink():
+        return
+    bag = path.is_dir() and not path.is_symlink() and (path / "metadata.yaml").is_file()
+    if not bag or any(part.suffix not in _PARTS for part in path.iterdir()):
+        raise RunError(
+            f"cannot write {path}: something else than a rosbag2 is there",
+            remedy="give the name of a new folder with --out",
+        )

@@ -1,0 +1,91 @@
+"""Write the template of a calibration, for a user to fill in."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import Gait, check_folder
+from gaitsim.hardware.calibration import BUSES, SCHEMA, Calibration
+from gaitsim.legged import SERVOS
+from gaitsim.runs.files.atomic import write_bytes
+
+_PLACES = {
+    "arduino": "board, channel  PCA9685 board (0 at 0x40, 1 at 0x41, …) and its output, 0 to 15",
+    "dynamixel": "id              of the servo on its bus, 0 to 252",
+    "feetech": "id              of the servo on its bus, 0 to 252",
+}
+_HEAD = """\
+# Calibration of a robot for `gaitsim export --format {format} --calibration FILE`.
+#
+# Angles are degrees of the servo from its centre: servo = direction × joint + offset.
+# As written here, the servos are at their centre when the robot stands: send them there, then fit
+# the horns. Measure what is different on your robot, one joint at a time, with the robot hung up.
+#
+#   {place}
+#   direction       1, or -1 where the servo turns against the joint
+#   offset          angle of the servo where the joint is at its zero, °
+#   min, max        how far the servo may turn before something touches, °
+{pulse}#   servo           its model: {servos}
+#   speed           largest speed in °/s; without it, the model's without load
+#
+# The docs, "From simulation to your robot", go through it step by step.
+
+schema = {schema}
+"""
+_PULSE = (
+    "#   pulse           µs at -90° and at 90° of the servo; extrapolate if it cannot reach them\n"
+)
+
+
+def template(gait: Gait, calibration: Calibration, format: str) -> str:
+    """Return the text of a calibration with comments, and the range of each joint in the gait."""
+    on_board = format == "arduino"
+    parts = [
+        _HEAD.format(
+            format=format,
+            place=_PLACES[format],
+            pulse=_PULSE if on_board else "",
+            servos=", ".join(name for name, servo in SERVOS.items() if servo.bus == BUSES[format])
+            + (", or none" if on_board else ""),
+            schema=SCHEMA,
+        )
+    ]
+    degrees = np.degrees(gait.angles)
+    speeds = np.abs(np.diff(degrees, axis=0)).max(axis=0) * gait.frame_rate
+    for index, (name, joint) in enumerate(calibration.joints.items()):
+        low, high = degrees[:, index].min(), degrees[:, index].max()
+        lines = [
+            "",
+            f"[joints.{json.dumps(name, ensure_ascii=False)}]"
+            f"  # in this gait {low:.1f}° to {high:.1f}°, up to {speeds[index]:.0f}°/s",
+        ]
+        if on_board:
+            lines += [f"board = {joint.board}", f"channel = {joint.channel}"]
+        else:
+            lines += [f"id = {joint.id}"]
+        lines += [f"direction = {joint.direction}", f"offset = {joint.offset}"]
+        lines += [f"min = {joint.min}", f"max = {joint.max}"]
+        if on_board:
+            lines += [f"pulse = [{joint.pulse[0]}, {joint.pulse[1]}]"]
+        lines += [f'servo = "{joint.servo}"']
+        parts.append("\n".join(lines) + "\n")
+    return "".join(parts)
+
+
+def write_template(gait: Gait, calibration: Calibration, format: str, path: Path) -> None:
+    """Write a calibration for a user to fill in.
+
+    Raises:
+        GaitsimError: the file exists, as it may hold what somebody measured.
+        RunError: it cannot be written.
+    """
+    check_folder(path)
+    if path.exists() or path.is_symlink():
+        raise GaitsimError(
+            f"{path} exists already",
+            where="--calibration-template",
+            allowed="the name of a new file, so that no calibration is lost",
+        )
+    write_bytes(path, template(gait, calibration, format).encode())

@@ -1,0 +1,120 @@
+"""Gaits as ROS 2 trajectories, from the standing pose and back to it."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import Gait, check_folder
+from gaitsim.hardware.keyframes import SLOWEST
+from gaitsim.runs.files.atomic import write_bytes
+
+Floats = NDArray[np.float64]
+
+RAMP = 2.0  # s, at least, from where the robot is to the gait, and from the gait to standing
+RAMP_SPEED = 0.5  # rad/s, mean of the fastest joint in a longer ramp
+ARGUMENT = 131_072  # bytes that Linux passes as one argument of a command, its end included
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Points of a `trajectory_msgs/JointTrajectory`.
+
+    Attributes:
+        joint_names: name of each joint.
+        nanoseconds: from the start to each point, (points,) int64; the first is above 0, so that
+            a controller moves there from where the robot is.
+        positions: (points, joints) rad: the gait, then the standing pose.
+        velocities: (points, joints) rad/s, at rest in the first point of the gait, the last one,
+            and in standing: with other velocities the splines of the ramps would overshoot.
+    """
+
+    joint_names: tuple[str, ...]
+    nanoseconds: NDArray[np.int64]
+    positions: Floats
+    velocities: Floats
+
+
+def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0) -> Trajectory:
+    """Return the trajectory of a gait.
+
+    The velocities are central differences of the positions, with which the cubic splines of a
+    `joint_trajectory_controller` pass smoothly through the points.
+
+    Args:
+        gait: the joint angles.
+        keyframe_ms: time from one point to the next; None for the frames of the gait.
+        speed: of playback; 1 is that of the simulation.
+
+    Raises:
+        GaitsimError: the speed is not one, or the gait has not two points.
+    """
+    if not SLOWEST <= speed <= 1 / SLOWEST:
+        raise GaitsimError(
+            f"a gait cannot be played at {speed:g} of its speed",
+            where="--speed",
+            allowed=f"{SLOWEST:g} to {1 / SLOWEST:g}; 1 is as simulated, 0.5 half as fast",
+        )
+    seconds = np.arange(len(gait.angles)) / gait.frame_rate / speed
+    positions = gait.angles
+    if keyframe_ms is not None:
+        known, seconds = seconds, np.arange(0, seconds[-1] + 5e-10, keyframe_ms / 1000)
+        columns = [np.interp(seconds, known, column) for column in gait.angles.T]
+        positions = np.stack(columns, axis=1)
+    if len(seconds) < 2:
+        raise GaitsimError(
+            "the gait is shorter than the time between two points",
+            where="" if keyframe_ms is None else f"--keyframe-ms {keyframe_ms}",
+        )
+    velocities = np.gradient(positions, float(seconds[1]), axis=0)
+    velocities[[0, -1]] = 0.0
+    seconds += _ramp(positions[0], gait.standing)
+    end = seconds[-1] + _ramp(positions[-1], gait.standing)
+    return Trajectory(
+        gait.joint_names,
+        np.rint(np.append(seconds, end) * 1e9).astype(np.int64),
+        np.ascontiguousarray(np.vstack([positions, gait.standing])),
+        np.ascontiguousarray(np.vstack([velocities, np.zeros_like(gait.standing)])),
+    )
+
+
+def goal_text(trajectory: Trajectory) -> str:
+    """Return the goal of a `control_msgs/action/FollowJointTrajectory` as YAML."""
+    lines = ["trajectory:", "  joint_names:"]
+    # A text in JSON is one in YAML, whatever a name holds.
+    lines += [f"  - {json.dumps(name)}" for name in trajectory.joint_names]
+    lines.append("  points:")
+    for time, position, velocity in zip(
+        trajectory.nanoseconds.tolist(), trajectory.positions, trajectory.velocities, strict=True
+    ):
+        seconds, nanoseconds = divmod(time, 10**9)
+        lines += [
+            f"  - positions: [{_numbers(position, 10)}]",
+            f"    velocities: [{_numbers(velocity, 6)}]",
+            f"    time_from_start: {{sec: {seconds}, nanosec: {nanoseconds}}}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def write_goal(trajectory: Trajectory, path: Path) -> int:
+    """Write the goal as YAML atomically; return its bytes.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    check_folder(path)
+    data = goal_text(trajectory).encode()
+    write_bytes(path, data)
+    return len(data)
+
+
+def _numbers(values: Floats, decimals: int) -> str:
+    return ", ".join(f"{value:.{decimals}f}" for value in (np.round(values, decimals) + 0.0))
+
+
+def _ramp(pose: Floats, standing: Floats) -> float:
+    """Return the time from one pose to the other, s."""
+    return max(RAMP, float(np.abs(pose - standing).max()) / RAMP_SPEED)

@@ -1,0 +1,30 @@
+// What the sketch uses of Arduino, with a clock that the test turns.
+#pragma once
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PROGMEM
+#define F(text) text
+#define HIGH 1
+#define LOW 0
+#define INPUT_PULLUP 2
+#define constrain(x, low, high) ((x) < (low) ? (low) : ((x) > (high) ? (high) : (x)))
+#define pgm_read_byte(address) (*(const uint8_t *)(address))
+#define pgm_read_word(address) (*(const uint16_t *)(address))
+
+static uint32_t clock_ms = 0;
+static bool button_down = false;
+inline uint32_t millis() { return clock_ms; }
+inline void pinMode(uint8_t, uint8_t) {}
+inline int digitalRead(uint8_t) { return button_down ? LOW : HIGH; }
+
+struct SerialPort {
+  const char *waiting = "";
+  void begin(long) {}
+  int available() { return strlen(waiting); }
+  char read() { return *waiting++; }
+  void println(const char *) {}
+};
+static SerialPort Serial;

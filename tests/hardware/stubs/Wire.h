@@ -1,0 +1,5 @@
+#pragma once
+struct TwoWire {
+  void setClock(unsigned long) {}
+};
+static TwoWire Wire;

@@ -1,0 +1,172 @@
+"""Calibrations: written, read, refused; goal positions of servo buses."""
+
+import csv
+import os
+
+import numpy as np
+import pytest
+
+from gaitsim.errors import GaitsimError
+from gaitsim.gait.files.writer import Gait
+from gaitsim.hardware.calibration import default_calibration, read_calibration
+from gaitsim.hardware.keyframes import keyframes_of
+from gaitsim.hardware.tables import write_ticks
+from gaitsim.hardware.template import template, write_template
+
+NAMES = ("L1 coxa", 'a "quoted" \\ joint', "knie µ")
+REST = np.array([0.0, 0.5, -1.0])
+
+
+def gait(*rows, rate=10.0):
+    return Gait(np.radians(np.array(rows, float)), NAMES, rate, 1, 0.0, REST)
+
+
+STEPS = gait([0, 10, -50], [10, -20, -60], [20, 30, -40])
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Write a template for a format, with replacements; return its path."""
+
+    def write(format="arduino", **changes):
+        text = template(STEPS, default_calibration(format, NAMES, REST), format)
+        for old, new in changes.items():
+            line = old.replace("_", " ")
+            assert line in text
+            text = text.replace(line, new, 1)
+        path = tmp_path / "robot.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("format", ["arduino", "dynamixel", "feetech"])
+def test_a_template_reads_back_as_the_default(file, format):
+    made, read = (
+        default_calibration(format, NAMES, REST),
+        read_calibration(file(format), format, NAMES),
+    )
+    assert read.joints == made.joints
+    # As the robot stands, servos are at their centre.
+    assert made.servo_angles(REST) == pytest.approx(np.zeros(3), abs=0.0051)
+
+
+def test_a_template_never_replaces_a_file(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text("measured")
+    with pytest.raises(GaitsimError, match="exists already"):
+        write_template(STEPS, default_calibration("arduino", NAMES, REST), "arduino", path)
+    assert path.read_text() == "measured"
+
+
+def test_an_order_of_its_own_changes_nothing(tmp_path):
+    sections = [f'[joints.{name}]\nid = {id}\nservo = "ax-12a"\ndirection = -1\n'
+                for id, name in ((7, "b"), (3, "a"))]  # fmt: skip
+    path = tmp_path / "robot.toml"
+    path.write_text("".join(sections))
+    found = read_calibration(path, "dynamixel", ("a", "b"))
+    assert [joint.id for joint in found.joints.values()] == [3, 7]
+    assert found.servo_angles(np.radians([10.0, 20.0])) == pytest.approx([-10, -20])
+
+
+@pytest.mark.parametrize(
+    ("servo", "format", "ends", "degree"),
+    [
+        ("ax-12a", "dynamixel", (0, 1023), 3.41),
+        ("xl430-w250", "dynamixel", (0, 4095), 11.378),
+        ("sts3215", "feetech", (0, 4095), 11.378),
+    ],
+)
+def test_goal_positions_by_the_data_sheets(tmp_path, servo, format, ends, degree):
+    made = default_calibration(format, NAMES, 0 * REST, servo)
+    low, high = next(iter(made.joints.values())).min, next(iter(made.joints.values())).max
+    rows = gait([low, 0, 10], [high, 0, 20], [0, 1, 30], rate=0.1)
+    write_ticks(keyframes_of(rows, made), made, tmp_path / "x.csv")
+    with (tmp_path / "x.csv").open(newline="") as text:
+        header, *found = csv.reader(text)
+    assert header == ["time_ms", "1", "2", "3"]
+    values = np.array(found, dtype=int)
+    assert values[:, 0].tolist() == [0, 10_000, 20_000]
+    assert tuple(values[:2, 1]) == ends
+    middle = values[2, 1]
+    assert middle in {(ends[1] + 1) // 2, ends[1] // 2}
+    assert values[:, 3] - middle == pytest.approx(np.array([10, 20, 30]) * degree, abs=1)
+
+
+def test_a_gait_beyond_a_limit_is_refused_with_joint_frame_and_value(file):
+    limited = read_calibration(file(**{"max_=_90.0": "max = 15"}), "arduino", NAMES)
+    with pytest.raises(GaitsimError) as error:
+        keyframes_of(STEPS, limited)
+    error.match(r"L1 coxa would turn to 20.00° at 200 ms \(frame 2\)")
+    error.match("robot.toml")
+    error.match("-90° to 15°")
+    assert keyframes_of(STEPS, limited, clip=True).degrees[2, 0] == 15
+
+
+def test_a_speed_that_the_servo_cannot_reach_is_refused_with_one_that_it_can(file):
+    named = read_calibration(file(**{'servo_=_""': 'servo = "mg995"'}), "arduino", NAMES)
+    quick = gait([0, 10, -50], [0, 10, -50], [50, 10, -50])  # 500°/s; an MG995 turns 353
+    with pytest.raises(GaitsimError) as error:
+        keyframes_of(quick, named)
+    error.match(r"L1 coxa would turn at 500°/s at 100 ms \(frame 1\), faster than the servo mg995")
+    error.match("up to 353°/s")
+    speed = float(error.value.remedy.split("--speed ")[1].split(":")[0])
+    assert speed == 0.7
+    assert keyframes_of(quick, named, speed=speed).fastest[0] < 353
+    with pytest.raises(GaitsimError):
+        keyframes_of(quick, named, speed=speed + 0.01)
+    own = read_calibration(file(**{'servo_=_""': "speed = 499.0"}), "arduino", NAMES)
+    with pytest.raises(GaitsimError, match="faster than is allowed"):
+        keyframes_of(quick, own)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"channel_=_1": "channel = 0"}, "have the same channel 0 of board 0"),
+        ({"channel_=_1": "channel = 99"}, "99 is not allowed"),
+        ({"channel_=_1": ""}, "is required for --format arduino"),
+        ({"direction_=_1": "direction = 0"}, "0 is not allowed"),
+        ({"offset_=_0.0": "offset = nan"}, "nan"),
+        ({"min_=_-90.0": "min = 91"}, "min 91 is not less than max 90"),
+        ({'servo_=_""': 'servo = "mg96"'}, "unknown servo"),
+        ({'servo_=_""': 'servo = "ax-12a"'}, "--format arduino cannot drive the servo ax-12a"),
+        ({'servo_=_""': 'servo = "mg995"\nmin_ = 1'}, "unknown key"),
+        ({"max_=_90.0": 'max = 120\nservo = "mg995"', 'servo_=_""': ""}, "than the servo mg995"),
+        ({"pulse_=_[600,_2400]": "pulse = [2400, 600]"}, "the shorter one first"),
+        ({'[joints."L1_coxa"]': '[joints."L1 koxa"]'}, "the gait does not have"),
+        ({'[joints."L1_coxa"]': '[joints."L1 koxa"]'}, "is missing"),
+        ({"schema_=_1": "schema = 2"}, "2 is not allowed"),
+        ({"schema_=_1": "joints = 3", '[joints."L1_coxa"]': "[other]"}, "not valid TOML"),
+        ({"schema_=_1": "]"}, "line 17"),
+    ],
+)  # fmt: skip
+def test_a_bad_calibration_is_refused(file, changes, says):
+    with pytest.raises(GaitsimError) as error:
+        read_calibration(file(**changes), "arduino", NAMES)
+    assert says in str(error.value)
+    assert "robot.toml" in str(error.value)
+
+
+def test_two_servos_of_one_id_and_a_servo_of_another_bus(file):
+    with pytest.raises(GaitsimError, match="have the same id 1"):
+        read_calibration(file("dynamixel", **{"id_=_2": "id = 1"}), "dynamixel", NAMES)
+    with pytest.raises(GaitsimError, match="--format feetech cannot drive the servo xl430-w250"):
+        read_calibration(file("dynamixel"), "feetech", NAMES)
+
+
+def test_files_that_are_none(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with (tmp_path / "long").open("wb") as long:
+        long.truncate(2**30)
+    (tmp_path / "bytes").write_bytes(b"\xff\xfe\x00")
+    for name, says in (
+        ("pipe", "not a regular file"),
+        ("long", "too large"),
+        ("bytes", "not a text file"),
+        ("missing", "No such file"),
+        (".", "Is a directory"),
+    ):
+        with pytest.raises(GaitsimError, match=says):
+            read_calibration(tmp_path / name, "arduino", NAMES)
