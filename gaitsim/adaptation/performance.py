@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Measure, Motion
 from gaitsim.errors import unknown
-from gaitsim.evaluation.scoring import moved, values_of
+from gaitsim.evaluation.scoring import moved
+from gaitsim.evaluation.values import values_of
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_errors
 

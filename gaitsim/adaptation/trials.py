@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitsim.adaptation.gaussian_process import Belief, posterior
 from gaitsim.adaptation.prior import Prior
 from gaitsim.adaptation.settings import Settings
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
+from gaitsim.gaussian_process import Belief, posterior
 from gaitsim.individual import Individual
 
 Measured = Callable[[Individual], float]

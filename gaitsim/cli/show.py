@@ -7,10 +7,12 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from gaitsim import toml
 from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json, RunName
 from gaitsim.cli.summary import champion_of, print_champion, to_dict
 from gaitsim.errors import RunError
+from gaitsim.evolution.transferability import RealityTests
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.background import background_process, last_failure
@@ -55,6 +57,7 @@ def _print_json(run: RunSnapshot) -> None:
     experiment, history = run.experiment, run.history
     champion = champion_of(run)
     members = run.members if history else None
+    tests = RealityTests.of(run.finished.state) if history else None
     start = run.start
     print_json(
         {
@@ -82,6 +85,7 @@ def _print_json(run: RunSnapshot) -> None:
             ],
             "pending": [str(change) for change in run.pending],
             "members": len(members.scores) if members else None,
+            "tests": tests.to_dicts() if tests else [],
             "champion": to_dict(champion) if champion else None,
             "figures": {name: float(history[FIGURE + name][-1]) for name in figures_of(history)},
             "fingerprint": run.fingerprint() if history else None,
@@ -131,6 +135,7 @@ def _print(run: RunSnapshot) -> None:
         console.print(f"{name} {number(history[FIGURE + name][-1])}")
     _print_stages(run, history)
     _print_members(run)
+    _print_tests(run)
     console.print()
     print_champion(run, champion_of(run))
 
@@ -149,6 +154,24 @@ def _print_members(run: RunSnapshot) -> None:
         f"{run.experiment.search.keeps} of {count:,} member{'s' * (count != 1)}: {ranges}\n"
         f"List them: {command('members', run.path)}"
     )
+
+
+def _print_tests(run: RunSnapshot) -> None:
+    """The tests in reality from which the search has learnt, in their order."""
+    tests = RealityTests.of(run.finished.state)
+    if tests is None or not tests.count:
+        return
+    unit = run.experiment.fitness.unit
+    scores = ("in simulation", "in reality", "disparity", "predicted")
+    columns = ["generation", *(f"{name}, {unit}" if unit else name for name in scores)]
+    rows = [
+        [str(row["generation"]), *(number(row[name]) for name in scores)]
+        for row in tests.to_dicts()
+    ]
+    rows[0][-1] = "–"  # nothing to predict from
+    output().print()
+    output().print(f"tests in reality, {toml.literal(run.experiment.transferability.reality)}:")
+    print_table(columns, rows, numbers=columns)
 
 
 def _note(run: RunSnapshot) -> str:

@@ -1,21 +1,18 @@
 """Evaluate one chunk of a population: move it, score it, and check the contract."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, Measure, Motion
-from gaitsim.errors import GaitsimError, nearest
+from gaitsim.contracts import Genomes, Motion
+from gaitsim.evaluation.values import values_read
 from gaitsim.evaluation.worlds import World, describe, drawn, in_world
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 
 Scores = NDArray[np.float64]
-TERM = "term:"
-"""Before the name of a term that a measure has, too."""
-
 LARGEST_SCORE = 1e100
 """Greatest magnitude of a score; an individual with a larger one has failed."""
 
@@ -70,7 +67,7 @@ def _evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     if not np.array_equal(lent, genomes):
         raise contract_error(body, "changes the genomes that it is given")
     evaluation = evaluate_motion(experiment, motion, len(genomes))
-    read = _values(experiment, check_motion(body, motion), evaluation)
+    read = values_read(experiment, check_motion(body, motion), evaluation.scores, evaluation.terms)
     # A channel may be a view of them.
     if not np.array_equal(lent, genomes):
         raise contract_error(experiment.entries["fitness"], "changes the motion that it is given")
@@ -145,56 +142,6 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
         reasons[index] = ", ".join(wrong) or "the sum of the terms is too large"
         scores[index] = -np.inf
     return Evaluation(scores, terms, reasons)
-
-
-def _values(experiment: Experiment, motion: Motion, evaluation: Evaluation) -> dict[str, Scores]:
-    """Return what the search reads beside the scores, each (population,) float64.
-
-    Raises:
-        GaitsimError: there is no such term or measure.
-        PluginError: the body or the search fails or breaks its contract; names its package.
-    """
-    with plugin_errors(experiment.entries["search"], "naming what it reads"):
-        names = experiment.search.reads()
-    if not names:
-        return {}
-    body, scores, terms = experiment.entries["organism"], evaluation.scores, evaluation.terms
-    with plugin_errors(body, "measuring a population"):
-        measures = experiment.organism.measures(motion)
-    found = {"score": scores, **terms, **{f"{TERM}{name}": term for name, term in terms.items()}}
-    if unknown := [name for name in names if name not in found and name not in measures]:
-        units = dict.fromkeys(["score", *terms], experiment.fitness.unit)
-        units |= {name: measure.unit for name, measure in measures.items()}
-        raise GaitsimError(
-            f"there is no term or measure {unknown[0]!r}",
-            where="section search of the experiment",
-            allowed=", ".join(f"{name} ({unit})" if unit else name for name, unit in units.items()),
-            remedy=nearest(unknown[0], list(units)),
-        )
-    for name in names:
-        if name not in measures:
-            continue
-        found[name] = values_of(body, measures, name, len(scores))
-    return {name: found[name] for name in names}
-
-
-def values_of(
-    body: Entry, measures: Mapping[str, Measure], name: str, population: int
-) -> NDArray[np.float64]:
-    """Return a copy of the values of a measure, (population,).
-
-    Raises:
-        PluginError: the body fails or breaks its contract; names its package.
-    """
-    with plugin_errors(body, f"measuring {name!r}"):
-        values = np.array(measures[name].values, np.float64)
-    if values.shape != (population,):
-        raise contract_error(
-            body,
-            f"gave the measure {name!r} the shape {values.shape}",
-            f"(population,) = ({population},)",
-        )
-    return values
 
 
 def _failures(body: Entry, motion: Motion) -> dict[int, str]:

@@ -9,7 +9,7 @@ import numpy as np
 from gaitsim.contracts.condition import SEED
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.streams import Purpose, stream
-from gaitsim.experiment import OWN_WORLD, WORLD, Experiment
+from gaitsim.experiment import NO_REALITY, OWN_WORLD, WORLD, Experiment
 from gaitsim.registry import plugin_errors
 
 World = Mapping[str, float]
@@ -81,6 +81,23 @@ def in_world(experiment: Experiment, world: World) -> Experiment:
     organism = experiment.organism
     told = {**getattr(organism, WORLD), **world}
     return replace(experiment, organism=organism.model_copy(update={WORLD: told}), worlds=OWN_WORLD)
+
+
+def in_reality(experiment: Experiment) -> Experiment:
+    """Return the experiment with its body in what stands for reality.
+
+    Raises:
+        ValueError: nothing does.
+    """
+    if experiment.reality is None:
+        raise ValueError("nothing stands for reality")
+    return replace(
+        experiment,
+        organism=experiment.reality,
+        reality=None,
+        transferability=NO_REALITY,
+        worlds=OWN_WORLD,
+    )
 
 
 def describe(world: World) -> str:

@@ -1,63 +1,25 @@
 """Ask an experiment's search for genomes and tell it their scores, and hold it to its contract."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
-from gaitsim.contracts import Array, Context, Genomes, GenomeSpace, Members, Results, State
-from gaitsim.contracts.search import STATE_DTYPES
+from gaitsim.contracts import Array, Genomes, GenomeSpace, Members, Results, State
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evaluation.streams import Purpose, stream
-from gaitsim.evolution.operators import ExperimentOperators, repaired
+from gaitsim.evaluation.streams import Purpose
+from gaitsim.evolution.context import checked_state, context
+from gaitsim.evolution.transferability import (
+    RealityTests,
+    keeping,
+    own,
+    pooled,
+    predicted,
+    retested,
+    tested,
+)
 from gaitsim.experiment import Experiment
 from gaitsim.registry import contract_error, plugin_errors
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Checked(Context):
-    """A context that blames the body for genomes that are not of its space."""
-
-    experiment: Experiment
-
-    def random(self, count: int) -> Genomes:
-        body = self.experiment.entries["organism"]
-        with plugin_errors(body, "drawing genomes"):
-            genomes = self.space.random(count, self.rng)
-            belongs = self.space.contains(genomes) and len(genomes) == count
-        if not belongs:
-            raise contract_error(body, "draws genomes that are not of its own space")
-        return genomes
-
-    def repair(self, genomes: Genomes) -> Genomes:
-        return repaired(self.experiment, self.space, genomes)
-
-
-def context(
-    experiment: Experiment,
-    space: GenomeSpace,
-    generation: int,
-    purpose: Purpose,
-    *,
-    island: int = 0,
-    populations: tuple[int, ...] = (),
-    start: Array | None = None,
-) -> Context:
-    """Return what the search of an experiment works with in one call."""
-    operators = None
-    if experiment.search.operators:
-        operators = ExperimentOperators(experiment, space, generation, island)
-    return _Checked(
-        space=space,
-        population=experiment.evolution.population,
-        generation=generation,
-        rng=stream(experiment.seed, generation, purpose, island),
-        start=start,
-        populations=populations,
-        operators=operators,
-        experiment=experiment,
-    )
 
 
 def initial_state(
@@ -73,7 +35,8 @@ def initial_state(
         state = experiment.search.initial(
             context(experiment, space, 1, Purpose.STATE, island=island, start=start)
         )
-    return _checked_state(experiment, state)
+    tests = None if experiment.reality is None else RealityTests.none(space)
+    return checked_state(experiment, state, tests)
 
 
 def ask(
@@ -116,8 +79,11 @@ def ask(
         populations=populations,
         start=start,
     )
+    tests = RealityTests.of(state)
+    if tests is not None and last is not None:
+        last = predicted(experiment, tests, last)
     with plugin_errors(entry, "being asked for genomes"):
-        genomes, state = experiment.search.ask(state, last, asked)
+        genomes, found = experiment.search.ask(own(state), last, asked)
     shape = (*populations, experiment.evolution.population, space.genes)
     if not (isinstance(genomes, np.ndarray) and genomes.shape == shape):
         raise contract_error(
@@ -129,7 +95,7 @@ def ask(
         raise contract_error(
             entry, "asks for genomes outside the space of the body", "genomes within its bounds"
         )
-    return genomes, _checked_state(experiment, state)
+    return genomes, checked_state(experiment, found, tests)
 
 
 def first_population(experiment: Experiment) -> Genomes:
@@ -155,11 +121,61 @@ def tell(
     Raises:
         PluginError: the search fails or breaks its contract; names its package.
     """
+    tests, before = RealityTests.of(state), own(state)
+    if tests is None:
+        return _told(experiment, space, before, results, generation, island)
+    after = _told(
+        experiment, space, before, predicted(experiment, tests, results), generation, island
+    )
+    pool = pooled(tests, remembered(experiment, before), results)
+    tests, kept = keeping(tests, pool, remembered(experiment, after))
+    if (generation - 1) % experiment.transferability.every == 0:
+        more = tested(experiment, tests, kept, generation)
+        if more is not None:
+            again = predicted(experiment, more, kept)
+            after = _rescored(experiment, space, after, again, generation, island)
+            tests, _ = keeping(more, kept, remembered(experiment, after))
+    return checked_state(experiment, after, tests)
+
+
+def _told(
+    experiment: Experiment,
+    space: GenomeSpace,
+    state: State,
+    results: Results,
+    generation: int,
+    island: int,
+) -> State:
     with plugin_errors(experiment.entries["search"], "being told scores"):
         state = experiment.search.tell(
             state, results, context(experiment, space, generation, Purpose.TELL, island=island)
         )
-    return _checked_state(experiment, state)
+    return checked_state(experiment, state)
+
+
+def _rescored(
+    experiment: Experiment,
+    space: GenomeSpace,
+    state: State,
+    results: Results,
+    generation: int,
+    island: int = 0,
+) -> State:
+    told = context(experiment, space, generation, Purpose.TELL, island=island)
+    with plugin_errors(experiment.entries["search"], "being told new scores"):
+        state = experiment.search.rescored(state, results, told)
+    return checked_state(experiment, state)
+
+
+def remembered(experiment: Experiment, state: State) -> Genomes:
+    """Return the genomes whose scores the state holds, (genomes, genes), perhaps none.
+
+    Raises:
+        PluginError: the search fails; names its package.
+    """
+    with plugin_errors(experiment.entries["search"], "recalling genomes"):
+        genomes = experiment.search.remembered(own(state))
+    return experiment.space().random(0, np.random.default_rng(0)) if genomes is None else genomes
 
 
 def results(genomes: Genomes, evaluation: Evaluation) -> Results:
@@ -181,16 +197,20 @@ def rescored(
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
-    entry, space = experiment.entries["search"], experiment.space()
-    with plugin_errors(entry, "recalling genomes"):
-        genomes = experiment.search.remembered(state)
-    if genomes is None or not len(genomes):
+    space, tests = experiment.space(), RealityTests.of(state)
+    genomes = remembered(experiment, state)
+    if not len(genomes):
         return state, 0
     again = results(genomes, evaluate(genomes))
-    with plugin_errors(entry, "being told new scores"):
-        told = context(experiment, space, generation, Purpose.TELL)
-        state = experiment.search.rescored(state, again, told)
-    return _checked_state(experiment, state), len(genomes)
+    if tests is None:
+        return _rescored(experiment, space, state, again, generation), len(genomes)
+    if tests.count:
+        tests = retested(experiment, tests, evaluate(tests.genomes), again)
+    after = _rescored(
+        experiment, space, own(state), predicted(experiment, tests, again), generation
+    )
+    tests, _ = keeping(tests, again, remembered(experiment, after))
+    return checked_state(experiment, after, tests), len(genomes) + tests.count
 
 
 def figures(experiment: Experiment, state: State) -> dict[str, float]:
@@ -201,7 +221,7 @@ def figures(experiment: Experiment, state: State) -> dict[str, float]:
     """
     entry = experiment.entries["search"]
     with plugin_errors(entry, "describing its state"):
-        found = experiment.search.figures(state)
+        found = experiment.search.figures(own(state))
         return {str(name): float(value) for name, value in found.items()}
 
 
@@ -212,7 +232,7 @@ def members(experiment: Experiment, state: State) -> Members | None:
         PluginError: the search fails; names its package.
     """
     with plugin_errors(experiment.entries["search"], "listing its members"):
-        return experiment.search.members(state)
+        return experiment.search.members(own(state))
 
 
 def state_mismatch(experiment: Experiment, state: Mapping[str, Array], generation: int) -> str:
@@ -223,29 +243,14 @@ def state_mismatch(experiment: Experiment, state: Mapping[str, Array], generatio
     """
     asked = context(experiment, experiment.space(), generation + 1, Purpose.STATE)
     try:
-        return experiment.search.mismatch(state, asked)
+        wrong = experiment.search.mismatch(own(state), asked)
+        tests = None if experiment.reality is None else RealityTests.of(state)
+        if wrong or experiment.reality is None:
+            return wrong
+        return tests.mismatch(asked.space.genes) if tests else "it lacks the tests in reality"
     except KeyError as error:
         return f"it lacks the array {error.args[0]!r}"
     except GaitsimError:
         raise
     except Exception as error:
         return f"it cannot be read: {error}"
-
-
-def _checked_state(experiment: Experiment, state: State) -> State:
-    """Return a state as plain arrays that a checkpoint can hold."""
-    entry = experiment.entries["search"]
-    if not isinstance(state, Mapping):
-        raise contract_error(entry, f"returned a {type(state).__name__} as its state", "a mapping")
-    for name, values in state.items():
-        if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
-            raise contract_error(entry, f"names an array of its state {name!r:.80}", "a short text")
-        if not isinstance(values, np.ndarray) or values.dtype.str not in STATE_DTYPES:
-            kind = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
-            raise contract_error(
-                entry,
-                f"keeps {name!r} in its state as {kind}",
-                "arrays of float64, int64, uint8 or bool",
-            )
-        values.setflags(write=False)
-    return state

@@ -19,16 +19,26 @@ from gaitsim.experiment.model import (
 from gaitsim.experiment.outline import ExperimentOutline, read_outline
 from gaitsim.experiment.overrides import parse_assignments
 from gaitsim.experiment.problems import Overrides, Typed
+from gaitsim.experiment.transferability import (
+    FEATURES,
+    NO_REALITY,
+    TRANSFERABILITY,
+    Transferability,
+)
 
 __all__ = [
+    "FEATURES",
+    "NO_REALITY",
     "OWN_WORLD",
     "SCHEMA",
+    "TRANSFERABILITY",
     "WORLD",
     "Evolution",
     "Experiment",
     "ExperimentOutline",
     "Islands",
     "Overrides",
+    "Transferability",
     "Typed",
     "Worlds",
     "load_atlas",

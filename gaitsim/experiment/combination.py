@@ -17,6 +17,7 @@ from gaitsim.contracts import (
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment.model import WORLD, Evolution, Islands, Worlds, space_of
 from gaitsim.experiment.problems import Problems
+from gaitsim.experiment.transferability import NO_REALITY, TRANSFERABILITY, Transferability
 from gaitsim.registry import Entry
 from gaitsim.registry.class_validation import PLUGIN
 
@@ -119,6 +120,57 @@ def check_worlds(
                 f"{low:g} to {high:g} is not a range of this condition",
                 f"[lowest, highest], from {one.least:g} to {one.most:g} {one.unit}".rstrip(),
             )
+
+
+def check_transferability(
+    options: Transferability,
+    entries: Mapping[str, Entry],
+    plugins: Mapping[str, Any],
+    problems: Problems,
+) -> Transferability:
+    """Refuse tests in reality that nothing reads, and a search that reads tests not made.
+
+    Returns:
+        The options; without reality where an override chose a search that does not read them.
+    """
+    search: Search | None = plugins.get("search")
+    if search is None:
+        return options
+    try:
+        with registry.plugin_errors(entries["search"], "naming what it reads"):
+            reads = TRANSFERABILITY in search.reads()
+    except GaitsimError as error:
+        problems.of_plugin(f"search.{PLUGIN}", error)
+        return options
+    if reads and not options.reality:
+        problems.report(
+            f"{TRANSFERABILITY}.reality",
+            f"the search reads {TRANSFERABILITY!r}, but nothing stands for reality",
+            "options of the body, such as { world = { friction = 0.3 } }",
+            f"add a section [{TRANSFERABILITY}] with reality = {{ … }}",
+        )
+    elif options.reality and not reads:
+        asked = [key for key in problems.overrides if key.partition(".")[0] == TRANSFERABILITY]
+        if not asked and f"search.{PLUGIN}" in problems.overrides:
+            return NO_REALITY
+        problems.report(
+            asked[0] if asked else TRANSFERABILITY,
+            f"the search {entries['search'].name!r} does not read {TRANSFERABILITY!r}",
+            f'a search that does, such as nsga-2 with objectives.{TRANSFERABILITY} = "max"',
+            f"name it there, or remove the section [{TRANSFERABILITY}]",
+        )
+    return options
+
+
+def check_reality(reality: Organism, entry: Entry, organism: Organism, problems: Problems) -> None:
+    """Refuse a body in reality that has other genes.
+
+    Raises:
+        PluginError: the body cannot name its genes.
+    """
+    if space_of(entry, reality).labels != space_of(entry, organism).labels:
+        key = f"{TRANSFERABILITY}.reality"
+        problems.report(key, "the body in reality has other genes", "options that keep the genome")
 
 
 def check_pairing(

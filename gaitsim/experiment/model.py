@@ -18,6 +18,7 @@ from gaitsim.contracts import (
     Selection,
     option,
 )
+from gaitsim.experiment.transferability import NO_REALITY, TRANSFERABILITY, Transferability
 from gaitsim.registry import KINDS, Entry, contract_error, options, plugin_errors
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -135,6 +136,8 @@ class Experiment(ReprMixin):
         entries: where each plugin comes from, by kind.
         islands: in how many populations the search is parted.
         worlds: in which each individual is evaluated.
+        transferability: what stands for reality, and how its difference is learnt.
+        reality: the body in reality; None where nothing stands for it.
         selection, crossover, mutation: the operators, for a search that uses them.
     """
 
@@ -148,6 +151,8 @@ class Experiment(ReprMixin):
     entries: Mapping[str, Entry]
     islands: Islands = ONE_ISLAND
     worlds: Worlds = OWN_WORLD
+    transferability: Transferability = NO_REALITY
+    reality: Organism | None = None
     selection: Selection | None = None
     crossover: Crossover | None = None
     mutation: Mutation | None = None
@@ -195,6 +200,8 @@ class Experiment(ReprMixin):
             document["islands"] = _table(self.islands, {}, brief)
         if WORLD in type(self.organism).model_fields:
             document["worlds"] = _table(self.worlds, {}, brief)
+        if self.reality is not None:
+            document[TRANSFERABILITY] = _table(self.transferability, {}, brief)
         for kind in self.kinds:
             entry = self.entries[kind]
             with plugin_errors(entry, "writing its options"):

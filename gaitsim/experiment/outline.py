@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from gaitsim import toml
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment.model import DEFAULT_SEARCH, Evolution, Islands, Worlds
+from gaitsim.experiment.transferability import TRANSFERABILITY
 from gaitsim.registry import KINDS
 from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 
@@ -53,6 +54,8 @@ class ExperimentOutline:
             found["islands"] = dict(islands)
         if self.worlds.number:
             found["worlds"] = dict(self.sections["worlds"])
+        if tested := self.sections.get(TRANSFERABILITY):
+            found[TRANSFERABILITY] = dict(tested)
         return {"": {"seed": self.seed}, **found}
 
     def options(self) -> dict[str, Any]:

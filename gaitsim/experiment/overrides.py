@@ -9,12 +9,13 @@ import numpy as np
 from gaitsim.errors import ExperimentError, GaitsimError, nearest
 from gaitsim.experiment.model import Evolution, Islands, Worlds
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems, Typed
+from gaitsim.experiment.transferability import TRANSFERABILITY, Transferability
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.toml import literal, text
 
 HEAD = ("schema", "name", "description", "seed")
-SECTIONS = ("evolution", "islands", "worlds", *KINDS)
+SECTIONS = ("evolution", "islands", "worlds", TRANSFERABILITY, *KINDS)
 _EXAMPLE = "as mutation.rate=0.1"
 
 
@@ -119,6 +120,7 @@ def _owner(data: dict[str, Any], name: str) -> str:
     """'did you mean …?' for an option given without its section, or ''."""
     options_of = {"evolution": Evolution.model_fields, "islands": Islands.model_fields}
     options_of["worlds"] = Worlds.model_fields
+    options_of[TRANSFERABILITY] = Transferability.model_fields
     options_of |= {kind: data[kind] for kind in KINDS if isinstance(data.get(kind), dict)}
     owners = [section for section, known in options_of.items() if name in known]
     return f"did you mean {f'{owners[0]}.{name}'!r}?" if owners else ""

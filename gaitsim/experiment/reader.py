@@ -2,6 +2,7 @@
 
 import json
 import unicodedata
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,7 +15,9 @@ from gaitsim.experiment.combination import (
     check_combination,
     check_islands,
     check_pairing,
+    check_reality,
     check_search,
+    check_transferability,
     check_worlds,
 )
 from gaitsim.experiment.model import (
@@ -27,6 +30,7 @@ from gaitsim.experiment.model import (
 )
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems
+from gaitsim.experiment.transferability import TRANSFERABILITY, Transferability
 from gaitsim.registry import KINDS, Entry, options, plugin_errors
 from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 from gaitsim.toml import literal
@@ -91,6 +95,7 @@ class Reader:
         evolution = self._options("evolution", Evolution)
         islands = self._options("islands", Islands)
         worlds = self._options("worlds", Worlds)
+        transferability = self._options(TRANSFERABILITY, Transferability)
         for kind in KINDS:
             if kind not in OPERATORS or self._uses(kind):
                 self._read_plugin(kind)
@@ -102,7 +107,12 @@ class Reader:
         check_combination(entries, plugins, problems)
         if worlds is not None:
             check_worlds(worlds, entries, plugins, problems)
-        if problems.found or evolution is None or islands is None or worlds is None:
+        reality = None
+        if transferability is not None:
+            transferability = check_transferability(transferability, entries, plugins, problems)
+            reality = self._reality(transferability.reality)
+            transferability = transferability.resolved(reality)
+        if problems.found or not (evolution and islands and worlds and transferability):
             raise ExperimentError(problems.found)
         return Experiment(
             name,
@@ -113,6 +123,8 @@ class Reader:
             entries=entries,
             islands=islands,
             worlds=worlds,
+            transferability=transferability,
+            reality=reality,
         )
 
     def _uses(self, kind: str) -> bool:
@@ -135,6 +147,23 @@ class Reader:
                 f"that does: {DEFAULT_SEARCH}",
             )
         return False
+
+    def _reality(self, given: Mapping[str, Any]) -> Organism | None:
+        """Return the body with the options that stand for reality; None without any."""
+        organism: Organism | None = self._plugins.get("organism")
+        if organism is None or not given:
+            return None
+        key, entry = f"{TRANSFERABILITY}.reality", self._entries["organism"]
+        try:
+            with plugin_errors(entry, "taking its options in reality"):
+                told = {**options.values(organism), **given}
+                reality = self._options(key, type(organism), told)
+            if reality is not None:
+                check_reality(reality, entry, organism, self._problems)
+            return reality
+        except GaitsimError as error:
+            self._problems.of_plugin(key, error)
+            return None
 
     def read_organism(self) -> tuple[Entry, Organism]:
         """Return the body alone, whatever is wrong with the rest.
@@ -241,8 +270,8 @@ class Reader:
         what = "is a list of sections, [[…]]" if listed else f"is {literal(value)}, not a section"
         self._report(section, f"{section} {what}", f"[{section}] and below it {example}")
 
-    def _options(self, section: str, model: type[_Model]) -> _Model | None:
-        given = self._data.get(section, {})
+    def _options(self, section: str, model: type[_Model], given: Any = None) -> _Model | None:
+        given = self._data.get(section, {}) if given is None else given
         if not isinstance(given, dict):
             self._not_a_section(section, given, "population = 100")
             return None

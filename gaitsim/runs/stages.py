@@ -7,7 +7,13 @@ from typing import Any
 from pydantic_core import to_jsonable_python
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment, ExperimentOutline, parse_experiment, read_outline
+from gaitsim.experiment import (
+    TRANSFERABILITY,
+    Experiment,
+    ExperimentOutline,
+    parse_experiment,
+    read_outline,
+)
 from gaitsim.registry import load_class
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
@@ -42,7 +48,7 @@ class Change:
     @property
     def reevaluates(self) -> bool:
         """Whether scores before and after the change cannot be compared."""
-        return self.key.split(".")[0] in SCORING
+        return self.key.split(".")[0] in (*SCORING, TRANSFERABILITY)
 
 
 @dataclass(frozen=True)

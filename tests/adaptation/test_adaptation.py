@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from gaitsim.adaptation import Prior, Settings, adapt, best_of, ending, propose, read_prior
-from gaitsim.adaptation.gaussian_process import posterior
 from gaitsim.adaptation.simulation import in_simulation
 from gaitsim.adaptation.transfer import most_promising, transferred
 from gaitsim.adaptation.trials import Trial, believe, tried
@@ -18,6 +17,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import on_twin
 from gaitsim.gait.damaged import with_damage
+from gaitsim.gaussian_process import posterior
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -29,6 +29,8 @@ class Puppet(Organism):
 
     pause: float = option(0.0, "how long several think before they move", unit="s", ge=0)
 
+    load: float = option(0.0, "weight by which the first joint reaches less", unit="kg", ge=0)
+
     threads: ClassVar[bool] = False
     channels: ClassVar[Mapping[str, Channel]] = {
         "joint_angles": Channel(("frames", "joints"), "rad", "angles"),
@@ -45,8 +47,12 @@ class Puppet(Organism):
         return Motion(
             4.0,
             {"joint_angles": genomes[:, None] * steps},
-            {("reach",): lambda: {"reach": np.sin(genomes).sum(axis=1)}},
+            {("reach",): lambda: {"reach": self._reach(genomes)}},
         )
+
+    def _reach(self, genomes):
+        reach = np.sin(genomes).sum(axis=1)
+        return reach - self.load * np.abs(genomes[:, 0]) if self.load else reach
 
     def skeleton(self, motion, individual):
         return Skeleton(np.zeros((FRAMES, 3, 2, 3)), ("a", "b", "c"), motion.frame_rate)

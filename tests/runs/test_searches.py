@@ -32,18 +32,29 @@ NEEDED = {
 }
 """Options without a default."""
 
+TESTED = "nsga-2 with tests in reality"
+REALITY = [
+    "search.plugin=nsga-2",
+    "search.objectives.score=max",
+    "search.objectives.transferability=max",
+    "transferability.reality.load=0.5",
+    "transferability.every=2",
+    "transferability.features=['reach', 'price']",
+]
 VORONOI = "map-elites over Voronoi cells"
 AXES = [f"search.axes.{name}=[-2, 3]" for name in ("reach", "price", "score", "term:reach")]
 ALL = [name for name in entries("search") if name != "puppet"]
 
 
-@pytest.fixture(params=[*ALL, VORONOI])
+@pytest.fixture(params=[*ALL, VORONOI, TESTED])
 def searching(request, puppet):
     """Makes an experiment of puppets with each installed search."""
     name = request.param
     chosen = [] if name == "genetic" else [f"search.plugin={name}", *NEEDED.get(name, [])]
     if name == VORONOI:
         chosen = ["search.plugin=map-elites", *AXES, "search.cells=20"]
+    if name == TESTED:
+        chosen = REALITY
     return lambda *more: puppet("evolution.population=12", *chosen, *more)
 
 

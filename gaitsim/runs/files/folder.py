@@ -10,6 +10,7 @@ from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.evaluation.serialized import prepare
+from gaitsim.evaluation.worlds import in_reality
 from gaitsim.experiment import Experiment
 from gaitsim.opening import is_folder
 from gaitsim.runs.files.atomic import sync_folder, write_bytes, writing
@@ -239,6 +240,8 @@ def create_run(
     check_size(experiment)
     if experiment.search.reads():
         prepare(experiment)  # refuses the names of terms and measures that are not there
+    if experiment.reality is not None:
+        prepare(in_reality(experiment))  # refuses a reality that cannot be simulated
     wanted = RUNS / experiment.name if out is None else out
     files: dict[str, str | bytes] = {EXPERIMENT: experiment.to_toml()}
     if start is not None:

@@ -1,0 +1,92 @@
+"""The terms and measures that a search and the transferability model read."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Measure, Motion
+from gaitsim.errors import GaitsimError, nearest
+from gaitsim.experiment import FEATURES, TRANSFERABILITY, Experiment
+from gaitsim.registry import Entry, contract_error, plugin_errors
+
+Scores = NDArray[np.float64]
+TERM = "term:"
+"""Before the name of a term that a measure has, too."""
+
+
+def values_read(
+    experiment: Experiment, motion: Motion, scores: Scores, terms: Mapping[str, Scores]
+) -> dict[str, Scores]:
+    """Return what is read beside the scores, by name, each (population,) float64.
+
+    The search reads its objectives or axes; if something stands for reality, the transferability
+    model reads its features. The transferability itself is predicted later.
+
+    Args:
+        experiment: of the motion.
+        motion: of a population.
+        scores: of this population, (population,).
+        terms: of these scores by name, each (population,).
+
+    Raises:
+        GaitsimError: there is no such term or measure.
+        PluginError: the body or the search fails or breaks its contract; names its package.
+    """
+    with plugin_errors(experiment.entries["search"], "naming what it reads"):
+        names = [name for name in experiment.search.reads() if name != TRANSFERABILITY]
+    if not names and experiment.reality is None:
+        return {}
+    body = experiment.entries["organism"]
+    with plugin_errors(body, "measuring a population"):
+        measures = experiment.organism.measures(motion)
+    readers = dict.fromkeys(_features(experiment, measures), TRANSFERABILITY)
+    readers |= dict.fromkeys(names, "search")
+    found = {"score": scores, **terms, **{f"{TERM}{name}": term for name, term in terms.items()}}
+    if unknown := [name for name in readers if name not in found and name not in measures]:
+        units = dict.fromkeys(["score", *terms], experiment.fitness.unit)
+        units |= {name: measure.unit for name, measure in measures.items()}
+        raise GaitsimError(
+            f"there is no term or measure {unknown[0]!r}",
+            where=f"section {readers[unknown[0]]} of the experiment",
+            allowed=", ".join(f"{name} ({unit})" if unit else name for name, unit in units.items()),
+            remedy=nearest(unknown[0], list(units)),
+        )
+    for name in readers:
+        if name in measures:
+            found[name] = values_of(body, measures, name, len(scores))
+    return {name: found[name] for name in readers}
+
+
+def _features(experiment: Experiment, measures: Mapping[str, Measure]) -> tuple[str, ...]:
+    """Return the names of the features of the transferability model; () without reality."""
+    if experiment.reality is None:
+        return ()
+    if features := experiment.transferability.features:
+        return features
+    if features := tuple(name for name in FEATURES if name in measures):
+        return features
+    raise GaitsimError(
+        f"the body {experiment.entries['organism'].name!r} has none of the usual features",
+        where=f"key {TRANSFERABILITY}.features",
+        allowed=f"some of its measures: {', '.join(measures)}",
+    )
+
+
+def values_of(
+    body: Entry, measures: Mapping[str, Measure], name: str, population: int
+) -> NDArray[np.float64]:
+    """Return a copy of the values of a measure, (population,).
+
+    Raises:
+        PluginError: the body fails or breaks its contract; names its package.
+    """
+    with plugin_errors(body, f"measuring {name!r}"):
+        values = np.array(measures[name].values, np.float64)
+    if values.shape != (population,):
+        raise contract_error(
+            body,
+            f"gave the measure {name!r} the shape {values.shape}",
+            f"(population,) = ({population},)",
+        )
+    return values

@@ -1,0 +1,82 @@
+"""What a search works with in one call, and the check of the state that it returns."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitsim.contracts import Array, Context, Genomes, GenomeSpace, State
+from gaitsim.contracts.search import STATE_DTYPES
+from gaitsim.evaluation.streams import Purpose, stream
+from gaitsim.evolution.operators import ExperimentOperators, repaired
+from gaitsim.evolution.transferability import RealityTests
+from gaitsim.experiment import Experiment
+from gaitsim.registry import contract_error, plugin_errors
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Checked(Context):
+    """A context that blames the body for genomes that are not of its space."""
+
+    experiment: Experiment
+
+    def random(self, count: int) -> Genomes:
+        body = self.experiment.entries["organism"]
+        with plugin_errors(body, "drawing genomes"):
+            genomes = self.space.random(count, self.rng)
+            belongs = self.space.contains(genomes) and len(genomes) == count
+        if not belongs:
+            raise contract_error(body, "draws genomes that are not of its own space")
+        return genomes
+
+    def repair(self, genomes: Genomes) -> Genomes:
+        return repaired(self.experiment, self.space, genomes)
+
+
+def context(
+    experiment: Experiment,
+    space: GenomeSpace,
+    generation: int,
+    purpose: Purpose,
+    *,
+    island: int = 0,
+    populations: tuple[int, ...] = (),
+    start: Array | None = None,
+) -> Context:
+    """Return what the search of an experiment works with in one call."""
+    operators = None
+    if experiment.search.operators:
+        operators = ExperimentOperators(experiment, space, generation, island)
+    return _Checked(
+        space=space,
+        population=experiment.evolution.population,
+        generation=generation,
+        rng=stream(experiment.seed, generation, purpose, island),
+        start=start,
+        populations=populations,
+        operators=operators,
+        experiment=experiment,
+    )
+
+
+def checked_state(experiment: Experiment, state: State, tests: RealityTests | None = None) -> State:
+    """Return a state as plain arrays that a checkpoint can hold, with the tests in reality.
+
+    Raises:
+        PluginError: the search breaks its contract; names its package.
+    """
+    entry = experiment.entries["search"]
+    if not isinstance(state, Mapping):
+        raise contract_error(entry, f"returned a {type(state).__name__} as its state", "a mapping")
+    for name, values in state.items():
+        if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
+            raise contract_error(entry, f"names an array of its state {name!r:.80}", "a short text")
+        if not isinstance(values, np.ndarray) or values.dtype.str not in STATE_DTYPES:
+            kind = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
+            raise contract_error(
+                entry,
+                f"keeps {name!r} in its state as {kind}",
+                "arrays of float64, int64, uint8 or bool",
+            )
+        values.setflags(write=False)
+    return {**state, **tests.arrays()} if tests is not None else state

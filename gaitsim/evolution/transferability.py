@@ -1,0 +1,283 @@
+"""The transferability approach: a few tests in reality teach a search what not to rely on.
+
+    evaluated ─▶ transferability predicted from the tests ─▶ tell ─▶ every so many generations,
+    one individual is tested in reality ─▶ those that the search keeps are predicted anew
+
+Source: Koos, Mouret and Doncieux 2013, "The transferability approach: crossing the reality gap in
+evolutionary robotics": the disparity between simulation and reality is learnt by Kriging over a few
+features of behaviour. Tested is the individual whose behaviour differs most from those tested
+before. Here, the disparity is the absolute difference between the scores.
+
+What the model knows is kept as arrays in the state of the search, under names of its own, so that
+every checkpoint holds it.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Array, Genomes, GenomeSpace, Results, State
+from gaitsim.evaluation import Evaluation, evaluate
+from gaitsim.evaluation.worlds import in_reality
+from gaitsim.experiment import FEATURES, TRANSFERABILITY, Experiment
+from gaitsim.gaussian_process import posterior
+
+Floats = NDArray[np.float64]
+
+PREFIX = f"{TRANSFERABILITY}: "
+"""Before the names of the model's arrays in the state of a search."""
+
+NOISE = 0.01
+"""Variance of a disparity that was tested, in shares of that between individuals."""
+
+
+@dataclass(frozen=True, eq=False)
+class RealityTests:
+    """The tests in reality so far, and the values of the individuals that the search keeps.
+
+    Attributes:
+        genomes: individuals tested, (tests, genes).
+        generations: in which they were tested, (tests,) int64.
+        features: of their simulated motion, (tests, features).
+        simulated: their scores in simulation, (tests,).
+        real: their scores in reality, (tests,); −inf for those that failed there.
+        predicted: disparity that was predicted before the test, (tests,); 0 for the first.
+        centre: value of each feature that counts as 0, (features,).
+        spread: distance from it that counts as 1, (features,).
+        kept_scores: scores of what the search keeps, (kept,).
+        kept_values: their values as the search and the model read them, (kept, values).
+    """
+
+    genomes: Genomes
+    generations: NDArray[np.int64]
+    features: Floats
+    simulated: Floats
+    real: Floats
+    predicted: Floats
+    centre: Floats
+    spread: Floats
+    kept_scores: Floats
+    kept_values: Floats
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.real)
+
+    @classmethod
+    def none(cls, space: GenomeSpace) -> "RealityTests":
+        """Return no tests of genomes of this space."""
+        shapes: dict[str, tuple[int, ...]] = {"features": (0, 0), "kept_values": (0, 0)}
+        empty = {one.name: np.empty(shapes.get(one.name, (0,))) for one in fields(cls)}
+        genomes = np.empty((0, space.genes), space.dtype)
+        return cls(**{**empty, "genomes": genomes, "generations": np.empty(0, np.int64)})
+
+    @classmethod
+    def of(cls, state: State) -> "RealityTests | None":
+        """Return the tests in the state of a search; None without a model.
+
+        Raises:
+            KeyError: an array is missing.
+        """
+        if not any(name.startswith(PREFIX) for name in state):
+            return None
+        return cls(**{one.name: state[PREFIX + one.name] for one in fields(cls)})
+
+    def arrays(self) -> dict[str, Array]:
+        """Return them as arrays for the state of a search."""
+        return {PREFIX + one.name: getattr(self, one.name) for one in fields(self)}
+
+    def mismatch(self, genes: int) -> str:
+        """Return why stored tests cannot be continued from, or ''."""
+        count, features, kept = self.count, self.features.shape[-1], len(self.kept_scores)
+        shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
+            ("generations", "simulated", "real", "predicted"), (count,)
+        )
+        shapes |= {"genomes": (count, genes), "features": (count, features)}
+        shapes |= {"centre": (features,), "spread": (features,), "kept_scores": (kept,)}
+        shapes["kept_values"] = (kept, self.kept_values.shape[-1])
+        wrong = [name for name, shape in shapes.items() if getattr(self, name).shape != shape]
+        return f"{PREFIX}{wrong[0]} has the shape {getattr(self, wrong[0]).shape}" if wrong else ""
+
+    @property
+    def disparity(self) -> Floats:
+        """Absolute difference between the scores; of one that failed in reality, its score."""
+        real = np.where(np.isfinite(self.real), self.real, 0.0)
+        return np.abs(self.simulated - real)
+
+    def to_dicts(self) -> list[dict[str, float]]:
+        """Return each test in the order of testing: its generation, scores and disparities."""
+        columns = (self.generations, self.simulated, self.real, self.disparity, self.predicted)
+        names = ("generation", "in simulation", "in reality", "disparity", "predicted")
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        return [dict(zip(names, row, strict=True)) for row in rows]
+
+    def predict(self, features: Floats) -> Floats:
+        """Return the disparity that individuals are expected to have, (individuals,).
+
+        Source: Rasmussen and Williams 2006, "Gaussian Processes for Machine Learning", eq. 2.25,
+        around the mean of the tests, with the Matérn covariance ν = 5/2.
+
+        Args:
+            features: (individuals, features).
+        """
+        count = self.count
+        if not count:
+            return np.zeros(len(features))
+        points = np.concatenate([self._standard(self.features), self._standard(features)])
+        disparity = self.disparity
+        expected = posterior(
+            np.full(len(points), disparity.mean()),
+            points,
+            np.arange(count),
+            disparity,
+            math.sqrt(points.shape[1]),
+            NOISE,
+        )
+        return np.maximum(expected.mean[count:], 0.0)
+
+    def scaled(self, features: Floats) -> "RealityTests":
+        """Return the tests with features counted in standard deviations of these and the tests'."""
+        known = np.concatenate([self.features.reshape(-1, features.shape[1]), features])
+        known = np.where(np.isfinite(known), known, np.nan)
+        # Summed by hand: nanmean warns of a feature that nobody has.
+        number = np.maximum((~np.isnan(known)).sum(axis=0), 1)
+        centre = np.nansum(known, axis=0) / number
+        spread = np.sqrt(np.nansum((known - centre) ** 2, axis=0) / number)
+        return replace(self, centre=centre, spread=np.where(spread > 0, spread, 1.0))
+
+    def choose(self, features: Floats, scores: Floats) -> int | None:
+        """Return the index of the individual to test; None if a test would teach nothing.
+
+        The first one is the best, others are those whose features are farthest from any tested.
+
+        Args:
+            features: (individuals, features).
+            scores: (individuals,).
+        """
+        from scipy.spatial.distance import cdist
+
+        able = np.isfinite(scores)
+        if not able.any():
+            return None
+        if not self.count:
+            return int(scores.argmax())
+        near = cdist(self._standard(features), self._standard(self.features)).min(axis=1)
+        distance = np.where(able, near, 0.0)
+        return int(distance.argmax()) if distance.max() > 0 else None
+
+    def _standard(self, features: Floats) -> Floats:
+        """Return features in standard deviations; one that is not finite counts as average."""
+        found = (np.where(np.isfinite(features), features, np.nan) - self.centre) / self.spread
+        return np.where(np.isnan(found), 0.0, found)
+
+
+def own(state: State) -> State:
+    """Return the state of a search without the arrays of the model."""
+    return {name: values for name, values in state.items() if not name.startswith(PREFIX)}
+
+
+def features_of(experiment: Experiment, names: Sequence[str], values: Floats) -> Floats:
+    """Return the features, (individuals, features), of values by name, (individuals, values)."""
+    wanted = experiment.transferability.features or [name for name in FEATURES if name in names]
+    return values[:, [names.index(name) for name in wanted]]
+
+
+def predicted(experiment: Experiment, tests: RealityTests, results: Results) -> Results:
+    """Return the results with the transferability: the disparity predicted, negative."""
+    names, values = _columns(results.values)
+    disparity = tests.predict(features_of(experiment, names, values))
+    return replace(results, values={**results.values, TRANSFERABILITY: 0.0 - disparity})
+
+
+def keeping(tests: RealityTests, pool: Results, genomes: Genomes) -> tuple[RealityTests, Results]:
+    """Return the tests with the values of what the search keeps, and these as results.
+
+    Args:
+        tests: with the values of what it kept before.
+        pool: what it kept before, with all individuals that it may have added.
+        genomes: what it keeps, (kept, genes).
+    """
+    names, values = _columns(pool.values)
+    rows = np.ascontiguousarray(np.concatenate([pool.genomes, genomes]))
+    keys = rows.view(np.dtype((np.void, rows.strides[0]))).reshape(-1)
+    _, first, same = np.unique(keys, return_index=True, return_inverse=True)
+    at = first[same[len(pool.genomes) :]]
+    scores, found = pool.scores[at], values[at]
+    kept = Results(genomes, scores, dict(zip(names, found.T, strict=True)))
+    return replace(tests, kept_scores=scores, kept_values=found), kept
+
+
+def pooled(tests: RealityTests, before: Genomes, results: Results) -> Results:
+    """Return what the search kept before, and the individuals that it was told of."""
+    names, values = _columns(results.values)
+    kept = tests.kept_values.reshape(-1, values.shape[1])
+    return Results(
+        np.concatenate([before, results.genomes]),
+        np.concatenate([tests.kept_scores, results.scores]),
+        dict(zip(names, np.concatenate([kept, values]).T, strict=True)),
+    )
+
+
+def tested(
+    experiment: Experiment, tests: RealityTests, kept: Results, generation: int
+) -> RealityTests | None:
+    """Test one of those that the search keeps in reality; None if a test would teach nothing.
+
+    Raises:
+        PluginError: the body or the fitness fails or breaks its contract; names its package.
+    """
+    names, values = _columns(kept.values)
+    features = features_of(experiment, names, values)
+    tests = tests.scaled(features)
+    chosen = tests.choose(features, kept.scores)
+    if chosen is None:
+        return None
+    one = slice(chosen, chosen + 1)
+    count = features.shape[1]
+    return replace(
+        tests,
+        genomes=np.concatenate([tests.genomes, kept.genomes[one]]),
+        generations=np.append(tests.generations, np.int64(generation)),
+        features=np.concatenate([tests.features.reshape(-1, count), features[one]]),
+        simulated=np.append(tests.simulated, kept.scores[one]),
+        predicted=np.append(tests.predicted, tests.predict(features[one])),
+        real=np.append(tests.real, _in_reality(experiment, kept.genomes[one])),
+    )
+
+
+def retested(
+    experiment: Experiment, tests: RealityTests, evaluation: Evaluation, kept: Results
+) -> RealityTests:
+    """Return the tests under another experiment, of the same individuals.
+
+    Args:
+        experiment: what stands for reality now.
+        tests: under the experiment before.
+        evaluation: of the individuals tested, in simulation.
+        kept: what the search keeps, with new scores and values.
+
+    Raises:
+        PluginError: the body or the fitness fails or breaks its contract; names its package.
+    """
+    names, values = _columns(evaluation.values)
+    tests = replace(
+        tests,
+        features=features_of(experiment, names, values),
+        simulated=evaluation.scores,
+        real=_in_reality(experiment, tests.genomes),
+    )
+    return tests.scaled(features_of(experiment, *_columns(kept.values)))
+
+
+def _in_reality(experiment: Experiment, genomes: Genomes) -> Floats:
+    return evaluate(in_reality(experiment), genomes).scores
+
+
+def _columns(values: Mapping[str, Floats]) -> tuple[list[str], Floats]:
+    """Return the names of values but the prediction, and these, (individuals, values)."""
+    names = [name for name in values if name != TRANSFERABILITY]
+    return names, np.stack([values[name] for name in names], axis=-1)
