@@ -9,6 +9,7 @@ from gaitsim.contracts.plugin import Plugin, folder_of, option
 from gaitsim.contracts.search import Context, Members, Operators, Results, Search, State
 from gaitsim.contracts.solid import Solid
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
+from gaitsim.contracts.terrain import Terrain
 
 __all__ = [
     "SEED",
@@ -38,6 +39,7 @@ __all__ = [
     "Skeleton",
     "Solid",
     "State",
+    "Terrain",
     "check_world",
     "folder_of",
     "option",

@@ -1,13 +1,21 @@
 """What legged bodies share: damage, conditions, commands, servos, and measures of how legs step."""
 
-from gaitsim.legged.commands import delayed, held
-from gaitsim.legged.conditions import conditions, drawn_push, joint_errors, seed_of, stream
+from gaitsim.legged.commands import delayed, held, in_force
+from gaitsim.legged.conditions import (
+    CONDITIONS,
+    conditions,
+    drawn_push,
+    joint_errors,
+    seed_of,
+    stream,
+)
 from gaitsim.legged.damage import DAMAGE_HELP, Damage, Kind, parse_damage
 from gaitsim.legged.servos import SERVOS, Servo
 from gaitsim.legged.stepping import BODY_HEIGHT, stepping
 
 __all__ = [
     "BODY_HEIGHT",
+    "CONDITIONS",
     "DAMAGE_HELP",
     "SERVOS",
     "Damage",
@@ -17,6 +25,7 @@ __all__ = [
     "delayed",
     "drawn_push",
     "held",
+    "in_force",
     "joint_errors",
     "parse_damage",
     "seed_of",

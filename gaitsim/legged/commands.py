@@ -21,12 +21,25 @@ def held(commands: Angles, frame_rate: float, rate: float, steps: int = 1) -> An
     Returns:
         (…, frames · steps, joints) rad.
     """
-    frames, apart = commands.shape[-2], frame_rate / rate
-    times = np.arange(frames * steps) / steps
+    return in_force(commands, np.arange(commands.shape[-2] * steps) / steps, frame_rate / rate)
+
+
+def in_force(commands: Angles, moments: NDArray[np.float64], apart: float) -> Angles:
+    """Return the commands in force at some moments, from a controller as in `held`.
+
+    Args:
+        commands: (…, frames, joints) rad.
+        moments: (moments,) frames.
+        apart: time from one command to the next, frames.
+
+    Returns:
+        (…, moments, joints) rad.
+    """
     # Without the allowance, rounding would send some commands a step late.
-    sent = np.floor(times / apart + 1e-9) * apart
+    sent = np.floor(moments / apart + 1e-9) * apart
     before = sent.astype(np.intp)
-    here, there = commands[..., before, :], commands[..., np.minimum(before + 1, frames - 1), :]
+    after = np.minimum(before + 1, commands.shape[-2] - 1)
+    here, there = commands[..., before, :], commands[..., after, :]
     return np.asarray(here + (sent - before)[:, None] * (there - here))
 
 

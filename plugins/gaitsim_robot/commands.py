@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
+from gaitsim.legged import in_force
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
-ROUNDING = 1e-9  # of times that should be whole numbers of steps or frames
+ROUNDING = 1e-9  # of times that should be whole numbers of steps
 
 
 def arriving(simulation: Simulation, commands: Floats, first: int, last: int) -> Floats:
@@ -25,20 +26,12 @@ def arriving(simulation: Simulation, commands: Floats, first: int, last: int) ->
     Returns:
         (population, (last − first) · steps + 1, servos) rad.
     """
-    dt, frames = simulation.model.opt.timestep, commands.shape[1]
-    late = math.ceil(simulation.latency / dt - ROUNDING)
+    late = math.ceil(simulation.latency / simulation.model.opt.timestep - ROUNDING)
     steps = np.arange(first * simulation.steps, last * simulation.steps + 1) - late
     told = np.tile(simulation.rest, (len(commands), len(steps), 1))
     arrived = told[:, np.count_nonzero(steps < 0) :]
-    # A controller slower than the frames reads the gait between them.
-    rate = simulation.command_rate
-    place = np.floor(steps[steps >= 0] * (dt * rate) + ROUNDING) * (FRAME_RATE / rate)
-    frame = np.floor(place + ROUNDING).astype(np.intp)
-    share = np.maximum(place - frame, 0.0)
-    angles = commands[:, frame]
-    if (share > ROUNDING).any():
-        following = commands[:, np.minimum(frame + 1, frames - 1)]
-        angles += share[:, None] * (following - angles)
+    moments = steps[steps >= 0] / simulation.steps
+    angles = in_force(commands, moments, FRAME_RATE / simulation.command_rate)
     if simulation.offset.any():
         lower, upper = simulation.model.actuator_ctrlrange[simulation.ctrl].T
         angles = np.clip(angles + simulation.offset, lower, upper)

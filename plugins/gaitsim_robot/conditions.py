@@ -1,55 +1,40 @@
 """A robot in a world: what may vary between worlds, and how that changes its simulation.
 
-The compiled model is copied and changed rather than compiled anew, which takes about as long again
-as the second that a robot stands before its start.
+The compiled model is copied and changed. Compiling it anew would take about half as long again as
+the second that a robot stands before its start.
 """
 
 import copy
-import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from gaitsim.contracts import Condition
-from gaitsim.contracts.condition import SEED
+from gaitsim.legged import CONDITIONS, conditions, joint_errors, seed_of
 from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.chain import posed
+from gaitsim_robot.damaged import is_stuck
+from gaitsim_robot.ground import raise_bumps
 from gaitsim_robot.servos import set_limits
-from gaitsim_robot.simulation import Simulation, stand
+from gaitsim_robot.shapes import surfaces
+from gaitsim_robot.simulation import FRAME_RATE, Simulation, stand
 
-STEEPEST = 30.0  # °, of slopes: half of the tilt at which a trunk has fallen
-
-CONDITIONS: Mapping[str, Condition] = {
-    "friction": Condition("", 0.8, 0.3, 1.2, 0.0, 5.0, "of the feet on the ground"),
-    "mass": Condition("", 1.0, 0.8, 1.2, 0.1, 10.0, "share of the masses of all parts"),
-    "latency": Condition("s", 0.0, 0.0, 0.05, 0.0, 0.2, "of the servos, in place of their own"),
-    "servo_torque": Condition("", 1.0, 0.7, 1.0, 0.05, 10.0, "share of the servos' torque"),
-    "servo_speed": Condition("", 1.0, 0.7, 1.0, 0.05, 10.0, "share of the servos' speed"),
-    "slope": Condition("°", 0.0, -3.0, 3.0, -STEEPEST, STEEPEST, "of the ground, uphill forward"),
-    "side_slope": Condition(
-        "°", 0.0, -3.0, 3.0, -STEEPEST, STEEPEST, "of the ground, up to the left"
-    ),
-    # A horn on a spline of 25 teeth, as on the MG995, goes on in steps of 14.4°; what is left after
-    # trimming by eye, and the play of the gears, is about 1°.
-    "joint_offset": Condition(
-        "°", 0.0, 0.0, 2.0, 0.0, 30.0, "standard deviation of how far each joint's horn is off"
-    ),
-}
-"""Conditions with the nominal values of a robot without own options."""
+WEAKEST = 0.05  # share of torque or speed; less is damage
 
 
-def conditions(friction: float, latency: float) -> Mapping[str, Condition]:
+def robot_conditions(friction: float, latency: float) -> Mapping[str, Condition]:
     """Return what may vary between the worlds of a robot.
 
     Args:
-        friction: of its feet where no world tells it.
+        friction: of its feet where no world sets it.
         latency: of its servos there, s.
     """
-    nominal = {"friction": friction, "latency": latency}
-    return {
-        name: replace(one, nominal=nominal.get(name, one.nominal))
-        for name, one in CONDITIONS.items()
-    }
+    found = conditions(*CONDITIONS, frame_rate=FRAME_RATE, friction=friction, latency=latency)
+    for name in ("servo_torque", "servo_speed"):
+        found[name] = replace(found[name], least=WEAKEST)
+    return found
 
 
 def in_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
@@ -59,51 +44,52 @@ def in_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
     the ground, and heights and tilts count from it.
 
     Args:
-        simulation: of the robot in its nominal world.
+        simulation: of the robot in its nominal world, with a height field if the world is uneven.
         world: values of conditions by name, and perhaps `seed`.
     """
-    import mujoco
-
-    told = {name: one.nominal for name, one in CONDITIONS.items()} | dict(world)
     model = copy.copy(simulation.model)
-    anatomy = replace(simulation.anatomy, mass=told["mass"] * simulation.anatomy.mass)
-    if "friction" in world:
-        model.geom_friction[:, 0] = world["friction"]
     servos = {
         name: replace(
             servo,
-            stall_torque=told["servo_torque"] * servo.stall_torque,
-            no_load_speed=told["servo_speed"] * servo.no_load_speed,
+            stall_torque=world.get("servo_torque", 1.0) * servo.stall_torque,
+            no_load_speed=world.get("servo_speed", 1.0) * servo.no_load_speed,
             latency=world.get("latency", servo.latency),
         )
         for name, servo in simulation.servos.items()
     }
     set_limits(model, servos)
-    down = downward(told["slope"], told["side_slope"])
+    if "friction" in world:
+        model.geom_friction[:, 0] = world["friction"]
+    down = downward(world.get("slope", 0.0), world.get("side_slope", 0.0))
     model.opt.gravity[:] = np.linalg.norm(model.opt.gravity) * down
-    if told["mass"] != 1:
-        model.body_mass *= told["mass"]
-        model.body_inertia *= told["mass"]
-        mujoco.mj_setConst(model, mujoco.MjData(model))
-    offset = math.radians(told["joint_offset"]) * _stream(world, "joint_offset").standard_normal(
-        len(simulation.ctrl)
-    )
-    rest = simulation.rest.copy()
-    lower, upper = model.actuator_ctrlrange[simulation.ctrl].T
-    rest[simulation.ctrl] = np.clip(rest[simulation.ctrl] + offset, lower, upper)
+    mass = world.get("mass", 1.0)
+    _multiply_masses(model, mass)
+    anatomy = replace(simulation.anatomy, mass=mass * simulation.anatomy.mass)
+    uneven, ground = world.get("unevenness", 0.0), None
+    if uneven:
+        feet = np.linalg.norm(_lowest(model, anatomy.stance)[:, :2], axis=1).max()
+        ground = raise_bumps(model, uneven, seed_of(world), float(feet))
+    offset = joint_errors(world, "joint_offset", len(simulation.ctrl))
+    rest, joints = simulation.rest.copy(), simulation.ctrl
+    rest[joints] = np.clip(rest[joints] + offset, *model.actuator_ctrlrange[joints].T)
     start, stands, effort = stand(model, anatomy.stance, rest, simulation.belly, simulation.height)
-    return replace(
+    found = replace(
         simulation,
         model=model,
         anatomy=anatomy,
         servos=servos,
         start=start,
         stands=stands,
-        effort=effort[simulation.ctrl],
+        effort=effort[joints],
         rest=rest,
         offset=offset,
         latency=world.get("latency", simulation.latency),
+        command_rate=world.get("command_rate", simulation.command_rate),
+        ground=ground,
+        world=world,
     )
+    off = joint_errors(world, "initial_pose", len(joints))
+    return _started_off(found, off) if off.any() else found
 
 
 def downward(slope: float, side_slope: float) -> Floats:
@@ -111,13 +97,46 @@ def downward(slope: float, side_slope: float) -> Floats:
 
     Args:
         slope: of the x axis above the horizontal, °.
-        side_slope: the same of the y axis, about the x axis, °.
+        side_slope: by which the y axis is turned up about the x axis, °.
     """
-    along, aside = math.radians(slope), math.radians(side_slope)
-    level = math.cos(along)
-    return -np.array([math.sin(along), level * math.sin(aside), level * math.cos(aside)])
+    along, aside = np.radians([slope, side_slope])
+    level = np.cos(along)
+    return -np.array([np.sin(along), level * np.sin(aside), level * np.cos(aside)])
 
 
-def _stream(world: Mapping[str, float], condition: str) -> np.random.Generator:
-    """Return the random numbers of a condition, whatever else there is in the world."""
-    return np.random.default_rng([int(world.get(SEED, 0)), *condition.encode()])
+def _multiply_masses(model: Any, share: float) -> None:
+    import mujoco
+
+    if share != 1:
+        model.body_mass *= share
+        model.body_inertia *= share
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def _started_off(simulation: Simulation, off: Floats) -> Simulation:
+    """Return the simulation with joints that start beside the standing pose, at rest.
+
+    Args:
+        simulation: of a robot that stands on level ground at z = 0.
+        off: of each leg joint, (joints,) rad; joints that are stuck stay, and others are within
+            their limits.
+    """
+    model, anatomy = simulation.model, simulation.anatomy
+    stuck = {one.part for one in simulation.damage if is_stuck(one)}
+    off = np.where([name in stuck for name in anatomy.joints], 0.0, off)
+    start = simulation.start.copy()
+    qpos = start[1 : 1 + model.nq]  # a view
+    limits = model.actuator_ctrlrange[simulation.ctrl].T
+    before = _lowest(model, qpos)[:, 2].min()
+    qpos[simulation.qpos] = np.clip(qpos[simulation.qpos] + off, *limits)
+    qpos[2] += before - _lowest(model, qpos)[:, 2].min()
+    return replace(simulation, start=start)
+
+
+def _lowest(model: Any, qpos: Floats) -> Floats:
+    """Return the points of a robot's surface as low as their balls reach, (points, 3) m."""
+    seen = surfaces(model)
+    points = seen.place(posed(model, qpos))
+    points[:, 2] -= seen.radius
+    of_robot: Floats = points[seen.bodies > 0]
+    return of_robot

@@ -39,7 +39,7 @@ def impair(
     lost = lost_bodies(model, anatomy, damage)
     stance = _stance(model, anatomy, damage, lost)
     of_lost = [model.joint(i).name for i in range(1, model.njnt) if model.jnt_bodyid[i] in lost]
-    stuck = [one.part for one in damage if one.kind == "stuck" or _stops(one)]
+    stuck = [one.part for one in damage if is_stuck(one)]
     for body in lost:
         _remove(spec, model.body(body).name)
     for name in (*of_lost, *stuck):
@@ -69,9 +69,9 @@ def lost_bodies(model: Any, anatomy: Anatomy, damage: Sequence[Damage]) -> set[i
     return bodies
 
 
-def _stops(damage: Damage) -> bool:
-    """Whether a joint is so slow that it does not turn."""
-    return damage.kind == "slow" and damage.value == 0
+def is_stuck(damage: Damage) -> bool:
+    """Return whether a joint does not turn."""
+    return damage.kind == "stuck" or (damage.kind == "slow" and damage.value == 0)
 
 
 def _weakened(servo: Servo, damage: Damage) -> Servo:

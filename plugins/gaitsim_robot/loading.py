@@ -14,6 +14,7 @@ from gaitsim_robot.anatomy import Anatomy, Floats, find_anatomy
 from gaitsim_robot.conditions import in_world
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.errors import RobotError
+from gaitsim_robot.ground import corners_for
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.quiet import silence
 from gaitsim_robot.servos import ServoName, joint_servos
@@ -103,10 +104,19 @@ and its damage."""
 _compiling = RLock()  # or else each thread would compile the world that all are about to enter
 
 
-def simulation_of(compiled: Compiled, world: tuple[tuple[str, float], ...] = ()) -> Simulation:
-    """Return a robot in a world, whose conditions are in the order of their names."""
+def simulation_of(
+    compiled: Compiled, world: tuple[tuple[str, float], ...], seconds: float
+) -> Simulation:
+    """Return a robot in a world.
+
+    Args:
+        compiled: what it is compiled from.
+        world: conditions in the order of their names.
+        seconds: that it can walk on uneven ground.
+    """
+    corners = corners_for(seconds) if dict(world).get("unevenness") else 0
     with _compiling:
-        return _in_world(compiled, world) if world else _nominal(*compiled)
+        return _in_world(compiled, world, corners) if world else _nominal(*compiled)
 
 
 @lru_cache(maxsize=64)  # an adaptation goes through many damaged robots in turn
@@ -118,15 +128,26 @@ def _nominal(
     friction: float,
     gravity: float,
     damage: tuple[Damage, ...],
+    corners: int = 0,
 ) -> Simulation:
     servos = servos_of(text, anatomy, servo)
     spec = specification(text)
-    return build(spec, anatomy, servos, dt=dt, friction=friction, gravity=gravity, damage=damage)
+    return build(
+        spec,
+        anatomy,
+        servos,
+        dt=dt,
+        friction=friction,
+        gravity=gravity,
+        damage=damage,
+        corners=corners,
+    )
 
 
 @lru_cache(maxsize=32)  # 0.3 MB each of the bundled robots; an evolution has fewer
-def _in_world(compiled: Compiled, world: tuple[tuple[str, float], ...]) -> Simulation:
-    return in_world(_nominal(*compiled), dict(world))
+def _in_world(compiled: Compiled, world: tuple[tuple[str, float], ...], corners: int) -> Simulation:
+    nominal = _nominal(*compiled, corners) if corners else _nominal(*compiled)
+    return in_world(nominal, dict(world))
 
 
 def own_latency(servo: ServoOptions) -> float:

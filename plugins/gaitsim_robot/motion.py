@@ -36,7 +36,7 @@ def walked(simulation: Simulation, commands: Floats) -> Motion:
             "torso": torso,
             "torso_velocity": qvel[..., :3],
             "orientation": orientation(simulation.turn(qpos[..., 3:7])),
-            "height": torso[..., 2],
+            "height": simulation.above(qpos),
             "foot_positions": record.feet - np.array([*simulation.start[1:3], 0.0]),
             "stance": stance,
             "load": record.load,

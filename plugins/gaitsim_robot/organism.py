@@ -30,7 +30,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.legged import DAMAGE_HELP, Damage, parse_damage
 from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.channels import CHANNELS
-from gaitsim_robot.conditions import conditions
+from gaitsim_robot.conditions import robot_conditions
 from gaitsim_robot.encodings import Encoding, Kind
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.loading import (
@@ -174,6 +174,7 @@ class Robot(Organism):
         return simulation_of(
             (self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage),
             tuple(sorted(world.items())),
+            self.duration,
         )
 
     @property
@@ -269,8 +270,8 @@ class Robot(Organism):
         return walked(self.simulation, angles)
 
     def conditions(self) -> Mapping[str, Condition]:
-        """Friction, masses, slopes, and what servos and their horns are like."""
-        return conditions(self.friction, own_latency(self._servo))
+        """The ground, masses, servos, the pose at the start, and pushes."""
+        return robot_conditions(self.friction, own_latency(self._servo))
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Displacement, speed, duration, effort, slip, steps and posture."""

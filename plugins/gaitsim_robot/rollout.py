@@ -1,6 +1,7 @@
 """Populations of a robot in simulation, recorded frame by frame."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,8 +63,11 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     data = mujoco.MjData(model)
     state = np.tile(simulation.start, (population, 1))
     active = np.arange(population)
-    for first in range(0, frames - 1, SEGMENT):
-        last = min(first + SEGMENT, frames - 1)
+    pushed, push = simulation.push(frames)
+    bounds = {*range(0, frames - 1, SEGMENT), frames - 1} | ({pushed} if push.any() else set())
+    for first, last in pairwise(sorted(bounds)):
+        if first == pushed:
+            state[:, 1 + model.nq : 4 + model.nq] += push
         control = arriving(simulation, commands, first, last)
         states, sensors = rollout.rollout(model, data, state, control)
         upright = _record(simulation, record, active, first, last, state, states, sensors)
@@ -139,7 +143,7 @@ def _record(
 
     turn = simulation.turn(at_frames[..., 4:8])
     upward = 1 - 2 * (turn[..., 1] ** 2 + turn[..., 2] ** 2)
-    low = at_frames[..., 3] < LOW * simulation.start[3]
+    low = simulation.above(at_frames[..., 1:4]) < LOW * simulation.start[3]
     belly = sensors[:, ::steps, simulation.belly] > 0
     expected = before[:, :1] + np.arange(count + 1) * steps * step
     speed = np.linalg.norm(at_frames[..., 1 + nq : 4 + nq], axis=-1)

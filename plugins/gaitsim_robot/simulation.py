@@ -1,16 +1,19 @@
 """The simulation of a robot: its text on level ground, with servos and sensors, compiled."""
 
 import copy
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from gaitsim.legged import Damage, Servo
+from gaitsim.contracts import Terrain
+from gaitsim.legged import Damage, Servo, drawn_push
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import posed
 from gaitsim_robot.damaged import impair
+from gaitsim_robot.ground import GROUND, add_ground
 from gaitsim_robot.quaternions import conjugate, product
 from gaitsim_robot.servos import add_servos
 from gaitsim_robot.sums import ratio
@@ -22,7 +25,6 @@ SUNK = 0.8  # share of the standing height below which it does not stand
 SETTLE = 1.0  # s, how long the robot stands before its start
 STILL = 0.2  # standing heights a second, of the trunk; what falls over is faster after a second
 STRONG = 100.0  # times their torque, servos that show what standing needs
-GROUND = "world: ground"  # a name that no geom of a robot is likely to have
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +57,8 @@ class Simulation:
         latency: from a command to the torque of the servos, s.
         command_rate: at which commands arrive, Hz.
         offset: of each leg joint from its command, as a horn is fixed on its servo, (joints,) rad.
-        push: change of the trunk's velocity, (3,) m/s.
-        pushed: share of the rollout before the push.
+        ground: that is uneven; None for level ground at z = 0.
+        world: values of conditions by name.
     """
 
     model: Any
@@ -80,8 +82,19 @@ class Simulation:
     latency: float
     command_rate: float
     offset: Floats
-    push: Floats
-    pushed: float = 0.5
+    ground: Terrain | None = None
+    world: Mapping[str, float] = field(default_factory=dict)
+
+    def above(self, points: Floats) -> Floats:
+        """Return how high points are above the ground, (…, 3) m -> (…,) m."""
+        height: Floats = points[..., 2]
+        return height if self.ground is None else height - self.ground.height(points)
+
+    def push(self, frames: int) -> tuple[int, Floats]:
+        """Return the frame of the push in a rollout, and the change of velocity, (3,) m/s."""
+        frame, direction = drawn_push(self.world, frames)
+        speed = self.world.get("push", 0.0)
+        return frame, speed * np.array([math.cos(direction), math.sin(direction), 0.0])
 
     @property
     def stall_torque(self) -> Floats:
@@ -110,6 +123,7 @@ def build(
     friction: float,
     gravity: float,
     damage: Sequence[Damage] = (),
+    corners: int = 0,
 ) -> Simulation:
     """Return the simulation of a robot on its ground.
 
@@ -121,6 +135,7 @@ def build(
         friction: of the ground and all that touches it.
         gravity: m/s².
         damage: of legs and joints.
+        corners: of uneven ground, each way; 0 for a level plane.
     """
     import mujoco
 
@@ -135,12 +150,7 @@ def build(
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:
         geom.friction[0] = friction
-    spec.worldbody.add_geom(
-        name=GROUND,
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0, 0, 1],
-        friction=[friction, 0.005, 0.0001],
-    )
+    add_ground(spec, anatomy, corners, friction)
     for leg in anatomy.legs:
         foot = spec.body(leg.foot)
         foot.add_site(name=f"world: foot {leg.name}", pos=leg.point)
@@ -199,7 +209,6 @@ def build(
         latency=max(servo.latency for servo in servos.values()),
         command_rate=FRAME_RATE,
         offset=np.zeros(len(ctrl)),
-        push=np.zeros(3),
     )
 
 

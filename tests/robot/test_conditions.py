@@ -10,11 +10,12 @@ from stick import quadruped_spec, simulation_of, standing_quadruped
 
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.commands import arriving
-from gaitsim_robot.conditions import CONDITIONS, downward, in_world
+from gaitsim_robot.conditions import downward, in_world, robot_conditions
 from gaitsim_robot.motion import walked
 from gaitsim_robot.organism import Robot
 
 GRAVITY = 9.81
+CONDITIONS = robot_conditions(0.8, 0.02)
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 
@@ -187,9 +188,84 @@ def test_a_weak_battery_shows_in_the_share_of_torque_that_standing_takes():
 
 @pytest.mark.parametrize(
     ("world", "message"),
-    [({"wind": 1.0}, "wind"), ({"slope": 40.0}, "-30 to 30 °"), ({"mass": 0.0}, "0.1 to 10")],
+    [({"wind": 1.0}, "wind"), ({"slope": 50.0}, "-45 to 45 °"), ({"mass": 0.0}, "0.1 to 10")],
 )
 def test_a_world_that_no_robot_can_be_in_is_refused(world, message):
     with pytest.raises(GaitsimError, match=message) as caught:
         Robot(world=world)
     assert caught.value.key == "world"
+
+
+def test_a_push_changes_the_velocity_of_the_whole_robot():
+    world = {"push": 0.4, "seed": 6}
+    nominal, pushed = (
+        walked(one, np.tile(one.anatomy.stance[one.qpos], (1, 101, 1)))
+        for one in (in_world(standing_quadruped("ideal")[0], told) for told in ({}, world))
+    )
+    simulation = in_world(standing_quadruped("ideal")[0], world)
+    frame, velocity = simulation.push(101)
+    assert np.hypot(*velocity[:2]) == pytest.approx(0.4)
+    difference = pushed["torso_velocity"][0] - nominal["torso_velocity"][0]
+    assert np.abs(difference[:frame]).max() < 1e-3
+    assert difference[frame] == pytest.approx(velocity, abs=2e-3)
+    moved = pushed["torso"][0, -1, :2] - pushed["torso"][0, frame, :2]
+    assert moved @ velocity[:2] > 0.001
+
+
+def test_a_pose_off_at_the_start_is_on_the_ground_and_returns_to_the_standing_pose():
+    world = {"initial_pose": 4.0, "seed": 2}
+    robot = Robot(model="hexapod", servo="sts3215", damage=("R1 femur stuck 20",), world=world)
+    nominal = robot.model_copy(update={"world": {}}).simulation
+    simulation = robot.simulation
+    start, rest = (one.start[1 + one.qpos] for one in (simulation, nominal))
+    stuck = simulation.anatomy.joints.index("R1 femur")
+    off = np.degrees(start - rest)
+    assert off[stuck] == 0
+    assert 2 < np.delete(off, stuck).std() < 6
+    motion = robot.play(np.tile(simulation.anatomy.stance[simulation.qpos], (1, 101, 1)))
+    still = nominal.start[1 + nominal.qpos]
+    assert motion["joint_positions"][0, -1] == pytest.approx(still, abs=0.03)
+    assert motion["foot_positions"][0, 0, :, 2].min() > -1e-3
+    assert motion["lasted"] == 2.0
+
+
+def test_commands_that_arrive_seldom_are_held():
+    simulation = in_world(standing_quadruped("sts3215", latency=0)[0], {"command_rate": 10})
+    commands = np.cumsum(np.full((1, 21, 12), 0.01), axis=1)
+    told = arriving(simulation, commands, 0, 20)[0, :, simulation.ctrl[0]]
+    np.testing.assert_allclose(told[:-1], np.repeat(0.01 + 0.05 * np.arange(4), 25))
+    ends = [arriving(simulation, commands, *span)[0] for span in ((0, 7), (7, 20))]
+    np.testing.assert_array_equal(ends[1], arriving(simulation, commands, 0, 20)[0, 35:])
+
+
+def test_uneven_ground_is_where_mujoco_has_it_and_bears_the_robot():
+    world = {"unevenness": 0.02, "seed": 1}
+    robot = Robot(model="hexapod", servo="sts3215", symmetry="alternating", duration=4, world=world)
+    simulation = robot.simulation
+    data = mujoco.MjData(simulation.model)
+    mujoco.mj_forward(simulation.model, data)
+    ground = simulation.model.geom("world: ground").id
+    places = np.random.default_rng(0).uniform(-1.5, 1.5, (200, 2))
+    seen = [
+        1 - mujoco.mj_rayHfield(simulation.model, data, ground, [x, y, 1.0], [0.0, 0.0, -1.0])
+        for x, y in places
+    ]
+    assert simulation.ground is not None
+    np.testing.assert_allclose(simulation.ground.height(places), seen, atol=1e-6)
+    assert 0.018 < simulation.ground.heights.max() <= 0.02
+    longer = robot.model_copy(update={"duration": 6.0}).simulation.ground
+    assert longer is not None
+    np.testing.assert_allclose(longer.height(places), simulation.ground.height(places), atol=1e-12)
+
+    motion = robot.move(genomes(robot, 4))
+    feet = motion["foot_positions"] + [*simulation.start[1:3], 0]
+    clear = feet[..., 2] - simulation.ground.height(feet)
+    touching = motion["stance"] & np.roll(motion["stance"], -1, axis=1)
+    assert np.abs(clear[touching]).max() < 0.02
+    assert clear.min() > -0.01
+    height = motion["torso"][..., 2] - motion["height"]
+    assert 0 <= height.min() < height.max() <= 0.02
+    load = motion["load"][:, 50:, :, 2].sum(axis=2).mean(axis=1)
+    standing = motion["lasted"] == 4.0
+    assert standing.any()
+    assert load[standing] == pytest.approx(motion["weight"][standing], rel=0.03)
