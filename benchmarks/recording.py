@@ -4,6 +4,7 @@ import os
 import statistics
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 from timing import milliseconds, print_figure, print_machine
@@ -36,7 +37,7 @@ def main() -> None:
     """Print the figures."""
     print_machine()
     experiment = load_experiment("spider", {"evolution.generations": GENERATIONS})
-    generations = list(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
+    generations = list(evolve(experiment, partial(evaluate, experiment)))
     sync = os.fsync = CountedSync()
     taken: dict[bool, list[tuple[float, float, int]]] = {True: [], False: []}
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:

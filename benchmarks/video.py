@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from timing import medians, milliseconds, print_figure, print_machine, stopwatch, times
@@ -26,7 +27,7 @@ def spider(path: Path) -> RunSnapshot:
     """A short run."""
     experiment = load_experiment("spider", {"evolution.generations": 30})
     with RunWriter.open(create_run(experiment, path)) as writer:
-        for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
+        for generation in evolve(experiment, partial(evaluate, experiment)):
             writer.record(generation)
     return RunSnapshot(path)
 

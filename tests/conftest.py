@@ -8,7 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -413,7 +413,7 @@ def evolved(experiment, path):
 
     path = create_run(experiment, path)
     with RunWriter.open(path) as writer:
-        for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
+        for generation in evolve(experiment, partial(evaluate, experiment)):
             writer.record(generation)
     return RunSnapshot(path)
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import struct
+from functools import partial
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
@@ -15,9 +16,7 @@ THRESHOLD = "evolution.fitness_threshold=0"
 
 def events(writer):
     """The generations that follow in a run."""
-    return evolve(
-        writer.experiment, lambda genomes: evaluate(writer.experiment, genomes), writer.last
-    )
+    return evolve(writer.experiment, partial(evaluate, writer.experiment), writer.last)
 
 
 def record_all(writer):
@@ -28,7 +27,7 @@ def record_all(writer):
 def go_on(path, until=None, **options):
     """Evolve a run, at most to a generation; what its writer warned of."""
     with RunWriter.open(path, **options) as writer:
-        for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for event in writer.evolve(partial(evaluate, writer.experiment)):
             if event.number == until:
                 break
         return writer.warning

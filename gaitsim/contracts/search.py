@@ -180,7 +180,8 @@ class Search(Plugin):
     def remembered(self, state: State) -> Genomes | None:
         """Return the genomes whose scores the state holds, (genomes, genes); None without any.
 
-        They are re-evaluated where the body or the fitness of a run is changed.
+        They are re-evaluated where the body, the fitness or the worlds of a run are changed, and
+        where worlds are redrawn, between `ask` and `tell`.
         """
         return None
 

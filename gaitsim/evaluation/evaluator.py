@@ -117,8 +117,8 @@ class Evaluator:
             prepare(self.experiment)  # once more, without compiling
             self._scheduler.cost_model.learn(1, time.perf_counter() - start)
 
-    def evaluate(self, genomes: Genomes) -> Evaluation:
-        """Score genomes, (population, genes).
+    def evaluate(self, genomes: Genomes, generation: int = 1) -> Evaluation:
+        """Score genomes, (population, genes), in the worlds of a generation.
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
@@ -127,23 +127,23 @@ class Evaluator:
         """
         scheduler = self._scheduler
         if scheduler is None:
-            return self._evaluate_locally(genomes)
+            return self._evaluate_locally(genomes, generation)
         trial = scheduler.trial(len(genomes))
-        first = [self._evaluate_locally(genomes[:trial])] if trial else []
+        first = [self._evaluate_locally(genomes[:trial], generation)] if trial else []
         rest = genomes[trial:]
         with self._lost_workers_named():
             chunks = scheduler.chunks(len(rest))
         if chunks == 1:
-            return joined(self.experiment, [*first, self._evaluate_locally(rest)])
+            return joined(self.experiment, [*first, self._evaluate_locally(rest, generation)])
         populations = np.split(rest, cuts(len(rest), chunks, self.workers))
-        results = self._map_remotely(scheduler, _timed, populations)
+        results = self._map_remotely(scheduler, partial(_timed, generation), populations)
         seconds = sum(seconds for seconds, _ in results)
         scheduler.cost_model.learn(len(rest) / len(results), seconds / len(results))
         return joined(self.experiment, [*first, *(part for _, part in results)])
 
-    def _evaluate_locally(self, genomes: Genomes) -> Evaluation:
+    def _evaluate_locally(self, genomes: Genomes, generation: int) -> Evaluation:
         start = time.perf_counter()
-        parts = self._map_locally(evaluate, self._cut(genomes))
+        parts = self._map_locally(partial(_evaluate, generation), self._cut(genomes))
         if self._scheduler is not None:
             seconds = time.perf_counter() - start
             self._scheduler.cost_model.learn(len(genomes), seconds, self._threads)
@@ -224,7 +224,11 @@ def _apply(
     return function(serialized.experiment, task)
 
 
-def _timed(experiment: Experiment, genomes: Genomes) -> tuple[float, Evaluation]:
+def _evaluate(generation: int, experiment: Experiment, genomes: Genomes) -> Evaluation:
+    return evaluate(experiment, genomes, generation)
+
+
+def _timed(generation: int, experiment: Experiment, genomes: Genomes) -> tuple[float, Evaluation]:
     start = time.perf_counter()
-    evaluation = evaluate(experiment, genomes)
+    evaluation = evaluate(experiment, genomes, generation)
     return time.perf_counter() - start, evaluation

@@ -1,6 +1,6 @@
 """Evaluate one chunk of a population: move it, score it, and check the contract."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -36,6 +36,10 @@ class Evaluation:
     def terms_of(self, individual: int) -> dict[str, float]:
         """Return the terms of one individual's score by name."""
         return {name: float(values[individual]) for name, values in self.terms.items()}
+
+
+Evaluate = Callable[[Genomes, int], Evaluation]
+"""Scores genomes, (population, genes), in the worlds of a generation, from 1."""
 
 
 def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> Evaluation:

@@ -39,8 +39,7 @@ def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
 def drawn(experiment: Experiment, generation: int) -> tuple[World, ...]:
     """Return the worlds of a generation, from 1; a function of the experiment's seed."""
     worlds = experiment.worlds
-    draw = (generation - 1) // worlds.redraw if worlds.redraw else 0
-    rng = stream(experiment.seed, draw, Purpose.WORLDS)
+    rng = stream(experiment.seed, worlds.draw(generation), Purpose.WORLDS)
     return _sample(ranges_of(experiment), worlds.number, rng)
 
 

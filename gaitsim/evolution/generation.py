@@ -34,19 +34,34 @@ class Progress:
     def next_stage(self, evolution: Evolution, *, reevaluated: bool, population: int) -> "Progress":
         """Return the progress with which the next stage begins.
 
-        New scores cannot be compared with the best score and the threshold of the stage before:
-        both start as in a run's first generation. Re-evaluating the population counts.
+        New scores cannot be compared with those of the stage before. Re-evaluating the population
+        counts.
 
         Args:
             evolution: of the next stage.
-            reevaluated: whether body or fitness was changed.
+            reevaluated: whether body, fitness or worlds were changed.
             population: individuals.
         """
         if not reevaluated:
             return replace(self, stage=self.stage + 1)
-        evaluations = self.evaluations + population
-        return Progress(
-            evaluations, -math.inf, -1, evolution.fitness_threshold, stage=self.stage + 1
+        progress = self.with_other_scores(evolution, population)
+        return replace(progress, stage=self.stage + 1)
+
+    def with_other_scores(self, evolution: Evolution, evaluated: int) -> "Progress":
+        """Return the progress before a generation whose scores compare with none before it.
+
+        Best score and threshold start as in a run's first generation.
+
+        Args:
+            evolution: of the generation.
+            evaluated: individuals that were re-evaluated.
+        """
+        return replace(
+            self,
+            evaluations=self.evaluations + evaluated,
+            best_score=-math.inf,
+            stagnation=-1,
+            threshold=evolution.fitness_threshold,
         )
 
 

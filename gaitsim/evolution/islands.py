@@ -172,7 +172,7 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[Made]:
     genomes, scores = task.genomes, task.scores
     for number in range(task.first, task.last + 1):
         genomes = _next(experiment, space, genomes, scores, number, task.island)
-        evaluation = evaluate(experiment, genomes)
+        evaluation = evaluate(experiment, genomes, number)
         scores = evaluation.scores
         made.append((genomes, evaluation))
     return made

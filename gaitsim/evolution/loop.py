@@ -6,16 +6,18 @@
 
 Between two generations nothing is pending. A caller that stops iterating loses nothing, and
 starting again from a `Generation` yields the same ones after it.
+
+Where the worlds of a generation are other than those before, scores cannot be compared: the best
+score begins anew, and what the search remembers is re-evaluated before it is told new scores.
 """
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
-from gaitsim.contracts import Array, Genomes, State
-from gaitsim.evaluation import Evaluation
-from gaitsim.evaluation.scoring import check_terms
+from gaitsim.contracts import Array, State
+from gaitsim.evaluation.scoring import Evaluate, check_terms
 from gaitsim.evolution.generation import Generation, Progress
 from gaitsim.evolution.islands import (
     Made,
@@ -38,7 +40,7 @@ from gaitsim.registry import plugin_errors
 
 def evolve(
     experiment: Experiment,
-    evaluate: Callable[[Genomes], Evaluation],
+    evaluate: Evaluate,
     after: Generation | None = None,
     warm_start: Array | None = None,
     parallel_map: ParallelMap | None = None,
@@ -47,7 +49,7 @@ def evolve(
 
     Args:
         experiment: what to evolve, and how.
-        evaluate: scores a population.
+        evaluate: scores a population in the worlds of a generation.
         after: generation to continue from; None starts with the first.
         warm_start: genome that the initial population is made of, (genes,); None draws it.
         parallel_map: evolves islands over workers, from one migration to the next; None evolves all
@@ -72,6 +74,9 @@ def evolve(
             if after is not None:
                 number, before = after.number + 1, after.progress
                 check_terms(experiment, after.evaluation, evaluation)
+            if experiment.worlds.redrawn(number):
+                state, more = rescored(experiment, state, evaluate, number)
+                before = before.with_other_scores(evolution, more)
             state = tell(experiment, space, state, results(genomes, evaluation), number)
             with plugin_errors(experiment.entries["organism"], "measuring diversity"):
                 diversity = float(space.diversity(genomes))
@@ -97,36 +102,32 @@ def evolve(
 
 def _next(
     experiment: Experiment,
-    evaluate: Callable[[Genomes], Evaluation],
+    evaluate: Evaluate,
     after: Generation | None,
     warm_start: Array | None,
     parallel_map: ParallelMap | None,
 ) -> tuple[State, list[Made]]:
     """Return the next generation, or those up to the next migration, and the state before tell."""
-    space = experiment.space()
+    space, number = experiment.space(), after.number + 1 if after else 1
     if experiment.islands.number > 1:  # searches whose state is empty
         if after is None:
             genomes = initial_islands(experiment, space, warm_start)
         elif parallel_map is None:
-            number = after.number + 1
             genomes = next_islands(experiment, space, after.genomes, after.scores, number)
         else:
-            number = after.number + 1
             made = parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
             return {}, made
-        return {}, [(genomes, evaluate(genomes))]
+        return {}, [(genomes, evaluate(genomes, number))]
     if after is None:
         state = initial_state(experiment, space, warm_start)
         genomes, state = ask(experiment, space, state, None, 1, start=warm_start)
     else:
         last = results(after.genomes, after.evaluation)
-        genomes, state = ask(experiment, space, after.state, last, after.number + 1)
-    return state, [(genomes, evaluate(genomes))]
+        genomes, state = ask(experiment, space, after.state, last, number)
+    return state, [(genomes, evaluate(genomes, number))]
 
 
-def reevaluated(
-    experiment: Experiment, last: Generation, evaluate: Callable[[Genomes], Evaluation]
-) -> Generation:
+def reevaluated(experiment: Experiment, last: Generation, evaluate: Evaluate) -> Generation:
     """Return a generation with new scores of the same genomes, to continue from.
 
     The genomes whose scores the search remembers are re-evaluated, too, and count as evaluations.
@@ -141,7 +142,9 @@ def reevaluated(
     """
     state, more = rescored(experiment, last.state, evaluate, last.number)
     progress = replace(last.progress, evaluations=last.progress.evaluations + more)
-    return replace(last, evaluation=evaluate(last.genomes), state=state, progress=progress)
+    return replace(
+        last, evaluation=evaluate(last.genomes, last.number), state=state, progress=progress
+    )
 
 
 def advance(

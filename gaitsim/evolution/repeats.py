@@ -6,18 +6,17 @@ random streams and are told apart by their place in them; so a set of repeats is
 experiment and number, but its first repeat is not what `gaitsim run` finds.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, Results
-from gaitsim.evaluation import Evaluation
+from gaitsim.contracts import Results
+from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution.islands import migrated
-from gaitsim.evolution.searching import ask, initial_state, tell
+from gaitsim.evolution.searching import ask, initial_state, rescored, tell
 from gaitsim.experiment import Experiment
 
-Evaluate = Callable[[Genomes], Evaluation]
 Scores = NDArray[np.float64]
 
 
@@ -32,16 +31,17 @@ def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> 
         repeats: number of repeats.
 
     Yields:
-        After each generation the best score so far of each repeat, (repeats,); −inf where none
-        was finite. Each repeat has evaluated `experiment.individuals` more.
+        After each generation the best score so far of each repeat, (repeats,), in the worlds of
+        that generation; −inf where none was finite. Each repeat has evaluated
+        `experiment.individuals` more.
 
     Raises:
         PluginError: a plugin fails or breaks its contract; names its package.
     """
     every = _stacked if experiment.search.several else _apart
     best = np.full(repeats, -np.inf)
-    for scores in every(experiment, evaluate, repeats):
-        best = np.maximum(best, scores)
+    for number, scores in enumerate(every(experiment, evaluate, repeats), 1):
+        best = scores if experiment.worlds.redrawn(number) else np.maximum(best, scores)
         yield best
 
 
@@ -58,7 +58,7 @@ def _stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterat
             genomes, scores = map(np.concatenate, zip(*arrived, strict=True))
             last = Results(genomes, scores)
         genomes, _ = ask(experiment, space, {}, last, number, populations=(populations,))
-        scores = evaluate(genomes.reshape(-1, space.genes)).scores
+        scores = evaluate(genomes.reshape(-1, space.genes), number).scores
         last = Results(genomes, scores.reshape(populations, population))
         yield scores.reshape(repeats, -1).max(axis=1)
 
@@ -76,10 +76,12 @@ def _apart(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator
             ask(experiment, space, state, last, number, island=one)
             for one, (state, last) in enumerate(zip(states, lasts, strict=True))
         ]
-        evaluation = evaluate(np.concatenate([genomes for genomes, _ in asked]))
+        evaluation = evaluate(np.concatenate([genomes for genomes, _ in asked]), number)
         for one, (genomes, state) in enumerate(asked):
             own = slice(one * size, (one + 1) * size)
             values = {name: column[own] for name, column in evaluation.values.items()}
             lasts[one] = told = Results(genomes, evaluation.scores[own], values)
-            states[one] = tell(experiment, space, state, told, number, island=one)
+            redrawn = experiment.worlds.redrawn(number)
+            now = rescored(experiment, state, evaluate, number)[0] if redrawn else state
+            states[one] = tell(experiment, space, now, told, number, island=one)
         yield evaluation.scores.reshape(repeats, -1).max(axis=1)

@@ -1,12 +1,13 @@
 """Ask an experiment's search for genomes and tell it their scores, and hold it to its contract."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from gaitsim.contracts import Array, Genomes, GenomeSpace, Members, Results, State
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
+from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evaluation.streams import Purpose
 from gaitsim.evolution.context import checked_state, context
 from gaitsim.evolution.transferability import (
@@ -186,10 +187,12 @@ def results(genomes: Genomes, evaluation: Evaluation) -> Results:
 def rescored(
     experiment: Experiment,
     state: State,
-    evaluate: Callable[[Genomes], Evaluation],
+    evaluate: Evaluate,
     generation: int,
 ) -> tuple[State, int]:
-    """Re-evaluate the genomes whose scores the state holds, for a changed body or fitness.
+    """Re-evaluate the genomes whose scores the state holds, in the worlds of a generation.
+
+    For a changed body or fitness, or other worlds.
 
     Returns:
         The state, and the number of genomes that were evaluated.
@@ -201,11 +204,11 @@ def rescored(
     genomes = remembered(experiment, state)
     if not len(genomes):
         return state, 0
-    again = results(genomes, evaluate(genomes))
+    again = results(genomes, evaluate(genomes, generation))
     if tests is None:
         return _rescored(experiment, space, state, again, generation), len(genomes)
     if tests.count:
-        tests = retested(experiment, tests, evaluate(tests.genomes), again)
+        tests = retested(experiment, tests, evaluate(tests.genomes, generation), again)
     after = _rescored(
         experiment, space, own(state), predicted(experiment, tests, again), generation
     )

@@ -84,6 +84,7 @@ def check_islands(evolution: Evolution, islands: Islands, problems: Problems) ->
 
 
 def check_worlds(
+    evolution: Evolution,
     worlds: Worlds,
     entries: Mapping[str, Entry],
     plugins: Mapping[str, Any],
@@ -93,6 +94,14 @@ def check_worlds(
     organism: Organism | None = plugins.get("organism")
     if organism is None or not (worlds.number or worlds.ranges):
         return
+    stagnation = evolution.stagnation
+    if worlds.number and worlds.redraw and stagnation and stagnation >= worlds.redraw:
+        problems.report(
+            "evolution.stagnation",
+            f"{stagnation:,} generations are never reached where worlds are redrawn every "
+            f"{worlds.redraw:,}: the best score begins anew with them",
+            "none" if worlds.redraw == 1 else f"a whole number < {worlds.redraw:,}, or none",
+        )
     entry = entries["organism"]
     try:
         with registry.plugin_errors(entry, "naming its conditions"):

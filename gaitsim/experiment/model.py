@@ -105,7 +105,10 @@ class Worlds(BaseModel):
         "mean", "which of an individual's worlds count: their mean is its score"
     )
     redraw: int = option(
-        0, "generations after which other worlds are drawn; 0 keeps them for the whole run", ge=0
+        0,
+        "generations after which other worlds are drawn, and the best score begins anew; 0 keeps "
+        "them for the whole run",
+        ge=0,
     )
 
     @property
@@ -118,6 +121,18 @@ class Worlds(BaseModel):
         """How many of an individual's worlds, its worst, its score is the mean of."""
         share = {"mean": self.number, "worst": 1, "worst tenth": -(-self.number // 10)}
         return share[self.combine]
+
+    def draw(self, generation: int) -> int:
+        """Return which draw of worlds a generation is evaluated in, from 0."""
+        return (generation - 1) // self.redraw if self.number and self.redraw else 0
+
+    def first_of_draw(self, generation: int) -> int:
+        """Return the first generation that is evaluated in the same worlds as another one."""
+        return self.draw(generation) * self.redraw + 1
+
+    def redrawn(self, generation: int) -> bool:
+        """Return whether a generation is evaluated in other worlds than the one before it."""
+        return generation > 1 and self.first_of_draw(generation) == generation
 
 
 OWN_WORLD = Worlds()

@@ -105,8 +105,8 @@ class Reader:
             check_search(evolution, islands, entries, plugins, problems)
             check_islands(evolution, islands, problems)
         check_combination(entries, plugins, problems)
-        if worlds is not None:
-            check_worlds(worlds, entries, plugins, problems)
+        if evolution is not None and worlds is not None:
+            check_worlds(evolution, worlds, entries, plugins, problems)
         reality = None
         if transferability is not None:
             transferability = check_transferability(transferability, entries, plugins, problems)

@@ -9,6 +9,7 @@ from typing import Any
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evolution import Generation
+from gaitsim.experiment import OWN_WORLD
 from gaitsim.live.protocol import ENDED, Best, Event, Kind, State, ranked, write_snapshot
 from gaitsim.live.speed import Clock, Speed
 from gaitsim.runs.files.folder import champion_file
@@ -60,6 +61,7 @@ class Reporter:
         self._events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self._latest: Generation | None = None
         self._islands = 1
+        self._worlds = OWN_WORLD
         self._opened: set[tuple[int, str, str]] = set()
         self._wake, self._ending = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -72,6 +74,7 @@ class Reporter:
             self._islands = writer.experiment.islands.number
             self._values["generations"] = writer.experiment.evolution.generations
             self._values["stage"] = writer.stage
+            self._worlds = writer.experiment.worlds
             self._values["scored_from"] = _scored_from(writer)
             if last is not None:
                 self._values["generation"] = last.number
@@ -103,6 +106,8 @@ class Reporter:
         with self._lock:
             self._values["generation"] = number
             self._values["stage"] = progress.stage
+            if self._worlds.redrawn(number):
+                self._values["scored_from"] = number
             self._values["evaluations"] = progress.evaluations
             self._rows.append(values)
             self._latest = generation

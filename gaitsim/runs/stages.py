@@ -19,7 +19,7 @@ from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
 from gaitsim.toml import brief
 
-SCORING = ("organism", "fitness")
+SCORING = ("organism", "fitness", "worlds")
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,14 @@ class Change:
         then: its value before; None where it was not set.
         now: its value after.
         options: the options of a newly chosen plugin.
+        redraws: whether worlds are drawn by it.
     """
 
     key: str
     then: Any
     now: Any
     options: Mapping[str, Any] = field(default_factory=dict)
+    redraws: bool = False
 
     def __str__(self) -> str:
         """Return key and values, with the options of a new plugin that differ from its defaults."""
@@ -48,7 +50,7 @@ class Change:
     @property
     def reevaluates(self) -> bool:
         """Whether scores before and after the change cannot be compared."""
-        return self.key.split(".")[0] in (*SCORING, TRANSFERABILITY)
+        return self.redraws or self.key.split(".")[0] in (*SCORING, TRANSFERABILITY)
 
 
 @dataclass(frozen=True)
@@ -118,8 +120,10 @@ def pending(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Change, ...
 
 
 def comparable(stages: Sequence[RunStage]) -> int:
-    """Return the first generation whose scores can be compared with the last stage's."""
-    return next((stage.first for stage in reversed(stages) if stage.reevaluated), 1)
+    """Return the first generation whose scores can be compared with the last one's."""
+    first = next((stage.first for stage in reversed(stages) if stage.reevaluated), 1)
+    last = stages[-1]
+    return max(first, last.outline.worlds.first_of_draw(last.last))
 
 
 def changes(then: ExperimentOutline, now: ExperimentOutline) -> tuple[Change, ...]:
@@ -135,7 +139,8 @@ def changes(then: ExperimentOutline, now: ExperimentOutline) -> tuple[Change, ..
         for key in sorted({*old, *new}):
             if old.get(key) != new.get(key):
                 name = f"{section}.{key}" if section else key
-                found.append(Change(name, old.get(key), new.get(key)))
+                redraws = name == "seed" and bool(now.worlds.number)
+                found.append(Change(name, old.get(key), new.get(key), redraws=redraws))
     return tuple(found)
 
 

@@ -1,15 +1,14 @@
 """A run on disk, written generation by generation."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from typing import Any, Self
 
-from gaitsim.contracts import Genomes
 from gaitsim.errors import RunError
-from gaitsim.evaluation import Evaluation
+from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import Generation, ParallelMap, evolve, reevaluated, stop_reason
 from gaitsim.experiment import Overrides
 from gaitsim.opening import is_folder
@@ -119,7 +118,7 @@ class RunWriter:
         evolution = self.experiment.evolution
         return stop_reason(evolution, last.number, last.progress, len(last.genomes))
 
-    def begin(self, evaluate: Callable[[Genomes], Evaluation]) -> None:
+    def begin(self, evaluate: Evaluate) -> None:
         """Re-evaluate the population if a stage with other scores begins.
 
         Writes nothing. A second call does nothing.
@@ -135,7 +134,7 @@ class RunWriter:
         self.reevaluates = False
 
     def evolve(
-        self, evaluate: Callable[[Genomes], Evaluation], parallel_map: ParallelMap | None = None
+        self, evaluate: Evaluate, parallel_map: ParallelMap | None = None
     ) -> Iterator[Generation]:
         """Evolve from here; a generation that is yielded is on the disk.
 

@@ -56,8 +56,9 @@ def scoring_warning(found: Sequence[Difference]) -> str:
         keys += [plugin] if plugin in own else own  # another plugin has other options
     if not keys:
         return ""
-    body, fitness = SCORING
-    certain = any(key == f"{body}.{PLUGIN}" or key.startswith(f"{fitness}.") for key in keys)
+    body, *others = SCORING
+    scored = tuple(f"{section}." for section in others)
+    certain = any(key == f"{body}.{PLUGIN}" or key.startswith(scored) for key in keys)
     named = " and ".join(keys) if len(keys) <= 2 else ", ".join(keys[:NAMED])
     more = f" and {len(keys) - NAMED} more" if len(keys) > NAMED else ""
     verb = "do not" if certain else "may not"

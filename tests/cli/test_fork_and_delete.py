@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from functools import partial
 
 import pytest
 
@@ -71,7 +72,7 @@ def test_a_run_before_its_first_generation_and_one_that_was_begun_from_another(g
 
 def test_a_run_that_is_being_written_is_copied_as_of_its_checkpoint(gaitsim, puppet, run):
     with RunWriter.open(run, generations=50) as writer:
-        generations = writer.evolve(lambda genomes: evaluate(writer.experiment, genomes))
+        generations = writer.evolve(partial(evaluate, writer.experiment))
         next(generations)
         # As if a generation were being written: its records are there, its checkpoint not yet.
         history, bests = (run / "history.csv"), (run / "bests.bin")

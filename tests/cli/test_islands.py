@@ -1,4 +1,4 @@
-"""Islands from the command line: the same bits over any workers, killed or not."""
+"""Islands from the command line: the same bits over any workers, killed or not, in other worlds."""
 
 import json
 import os
@@ -8,10 +8,10 @@ from waiting import until
 
 SLOW = """
 import time
-from gaitsim_puppets import Puppet
-class Slow(Puppet):
+from gaitsim_puppets import WindyPuppet
+class Slow(WindyPuppet):
     def move(self, genomes):
-        time.sleep(0.002 * len(genomes))
+        time.sleep(0.001 * len(genomes))
         return super().move(genomes)
 """
 ISLANDS = (
@@ -23,6 +23,10 @@ ISLANDS = (
     "islands.migrants=1",
     "--set",
     "islands.every=5",
+    "--set",
+    "worlds.number=2",
+    "--set",
+    "worlds.redraw=4",
     "--generations",
     13,
 )

@@ -45,7 +45,7 @@ def test_no_chunk_is_empty_and_none_outgrows_the_cache(puppet, puppets, monkeypa
     monkeypatch.setattr(puppets.Puppet, "threads", True)
     sizes = []
 
-    def evaluated(experiment, genomes):
+    def evaluated(experiment, genomes, generation):
         sizes.append(len(genomes))
         return evaluate(experiment, genomes)
 

@@ -1,6 +1,7 @@
 """Islands: who goes where, whose random streams, and that it does not matter where they evolve."""
 
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ THREE = ("islands.number=3", "islands.every=2", "islands.migrants=1", "evolution
 
 
 def here(experiment):
-    return lambda genomes: evaluate(experiment, genomes)
+    return partial(evaluate, experiment)
 
 
 def in_turn(experiment):

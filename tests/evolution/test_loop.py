@@ -1,5 +1,6 @@
 import dataclasses
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ def course(puppet, scores, *overrides):
     experiment = puppet("evolution.generations=100", *overrides)
     bests = iter(scores)
 
-    def scored(genomes):
+    def scored(genomes, number):
         values = np.full(len(genomes), -9.0)
         values[3] = next(bests)
         return Evaluation(values, {"reach": values.copy()}, {})
@@ -33,7 +34,7 @@ def course(puppet, scores, *overrides):
 def test_generations_follow_one_another_by_breeding(puppet):
     experiment = puppet()
     space = experiment.space()
-    generations = list(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
+    generations = list(evolve(experiment, partial(evaluate, experiment)))
     assert [generation.number for generation in generations] == [1, 2, 3, 4, 5]
     genomes = initial_population(experiment, space)
     for generation in generations:
@@ -51,7 +52,7 @@ def test_generations_follow_one_another_by_breeding(puppet):
 def test_continuing_from_any_generation_yields_the_same_ones(puppet):
     experiment = puppet()
 
-    def scored(genomes):
+    def scored(genomes, number):
         return evaluate(experiment, genomes)
 
     whole = list(evolve(experiment, scored))
@@ -67,7 +68,7 @@ def test_continuing_from_any_generation_yields_the_same_ones(puppet):
 
 def test_generations_and_their_arrays_are_read_only(puppet):
     experiment = puppet()
-    generation = next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
+    generation = next(evolve(experiment, partial(evaluate, experiment)))
     with pytest.raises(dataclasses.FrozenInstanceError):
         generation.number = 2
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -80,7 +81,7 @@ def test_generations_and_their_arrays_are_read_only(puppet):
 def test_generations_are_evolved_lazily(puppet):
     calls = []
 
-    def scored(genomes):
+    def scored(genomes, number):
         calls.append(len(genomes))
         return evaluate(puppet(), genomes)
 
@@ -156,7 +157,7 @@ def test_a_search_in_which_all_fail_continues(puppet):
     )
     assert generations[-1].progress == Progress(24, -9.0, 3, 0.0)
 
-    def failing(genomes):
+    def failing(genomes, number):
         scores = np.full(len(genomes), -INF)
         return Evaluation(scores, {"reach": scores.copy()}, dict.fromkeys(range(6), "reach is nan"))
 
@@ -170,7 +171,7 @@ def test_a_search_in_which_all_fail_continues(puppet):
 def test_terms_that_change_their_names_are_refused(puppet):
     names = iter([("a", "b"), ("a", "b"), ("b", "a")])
 
-    def scored(genomes):
+    def scored(genomes, number):
         zeros = np.zeros(len(genomes))
         return Evaluation(zeros, dict.fromkeys(next(names), zeros), {})
 
@@ -184,4 +185,4 @@ def test_an_error_in_measuring_diversity_names_the_package(puppet, monkeypatch):
     monkeypatch.setattr(RealSpace, "diversity", lambda self, genomes: 1 / 0)
     experiment = puppet()
     with pytest.raises(PluginError, match=r"gaitsim-puppets.* measuring diversity"):
-        next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
+        next(evolve(experiment, partial(evaluate, experiment)))

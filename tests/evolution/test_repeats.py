@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from breeding import breed, initial_population
@@ -53,7 +55,7 @@ def test_children_come_from_parents_of_their_own_repeat() -> None:
 
 def test_best_scores_never_fall() -> None:
     experiment = small("millipede-random")
-    best = list(evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 11))
+    best = list(evolve_repeats(experiment, partial(evaluate, experiment), 11))
     assert np.shape(best) == (6, 11)
     assert (np.diff(best, axis=0) >= 0).all()
 
@@ -61,11 +63,11 @@ def test_best_scores_never_fall() -> None:
 @pytest.mark.slow
 def test_repeats_are_distributed_as_single_runs_are() -> None:
     experiment = small("millipede-double-mutation", "evolution.generations=15")
-    *_, last = evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 150)
+    *_, last = evolve_repeats(experiment, partial(evaluate, experiment), 150)
     single = []
     for seed in range(150):
         run = small("millipede-double-mutation", "evolution.generations=15", f"seed={seed + 1}")
-        *_, end = evolve(run, lambda genomes, run=run: evaluate(run, genomes))
+        *_, end = evolve(run, partial(evaluate, run))
         single.append(end.progress.best_score)
     assert mannwhitneyu(last, single).pvalue > 0.01
     assert abs(last.mean() - np.mean(single)) < 0.6

@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -26,14 +27,14 @@ def test_a_stage_with_the_same_scores_keeps_progress():
 
 def test_a_reevaluated_generation_keeps_its_genomes(puppet):
     experiment, other = puppet(), puppet("fitness.price=1")
-    last = next(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
+    last = next(evolve(experiment, partial(evaluate, experiment)))
     last = replace(last, progress=BEFORE)
-    anew = reevaluated(other, last, lambda genomes: evaluate(other, genomes))
+    anew = reevaluated(other, last, partial(evaluate, other))
     assert anew.genomes is last.genomes
     assert np.array_equal(anew.scores, evaluate(other, last.genomes).scores)
     assert not np.array_equal(anew.scores, last.scores)
     assert anew.progress == BEFORE
-    following = next(evolve(other, lambda genomes: evaluate(other, genomes), anew))
+    following = next(evolve(other, partial(evaluate, other), anew))
     assert (following.number, following.progress.stage) == (2, 2)
     assert following.progress.evaluations == 66
 

@@ -89,7 +89,7 @@ def test_features_are_counted_in_standard_deviations():
 
 def test_an_individual_is_tested_on_the_body_in_reality():
     experiment = with_overrides(load_experiment("walker"), REALITY)
-    *_, last = evolve(experiment, lambda genomes: evaluate(experiment, genomes))
+    *_, last = evolve(experiment, lambda genomes, number: evaluate(experiment, genomes, number))
     tests = RealityTests.of(last.state)
     assert tests.generations.tolist() == [1, 2, 3]
     np.testing.assert_array_equal(tests.simulated, evaluate(experiment, tests.genomes).scores)

@@ -1,6 +1,7 @@
 """The default spider's champion, which is learnt, played, and judged."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from gaitsim.runs.writer import RunWriter
 
 def evolved(experiment, path):
     with RunWriter.open(create_run(experiment, path)) as writer:
-        for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
+        for generation in evolve(experiment, partial(evaluate, experiment)):
             writer.record(generation)
     return RunSnapshot(path)
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import shutil
+from functools import partial
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from gaitsim.runs.writer import RunWriter
 def evolve(path, until=None, **options):
     """Evolve a run here, at most to a generation."""
     with RunWriter.open(path, **options) as writer:
-        for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for generation in writer.evolve(partial(evaluate, writer.experiment)):
             if generation.number == until:
                 break
 
@@ -73,7 +74,7 @@ def test_a_growing_run_is_followed(begun):
     async def follow():
         seen, watch = [], RunWatcher(path, period=0)
         with RunWriter.open(path) as writer:
-            generations = writer.evolve(lambda genomes: evaluate(writer.experiment, genomes))
+            generations = writer.evolve(partial(evaluate, writer.experiment))
             async for snapshot in watch:
                 assert snapshot.state == "elsewhere"
                 seen.append(snapshot.generation)

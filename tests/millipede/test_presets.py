@@ -1,6 +1,7 @@
 """The presets: the source's five algorithms, and what they reach."""
 
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -21,7 +22,7 @@ ALGORITHMS = {
 
 def generations(experiment, seed=0):
     experiment = replace(experiment, seed=seed)
-    return list(evolve(experiment, lambda genomes: evaluate(experiment, genomes)))
+    return list(evolve(experiment, partial(evaluate, experiment)))
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

@@ -5,10 +5,13 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
+from pydantic import model_validator
 
 from gaitsim.contracts import (
+    WORLD_HELP,
     BitSpace,
     Channel,
+    Condition,
     Crossover,
     Fitness,
     Measure,
@@ -18,6 +21,7 @@ from gaitsim.contracts import (
     RealSpace,
     Selection,
     Skeleton,
+    check_world,
     option,
 )
 
@@ -62,6 +66,30 @@ class Puppet(Organism):
 
     def joint_names(self):
         return ("shoulder", "elbow", "wrist")
+
+
+class WindyPuppet(Puppet):
+    """A puppet whose reach depends on the wind."""
+
+    world: dict[str, float] = option({}, WORLD_HELP)
+
+    def conditions(self):
+        return {"wind": Condition("m/s", 0.0, -0.5, 0.5, -9.0, 9.0, "turns all joints")}
+
+    @model_validator(mode="after")
+    def _check(self):
+        check_world(self.world, self.conditions())
+        return self
+
+    def move(self, genomes):
+        motion, wind = super().move(genomes), self.world.get("wind", 0.0)
+        reach = np.sin(genomes + wind).sum(axis=1)
+        lost = np.flatnonzero(genomes[:, 0] + wind > 2.2)
+        return Motion(
+            motion.frame_rate,
+            {"joint_angles": motion["joint_angles"], "reach": reach},
+            failures={int(one): "it is blown away" for one in lost},
+        )
 
 
 class BitPuppet(Puppet):

@@ -37,7 +37,7 @@ ENDED, REFUSED, CRASHED = 0, 2, 3
 
 def evolve(path, *overrides):
     with RunWriter.open(path, overrides=parse_assignments(overrides)) as writer:
-        for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for _ in writer.evolve(partial(evaluate, writer.experiment)):
             pass
 
 

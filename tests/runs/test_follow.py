@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from functools import partial
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def evolve(path, until, **options):
     if not until:
         return
     with RunWriter.open(path, **options) as writer:
-        for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for generation in writer.evolve(partial(evaluate, writer.experiment)):
             if generation.number == until:
                 break
 

@@ -1,6 +1,7 @@
 """Runs with islands: what is kept of each, resumed, forked and verified."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -35,9 +36,7 @@ def evolve(path, *overrides, generations=None, until=None, parallel=False):
         def over(function, tasks):
             return [function(experiment, task) for task in tasks]
 
-        for generation in writer.evolve(
-            lambda genomes: evaluate(experiment, genomes), over if parallel else None
-        ):
+        for generation in writer.evolve(partial(evaluate, experiment), over if parallel else None):
             if generation.number == until:
                 break
     return RunSnapshot(path)

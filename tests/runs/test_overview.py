@@ -2,6 +2,7 @@
 
 import math
 import shutil
+from functools import partial
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ def evolve(path, generation, *overrides, **options):
     if not generation:
         return
     with RunWriter.open(path, overrides=parse_assignments(overrides), **options) as writer:
-        for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for made in writer.evolve(partial(evaluate, writer.experiment)):
             if made.number == generation:
                 break
 

@@ -6,6 +6,7 @@ import signal
 import time
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -58,27 +59,39 @@ def searching(request, puppet):
     return lambda *more: puppet("evolution.population=12", *chosen, *more)
 
 
+WINDY = ("organism.plugin=windy-puppet", "worlds.number=3", "worlds.redraw=3")
+"""Worlds that are redrawn."""
+
+
 def evolved(experiment, path, generations=None):
     path = path if path.exists() else create_run(experiment, path)
     with RunWriter.open(path, generations=generations) as writer:
-        for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for _ in writer.evolve(partial(evaluate, writer.experiment)):
             pass
     return path
 
 
 def test_a_run_in_steps_is_the_run_in_one_go(searching, tmp_path):
-    experiment = searching("evolution.generations=9")
+    experiment = searching("evolution.generations=9", *WINDY)
     whole = RunSnapshot(evolved(experiment, tmp_path / "whole"))
     steps = tmp_path / "steps"
-    evolved(searching("evolution.generations=1"), steps)
+    evolved(searching("evolution.generations=1", *WINDY), steps)
     for generations in (2, 3, 5, 9):
         evolved(experiment, steps, generations)
     assert RunSnapshot(steps).fingerprint() == whole.fingerprint()
     assert verify(whole, everything=True).identical
+    assert verify(whole, [1, 4, 9]).identical
+    # Generations 7 to 9 have the same worlds, as has all that the search remembers.
+    assert whole.comparable == 7
+    kept = experiment.search.remembered(whole.finished.state)
+    if kept is not None and experiment.search.keeps:
+        scores = evaluate(experiment, whole.members.genomes, 9).scores
+        np.testing.assert_array_equal(whole.members.scores, scores)
+        assert whole.finished.evaluations > 9 * 12
 
 
 def test_workers_and_forks_make_no_difference(searching, tmp_path):
-    experiment = searching("evolution.generations=4")
+    experiment = searching("evolution.generations=4", *WINDY)
     here = RunSnapshot(evolved(experiment, tmp_path / "here"))
     with Evaluator(experiment, workers=2) as evaluator:
         *_, last = evolve(experiment, evaluator.evaluate)
@@ -95,7 +108,7 @@ def test_workers_and_forks_make_no_difference(searching, tmp_path):
 def test_another_fitness_reevaluates_what_the_search_remembers(searching, tmp_path):
     path = evolved(searching("evolution.generations=3"), tmp_path / "run")
     with RunWriter.open(path, overrides={"fitness.price": 0.4}, generations=6) as writer:
-        for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for _ in writer.evolve(partial(evaluate, writer.experiment)):
             pass
     run = RunSnapshot(path)
     assert [stage.last for stage in run.stages] == [3, 6]
@@ -141,7 +154,7 @@ def test_a_resumed_run_keeps_its_search(searching, tmp_path):
 
 def test_repeats_differ_and_improve(searching):
     experiment = searching("evolution.generations=6")
-    best = list(evolve_repeats(experiment, lambda genomes: evaluate(experiment, genomes), 3))
+    best = list(evolve_repeats(experiment, partial(evaluate, experiment), 3))
     assert len(set(best[0].tolist())) == 3
     assert (np.diff(best, axis=0) >= 0).all()
 
@@ -174,7 +187,7 @@ def test_an_atlas_of_the_spider_is_the_same_with_two_workers_and_in_steps(tmp_pa
 
 @pytest.mark.slow
 def test_fifty_kills_change_no_bit(searching, tmp_path):
-    experiment = searching("evolution.generations=300")
+    experiment = searching("evolution.generations=300", *WINDY)
     whole = RunSnapshot(evolved(experiment, tmp_path / "whole")).fingerprint()
     path = create_run(experiment, tmp_path / "killed")
     moments, kills, status = random.Random(1), 0, None

@@ -1,5 +1,7 @@
 """A snapshot of a run reads each of its files once, and so does each command."""
 
+from functools import partial
+
 import pytest
 
 from gaitsim.evaluation import evaluate
@@ -34,7 +36,7 @@ def test_a_snapshot_stays_as_it_was_while_the_run_grows(run):
     before = RunSnapshot(run)
     last = before.generation
     with RunWriter.open(run, generations=last + 2) as writer:
-        for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for _ in writer.evolve(partial(evaluate, writer.experiment)):
             pass
     assert (before.generation, len(before.history["best"]), len(before.bests)) == (last,) * 3
     assert RunSnapshot(run).generation == last + 2

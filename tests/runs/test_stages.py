@@ -3,6 +3,7 @@
 import math
 import os
 import shutil
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -87,7 +88,7 @@ def assert_same(one, other):
 def test_a_stage_breeds_from_the_population_that_is_judged_anew(puppet, staged):
     first = puppet(THRESHOLD)
     second = with_overrides(first, CLIMB)
-    generations = list(evolve(puppet(), lambda genomes: evaluate(first, genomes)))
+    generations = list(evolve(puppet(), partial(evaluate, first)))
     genomes = generations[3].genomes
     for number in range(5, 9):
         scores = evaluate(second, genomes).scores
@@ -383,9 +384,7 @@ def test_a_fingerprint_tells_stages_apart(puppet):
 def test_whoever_forgets_to_begin_a_stage_is_told(plain):
     with RunWriter.open(plain, overrides=CLIMB, generations=5) as writer:
         assert writer.reevaluates
-        event = next(
-            evolve(writer.experiment, lambda g: evaluate(puppet_of(writer), g), writer.last)
-        )
+        event = next(evolve(writer.experiment, partial(evaluate, puppet_of(writer)), writer.last))
         with pytest.raises(ValueError, match="begin"):
             writer.record(event)
 

@@ -1,6 +1,7 @@
 """Runs that begin with a kept individual."""
 
 import shutil
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,7 @@ def here(tmp_path, monkeypatch, climb):
 
 def go_on(path, until=None, **options):
     with RunWriter.open(path, **options) as writer:
-        for event in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for event in writer.evolve(partial(evaluate, writer.experiment)):
             if event.number == until:
                 break
     return RunSnapshot(path)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ def evolve(path, *overrides, generations=None, until=None):
     with RunWriter.open(
         path, overrides=parse_assignments(overrides), generations=generations
     ) as writer:
-        for generation in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for generation in writer.evolve(partial(evaluate, writer.experiment)):
             if generation.number == until:
                 break
     return RunSnapshot(path)

@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -38,7 +39,7 @@ def walk(here, puppet):
         path = create_run(experiment, Path("runs") / name)
         if generation:
             with RunWriter.open(path) as writer:
-                for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+                for made in writer.evolve(partial(evaluate, writer.experiment)):
                     if made.number == generation:
                         break
         return path

@@ -1,5 +1,7 @@
 """The map of an archive: the cursor, the axes, and the elite beside it."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from textual.widgets import Input
@@ -14,7 +16,7 @@ ATLAS = ("search.plugin=map-elites", AXES, "search.cells=[12, 9, 3]", "evolution
 
 def evolved_once(run):
     with RunWriter.open(run) as writer:
-        next(iter(writer.evolve(lambda genomes: evaluate(writer.experiment, genomes))))
+        next(iter(writer.evolve(partial(evaluate, writer.experiment))))
 
 
 async def shown(driver, run):

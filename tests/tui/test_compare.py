@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -92,7 +93,7 @@ def made(puppet, tmp_path, monkeypatch):
         experiment = puppet(*overrides)
         path = create_run(experiment, Path("runs") / name)
         with RunWriter.open(path) as writer:
-            for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
+            for generation in evolve(experiment, partial(evaluate, experiment)):
                 writer.record(generation)
         fix_seconds(path)
         return path

@@ -1,5 +1,6 @@
 """The laboratory: legs off and on, the champion before and after, trials until a gait walks."""
 
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -32,7 +33,7 @@ def atlas(here, monkeypatch):
     experiment = load_experiment("spider-atlas", parse_assignments([*small, axes]))
     path = create_run(experiment, Path("runs/atlas"))
     with RunWriter.open(path) as writer:
-        for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+        for _ in writer.evolve(partial(evaluate, writer.experiment)):
             pass
     return path
 

@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import threading
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +57,7 @@ def make(puppet):
         path = create_run(puppet(f"evolution.generations={generations}", *overrides), Path(out))
         if generation:
             with RunWriter.open(path) as writer:
-                for made in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+                for made in writer.evolve(partial(evaluate, writer.experiment)):
                     if made.number == generation:
                         break
         return path

@@ -3,6 +3,7 @@
 import asyncio
 import re
 import shutil
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -122,7 +123,7 @@ def walk(install, tmp_path, monkeypatch):
         experiment = parse_experiment(EXPERIMENT, "walk.toml", parse_assignments(overrides))
         path = create_run(experiment, Path("runs") / name)
         with RunWriter.open(path) as writer:
-            for generation in evolve(experiment, lambda genomes: evaluate(experiment, genomes)):
+            for generation in evolve(experiment, partial(evaluate, experiment)):
                 writer.record(generation)
         return path
 
@@ -322,7 +323,7 @@ class TestGenerations:
         assert [loader.load(number).generation for number in (1, 2, 5)] == [1, 2, 5]
         assert len(read) == 1
         with RunWriter.open(run, generations=7) as writer:
-            for _ in writer.evolve(lambda genomes: evaluate(writer.experiment, genomes)):
+            for _ in writer.evolve(partial(evaluate, writer.experiment)):
                 pass
         assert (loader.load(3).last, len(read)) == (5, 1)
         assert (loader.load(6).last, len(read)) == (7, 2)

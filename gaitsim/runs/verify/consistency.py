@@ -187,6 +187,8 @@ def _threshold(run: RunSnapshot) -> float | None:
     if run.previous is not None:
         begins = changes(read_outline(run.previous.experiment, PREVIOUS), run.stages[-1].outline)
         before = next_progress(run.previous, evolution, begins)
+    if run.stages[-1].outline.worlds.redrawn(run.generation):
+        before = before.with_other_scores(evolution, 0)
     best = float(run.history["best"][-1])
     return advance(before, best, len(run.finished.genomes), evolution)[0].threshold
 

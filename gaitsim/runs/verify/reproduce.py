@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitsim.contracts import Genomes
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation, Evaluator
+from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import Generation, evolve, island_map, reevaluated
 from gaitsim.experiment import Experiment
 from gaitsim.runs.files.checkpoint import Checkpoint
@@ -25,8 +25,6 @@ from gaitsim.runs.verify.consistency import (
 
 Judges = Callable[[Experiment], Evaluator]
 """Makes an evaluator of an experiment."""
-Evaluate = Callable[[Genomes], Evaluation]
-
 
 Reproduced = Iterator[tuple[int, bool, list[str]]]
 """Each generation's number, whether it was fully reproduced, and what differs from the record."""
@@ -66,7 +64,7 @@ def reproduce_some(run: RunSnapshot, generations: list[int], judges: Judges) -> 
         with judges(run.experiment_at(number)) as evaluator:
             found = _best_differences(run, number, evaluator.evaluate)
             if number == run.generation:
-                again = evaluator.evaluate(run.finished.genomes)
+                again = evaluator.evaluate(run.finished.genomes, number)
                 found += _score_differences(run.finished, CHECKPOINT, again)
         yield number, False, found
 
@@ -148,7 +146,7 @@ def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> list
         genome = run.best_genome(number)
     except RunError as error:
         return [error.what]
-    again = evaluate(genome[None])
+    again = evaluate(genome[None], number)
     then = {"score": float(best["score"])} | {f"term {name}": kept[name] for name in kept}
     now = {"score": float(again.scores[0])}
     now |= {f"term {name}": float(values[0]) for name, values in again.terms.items()}
