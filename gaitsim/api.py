@@ -16,10 +16,11 @@ from gaitsim.adaptation.of_run import RunAdaptations
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.worlds import World
+from gaitsim.evaluation.worlds import Ranges, World
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
 from gaitsim.gait.changed import with_world
+from gaitsim.gait.unseen import Judgement, judge
 from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
 from gaitsim.render.notebook import RunViews, picture
@@ -243,6 +244,35 @@ class Run(RunViews, RunAdaptations, BackgroundControls, ReprMixin):
             raise GaitsimError("replay() takes a generation or a member, not both", where=ARGUMENTS)
         found = self.snapshot.individual(generation if member is None else Member(member))
         return with_world(found, world) if world else found
+
+    def in_worlds(
+        self,
+        number: int = 100,
+        *,
+        generation: int | None = None,
+        member: int | None = None,
+        seed: int = 0,
+        ranges: Ranges | None = None,
+        workers: int | None = None,
+    ) -> Judgement:
+        """Judge the champion, or another individual, in worlds that it has not seen.
+
+        Args:
+            number: of worlds.
+            generation: whose best; None for the best of all.
+            member: number of a member of the search's front or archive instead, from 1.
+            seed: of the worlds.
+            ranges: lowest and highest value of each condition that varies, by name; None for those
+                of the experiment's worlds, or the usual ones of the body.
+            workers: number of parallel workers; None for what suits the body.
+
+        Raises:
+            GaitsimError: the body has no conditions, or not these, or an argument is invalid.
+            RunError: there is no such individual.
+        """
+        check_workers(workers)
+        individual = self.replay(generation, member=member)
+        return judge(individual, number, seed=seed, ranges=ranges, workers=workers)
 
     @property
     def members(self) -> Members | None:

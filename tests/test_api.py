@@ -330,3 +330,12 @@ def test_a_generation_in_which_some_failed(walked: gs.Search) -> None:
     failed = replace(walked.last, evaluation=replace(evaluation, scores=scores))
     assert "failed=24" in repr(failed)
     assert "mean" not in repr(failed)
+
+
+def test_a_run_is_judged_in_unseen_worlds(tmp_path):
+    options = {"population": 4, "generations": 1, "set": {"organism.duration": 0.5}}
+    list(gs.evolve("walker", **options, out=tmp_path / "run"))
+    found = gs.load(tmp_path / "run").in_worlds(5, ranges={"friction": (0.3, 0.6)}, workers=1)
+    assert len(found.worlds) == 5
+    assert found.nominal.result == gs.load(tmp_path / "run").champion.measures["forward"]
+    assert "worst_tenth=" in repr(found)

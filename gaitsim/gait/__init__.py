@@ -7,16 +7,19 @@ from gaitsim.gait.quantities import quantities
 from gaitsim.gait.report import Footfalls, GaitAnalysis, analyse_gait
 from gaitsim.gait.support import stability_margin
 from gaitsim.gait.twin import compare_with_twin, on_twin
+from gaitsim.gait.unseen import Judgement, judge
 
 __all__ = [
     "Footfalls",
     "GaitAnalysis",
+    "Judgement",
     "analyse_gait",
     "analyse_individual",
     "can_be_damaged",
     "changed",
     "compare_with_twin",
     "damaged",
+    "judge",
     "margin_of",
     "on_twin",
     "quantities",

@@ -22,12 +22,13 @@ from gaitsim.evaluation.worlds import (
     ranges_of,
     unseen,
 )
-from gaitsim.experiment import WORLD, Experiment
+from gaitsim.experiment import WORLD, Experiment, with_overrides
 from gaitsim.gait.intervals import Floats
 from gaitsim.gait.sensitivity import Effect, effects
 from gaitsim.gait.travel import frames_in
 from gaitsim.individual import Individual
 from gaitsim.registry import plugin_errors
+from gaitsim.repr_mixin import ReprField, ReprMixin
 
 MEASURE, SCORE = "forward", "score"
 MOST = 10_000
@@ -54,8 +55,8 @@ class Outcome:
     failure: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class Judgement:
+@dataclass(frozen=True, eq=False, repr=False)
+class Judgement(ReprMixin):
     """What became of a gait in worlds that it has not seen.
 
     Attributes:
@@ -129,6 +130,17 @@ class Judgement:
         found = effects(self.conditions, self.ranges, self.results)
         least = TRIFLE * abs(self.nominal.result)
         return tuple(one for one in found if not one.loss < least)
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "worlds": len(self.worlds),
+            "measure": self.measure,
+            "nominal": self.nominal.result,
+            "median": self.median,
+            "worst_tenth": self.worst_tenth,
+            "falls": self.falls,
+            "losses": {one.condition: one.loss for one in self.effects},
+        }
 
     @property
     def worst(self) -> World:
@@ -214,7 +226,7 @@ def judge(
     check_request(number, seed)
     experiment = replace(individual.experiment, worlds=individual.experiment.worlds.own)
     conditions = conditions_of(experiment)
-    chosen = _varying(individual) if ranges is None else ranges
+    chosen = _varying(individual) if ranges is None else _checked(experiment, ranges)
     worlds = unseen(experiment, number, chosen, seed)
     begin(number)
     nominal = _outcome(individual)
@@ -292,6 +304,11 @@ def _varying(individual: Individual) -> Ranges:
             allowed=f"at least one of {', '.join(ranges)} that varies",
         )
     return varying
+
+
+def _checked(experiment: Experiment, ranges: Ranges) -> Ranges:
+    told = with_overrides(experiment, {"worlds.ranges": {n: [*ends] for n, ends in ranges.items()}})
+    return ranges_of(told)
 
 
 def _outcome_in(

@@ -78,6 +78,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("spider-front", 8, None),
         ("spider-atlas", 20, 300),
         ("quadruped", 4, 2),
+        ("walker", 4, 2),
     ):
         options = {"population": population, "generations": generations}
         for _ in gs.evolve(preset, **options, out=folder / preset):

@@ -125,3 +125,13 @@ def test_a_body_with_one_world_is_refused():
     genome = millipede.space().random(1, np.random.default_rng(0))[0]
     with pytest.raises(GaitsimError, match="one world alone"):
         judge(Individual(millipede, 0.0, {}, 1, genome))
+
+
+@pytest.mark.parametrize(
+    ("ranges", "named"),
+    [({"ice": (0, 1)}, "ice"), ({"friction": (1.0, 0.5)}, "friction"), ({"mass": (-1, 1)}, "mass")],
+)
+def test_ranges_that_the_body_cannot_be_in_are_refused(walker, ranges, named):
+    with pytest.raises(GaitsimError) as error:
+        judge(walker, 3, ranges=ranges)
+    assert named in str(error.value)

@@ -54,3 +54,25 @@ def test_p_plays_the_gait_on_the_physical_twin_of_a_body_that_has_one(here, walk
         assert not driver.screen.check_action("physics", ())
 
     drive(test)
+
+
+def test_w_judges_the_gait_in_unseen_worlds(here, walk, drive, monkeypatch):
+    monkeypatch.setattr("gaitsim.tui.screens.why.WORLDS", 12)
+    puppets, short = walk(), {"organism.duration": 0.5}
+    with gs.evolve("walker", generations=1, population=4, set=short, out=here / "runs/two") as run:
+        list(run)
+
+    async def test(driver):
+        driver.app.open_why(puppets)
+        await driver.until(lambda: "Gait: none" in words(driver.screen))
+        assert not driver.screen.check_action("worlds", ())
+        await driver.press("escape")
+        driver.app.open_why(here / "runs/two")
+        await driver.until(lambda: driver.screen.check_action("worlds", ()))
+        await driver.press("w")
+        await driver.until(lambda: "In 12 unseen worlds" in words(driver.screen))
+        assert "worst tenth" in words(driver.screen)
+        assert driver.screen.command_line().endswith("--worlds 12")
+        assert not driver.screen.check_action("worlds", ())
+
+    drive(test)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLUMNS = 4
+COLUMNS = (4, 3, 5)  # the first of those that leave the fewest places empty
 _HEIGHT = 1.55  # inches of a row of panels
 _DOT = 7.0  # points², the area of a world's mark
 
@@ -30,7 +30,7 @@ def worlds_figure(found: Judgement, heading: str, theme: Theme = LIGHT) -> "Figu
     strongest = [one.condition for one in found.effects]
     names = [*strongest, *(name for name in found.ranges if name not in strongest)]
     panels = 1 + len(names)
-    columns = min(COLUMNS, panels)
+    columns = min(panels, min(COLUMNS, key=lambda count: -panels % count))
     rows = -(-panels // columns)
     with styled(theme):
         figure = Figure(figsize=(2 * WIDTH, 0.65 + rows * _HEIGHT))

@@ -13,8 +13,10 @@ from textual.containers import VerticalScroll
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.worlds import has_worlds
 from gaitsim.gait import GaitAnalysis, analyse_individual, on_twin
 from gaitsim.gait.twin import has_twin
+from gaitsim.gait.unseen import judge
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.explanation import (
     Passage,
@@ -22,6 +24,7 @@ from gaitsim.render.terminal.explanation import (
     on_physics,
     travel_and_stability,
 )
+from gaitsim.render.terminal.judgement import judged
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
@@ -29,6 +32,8 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.numbering import in_words, options_of
 from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.header import Header
+
+WORLDS = 100
 
 
 class Why(GaitScreen):
@@ -48,11 +53,15 @@ Why the best of a generation, or a member, scored, and which gait it is.
 - A term dominates with 60 % of all that the terms add and take.
 - Below: the gait's name, signs of exploits, travel, slip and stability.
 - **Physics** plays the same joint angles on the body's twin in rigid-body physics, if it has one.
+- **Worlds** plays the gait in 100 worlds that it has not seen, if its body has conditions: how far
+  it goes, where it falls, and which conditions hurt.
 - *Analysis with late and inexact servos* in **Export** says whether the gait is robust.
 """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("p", "physics", "Physics", id="why.physics",
                 tooltip="Play the gait on the body's twin in rigid-body physics"),
+        Binding("w", "worlds", "Worlds", id="why.worlds",
+                tooltip="Judge the gait in 100 worlds that it has not seen"),
     ]  # fmt: skip
     DEFAULT_CSS = """
     Why {
@@ -69,7 +78,7 @@ Why the best of a generation, or a member, scored, and which gait it is.
         super().__init__()
         self._run, self._which = run, which
         self._individual: Individual | None = None
-        self._physics = False
+        self._physics = self._worlds = False
         self.sub_title = "why it scored"
 
     def compose(self) -> ComposeResult:
@@ -113,15 +122,51 @@ Why the best of a generation, or a member, scored, and which gait it is.
         await waiting.remove()
         scroll.scroll_end(animate=False)
 
+    @work(group="worlds")
+    async def action_worlds(self) -> None:
+        """Judge the gait in unseen worlds, and show how it does there."""
+        assert self._individual is not None
+        self._worlds = True
+        self.refresh_bindings()
+        scroll, waiting = self.query_one(VerticalScroll), Static("playing in unseen worlds …")
+        await scroll.mount(waiting)
+        scroll.scroll_end(animate=False)
+        try:
+            sections = await self.in_thread(self._judged, self._individual, waiting)
+        except GaitsimError as error:
+            waiting.update(Text(visible_lines(str(error))))
+            return
+        await scroll.mount(*(part for section in sections for part in _shown(section)))
+        await waiting.remove()
+        scroll.scroll_end(animate=False)
+
+    def _judged(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
+        """Judge in a thread; show how many worlds are done."""
+        done = 0
+
+        def advance(worlds: int) -> None:
+            nonlocal done
+            done += worlds
+            if not self.app.is_running or self not in self.app.screen_stack:
+                raise GaitsimError("the screen was left")
+            self.app.call_from_thread(waiting.update, f"{done} of {WORLDS} unseen worlds …")
+
+        # Processes of workers have no place beside the app's own terminal.
+        workers = None if individual.experiment.organism.threads else 1
+        return tuple(judged(judge(individual, WORLDS, workers=workers, advance=advance)))
+
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        found = self._individual
         if action == "physics":
-            found = self._individual
             return found is not None and not self._physics and has_twin(found)
+        if action == "worlds":
+            return found is not None and not self._worlds and has_worlds(found.experiment)
         return super().check_action(action, parameters)
 
     def command_line(self) -> str:
         physics = ("--physics",) if self._physics else ()
-        return command("analyse", self._run, *options_of(self._which), *physics)
+        worlds = ("--worlds", WORLDS) if self._worlds else ()
+        return command("analyse", self._run, *options_of(self._which), *physics, *worlds)
 
 
 def _transferred(individual: Individual) -> Passage:
