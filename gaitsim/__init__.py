@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from gaitsim.experiment import Experiment as Experiment
     from gaitsim.experiment import load_atlas as load_atlas
     from gaitsim.experiment import load_experiment as load_experiment
+    from gaitsim.hardware.exporting import export as export
     from gaitsim.individual import Individual as Individual
     from gaitsim.individual import Member as Member
 
@@ -30,6 +31,7 @@ _PLACES = {
     "Search": "gaitsim.api",
     "compare": "gaitsim.comparing",
     "evolve": "gaitsim.api",
+    "export": "gaitsim.hardware.exporting",
     "load": "gaitsim.api",
     "load_atlas": "gaitsim.experiment",
     "load_experiment": "gaitsim.experiment",
@@ -46,6 +48,7 @@ __all__ = [
     "Search",
     "compare",
     "evolve",
+    "export",
     "load",
     "load_atlas",
     "load_experiment",

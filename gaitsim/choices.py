@@ -6,7 +6,8 @@ Importing this module costs nothing, so that `--help` can list them.
 from typing import Literal
 
 GaitFormat = Literal["mat", "csv", "npz"]
-ServoFormat = Literal["servo", "arduino", "dynamixel", "feetech"]
+CalibratedFormat = Literal["arduino", "dynamixel", "feetech"]
+ServoFormat = Literal["servo", CalibratedFormat]
 RosFormat = Literal["ros2", "rosbag2"]
 PlotFormat = Literal["png", "svg", "pdf"]
 VideoFormat = Literal["mp4", "gif"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.hardware.calibration import Calibration
-from gaitsim.hardware.keyframes import Keyframes
+from gaitsim.hardware.keyframes import DECIMALS, Keyframes
 from gaitsim.runs.files.atomic import write_bytes, writing
 
 FLASH = 32_767  # bytes: the longest array of an AVR, whose pointers into it have 16 bits
@@ -85,6 +85,7 @@ def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: 
         )
     if joints > JOINTS:
         raise GaitsimError(f"the gait has {joints} joints", allowed=f"at most {JOINTS}")
+    _check_standing(keyframes, calibration)
     servos = [*calibration.joints.values()]
     boards = 1 + max(servo.board for servo in servos)
     looped = keyframes.loop_from is not None
@@ -156,6 +157,22 @@ def sketch_name(folder: Path) -> str:
             allowed=f"letters, digits and _, at most {LONGEST_NAME}",
         )
     return name
+
+
+def _check_standing(keyframes: Keyframes, calibration: Calibration) -> None:
+    """Refuse a standing pose, with which a sketch begins, that is beyond the limits."""
+    standing = np.round(keyframes.standing, DECIMALS)
+    excess = np.maximum(calibration.low - standing, standing - calibration.high)
+    joint = int(excess.argmax())
+    if excess[joint] > 0:
+        raise GaitsimError(
+            f"{keyframes.joint_names[joint]} would turn to {standing[joint]:.{DECIMALS}f}° as the "
+            "robot stands, beyond the servo's range",
+            where=calibration.source,
+            allowed=f"{calibration.low[joint]:g}° to {calibration.high[joint]:g}°",
+            remedy=f"give the range of your servos {calibration.limited_by}, or hold them to it "
+            "with --clip",
+        )
 
 
 def _ramps(calibration: Calibration) -> NDArray[np.float64]:

@@ -1,14 +1,14 @@
 """Write a gait in the form that a robot plays."""
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
 from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.gait.files.writer import Gait, gait_of, write_gait
 from gaitsim.hardware.arduino import FLASH, LONGEST_NAME, sketch_name, sketch_of, write_sketch
 from gaitsim.hardware.calibration import (
@@ -21,7 +21,7 @@ from gaitsim.hardware.calibration import (
 )
 from gaitsim.hardware.keyframes import Keyframes, keyframes_of
 from gaitsim.hardware.loop import Loop, find_loop
-from gaitsim.hardware.rosbag import write_bag
+from gaitsim.hardware.rosbag import check_installed, write_bag
 from gaitsim.hardware.tables import write_degrees, write_ticks
 from gaitsim.hardware.template import write_template
 from gaitsim.hardware.trajectory import ARGUMENT, trajectory_of, write_goal
@@ -99,6 +99,16 @@ class Exported:
     notices: tuple[str, ...] = ()
 
 
+def check_bag(individual: Individual) -> None:
+    """Check that a bag can be written of an individual.
+
+    Raises:
+        GaitsimError: the body has no joint angles, or the package rosbags is not installed.
+    """
+    gait_of(individual)
+    check_installed()
+
+
 def file_name(individual: Individual, format: str) -> str:
     """Return the default name of a file of an individual's gait."""
     name = f"gait-{individual.stem}"
@@ -171,6 +181,38 @@ def export_individual(
     else:
         found = _table(gait, calibration, format, path, options)
     return replace(found, notices=(*assumed, *found.notices))
+
+
+def export(
+    individual: Individual, path: str | Path, format: str = "mat", **options: Any
+) -> Exported:
+    """Write the joint angles of an individual to a file, as `gaitsim export` does.
+
+    Args:
+        individual: such as a run's champion, `run.replay(12)` or `run.replay(world={...})`.
+        path: the file; a folder for 'arduino' and 'rosbag2'.
+        format: 'mat', 'csv', 'npz', 'servo', 'arduino', 'dynamixel', 'feetech', 'ros2' or
+            'rosbag2'.
+        **options: `calibration` (the path of a TOML file), `keyframe_ms`, `speed`, `clip`,
+            `centre`, `low`, `high`, as the flags of the command.
+
+    Returns:
+        What the file holds, in words, and notices.
+
+    Raises:
+        GaitsimError: there is no such format or option, the body has no joint angles, the
+            calibration has problems, or the gait exceeds what the servos can do.
+        RunError: it cannot be written.
+    """
+    if format not in ENDINGS:
+        raise unknown("format", format, ENDINGS)
+    known = [field.name for field in fields(Options)]
+    for name in options:
+        if name not in known:
+            raise unknown("option of export()", name, known)
+    if options.get("calibration") is not None:
+        options["calibration"] = Path(options["calibration"])
+    return export_individual(individual, format, Path(path), Options(**options))
 
 
 def template_of(individual: Individual, format: str, path: Path) -> None:

@@ -119,7 +119,7 @@ def keyframes_of(
     found = Keyframes(
         times / speed,
         held,
-        np.clip(standing, calibration.low, calibration.high),
+        np.clip(standing, calibration.low, calibration.high) if clip else standing,
         gait.joint_names,
         int(beyond.sum()),
         float(off),
@@ -186,6 +186,6 @@ def _check_speed(
         f"{seconds * 1000:.0f} ms (frame {seconds * speed * frame_rate:.0f}), faster than {named}",
         where=calibration.source,
         allowed=f"up to {calibration.fastest[joint]:.0f}°/s",
-        remedy=f"play it slower, with --speed {max(slower, SLOWEST):g}: another gait, as the body "
-        "then leans and swings otherwise; or evolve it with slower servos",
+        remedy=f"play it slower, with --speed {max(slower, SLOWEST):g}, and judge it again; or "
+        "evolve it with slower servos",
     )

@@ -26,15 +26,10 @@ def write_bag(trajectory: Trajectory, path: Path) -> None:
         GaitsimError: the package rosbags is not installed.
         RunError: it cannot be written, or there is something else of that name.
     """
-    try:
-        from rosbags.rosbag2 import StoragePlugin, Writer
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise GaitsimError(
-            f"a rosbag2 needs the package {error.name}, which is not installed",
-            where="--format rosbag2",
-            remedy="pip install 'gaitsim[ros]'",
-        ) from None
+    check_installed()
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
     _check_place(path)
     store = get_typestore(Stores.ROS2_HUMBLE)
     with writing(path), draft_folder(path.parent) as draft:
@@ -44,6 +39,22 @@ def write_bag(trajectory: Trajectory, path: Path) -> None:
         shutil.rmtree(path, ignore_errors=True)
         bag.replace(path)
         sync_folder(path.parent)
+
+
+def check_installed() -> None:
+    """Refuse to write a bag without the package rosbags.
+
+    Raises:
+        GaitsimError: it is not installed.
+    """
+    try:
+        import rosbags.rosbag2  # noqa: F401
+    except ImportError as error:
+        raise GaitsimError(
+            f"a rosbag2 needs the package {error.name}, which is not installed",
+            where="--format rosbag2",
+            remedy="pip install 'gaitsim[ros]'",
+        ) from None
 
 
 def _fill(writer: Any, store: Any, trajectory: Trajectory) -> None:

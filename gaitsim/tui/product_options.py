@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from gaitsim.choices import (
     Activation,
     Axis,
+    CalibratedFormat,
     GaitFormat,
     OutputActivation,
     PlotFormat,
@@ -66,7 +67,7 @@ class GaitFile(Settings):
     world: World = None
 
 
-class Servo(Settings):
+class ForRobot(Settings):
     generation: Generation = None
     member: Member = None
     damage: Damage = None
@@ -76,14 +77,49 @@ class Servo(Settings):
         Field(
             ge=1,
             le=60_000,
-            description="Time between two rows. None: every frame.",
+            description="Time between two keyframes. None: every frame.",
             json_schema_extra={"unit": "ms"},
         ),
     ] = None
-    centre: Annotated[float | None, Field(description="Degrees of the pose at rest.")] = None
+    speed: Annotated[
+        float | None,
+        Field(ge=0.01, le=100, description="0.5 is half as fast. None: as simulated."),
+    ] = None
+
+
+class Bag(ForRobot):
+    pass
+
+
+class Calibrated(ForRobot):
+    calibration: Annotated[
+        str | None,
+        Field(description="File with the servo of each joint. None: at their centre in standing."),
+    ] = None
+    clip: Annotated[bool, Field(description="Clip angles beyond the range.")] = False
+
+
+class Servo(Calibrated):
+    centre: Annotated[float | None, Field(description="Degrees for a joint at zero.")] = None
     min: Annotated[float | None, Field(description="Minimum degrees of the servos.")] = None
     max: Annotated[float | None, Field(description="Maximum degrees.")] = None
-    clip: Annotated[bool, Field(description="Clip angles beyond the range.")] = False
+
+
+class Template(Settings):
+    format: Annotated[
+        CalibratedFormat, Field(description="PCA9685 boards, or the family of a servo bus.")
+    ] = "arduino"
+    calibration_template: Annotated[
+        str | None, Field(description="A new file. None: in the run's exports folder.")
+    ] = None
+    generation: Generation = None
+    member: Member = None
+
+    def words(self, run: Path) -> list[str]:
+        """Return the options, with the format and the file."""
+        file = self.calibration_template or str(run / EXPORTS / f"calibration-{self.format}.toml")
+        given = self._flags("format", "calibration_template")
+        return [*given, "--format", self.format, "--calibration-template", file]
 
 
 class Plot(Settings):

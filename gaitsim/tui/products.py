@@ -16,12 +16,16 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import options
 from gaitsim.tui.product_options import (
     Analysis,
+    Bag,
+    Calibrated,
     Differences,
+    ForRobot,
     GaitFile,
     Imitator,
     Plot,
     Servo,
     Settings,
+    Template,
     Video,
 )
 
@@ -112,6 +116,12 @@ GROUPS: dict[str, tuple[Product, ...]] = {
     "Gait": (
         Product("Gait file", ("export",), GaitFile),
         Product("Servo keyframes", ("export", "--format", "servo"), Servo),
+        Product("Arduino sketch", ("export", "--format", "arduino"), Calibrated),
+        Product("Dynamixel positions", ("export", "--format", "dynamixel"), Calibrated),
+        Product("Feetech positions", ("export", "--format", "feetech"), Calibrated),
+        Product("ROS 2 trajectory", ("export", "--format", "ros2"), ForRobot),
+        Product("ROS 2 bag", ("export", "--format", "rosbag2"), Bag),
+        Product("Calibration to fill in", ("export",), Template),
     ),
     "Plot": (
         *(
@@ -137,6 +147,7 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
         GaitsimError: nothing can be made: the run has no champion, or its folder is read-only.
     """
     from gaitsim.gait.files.writer import gait_of
+    from gaitsim.hardware.exporting import check_bag
     from gaitsim.imitation.imitating import learnable_gait
     from gaitsim.render.plots.kinds import KINDS
     from gaitsim.runs.files.folder import exports_folder
@@ -146,7 +157,11 @@ def lacking(run: Path) -> dict[Product, GaitsimError]:
     champion = RunSnapshot(run).individual()
     checks: Mapping[type[Settings], Check] = {
         GaitFile: gait_of,
+        ForRobot: gait_of,
+        Calibrated: gait_of,
         Servo: gait_of,
+        Template: gait_of,
+        Bag: check_bag,
         Imitator: learnable_gait,
     }
     found = {}

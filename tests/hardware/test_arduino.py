@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -143,6 +144,16 @@ def test_a_gait_that_does_not_repeat_is_played_once_and_every_pulse_equals_it(pl
     assert np.abs(pulses[first : first + len(expected)] - expected).max() <= TICK
     standing = gait_pulses(walking(), calibration, [0.0])[0]
     assert pulses[-1] == pytest.approx(standing, abs=TICK)
+
+
+def test_a_standing_pose_beyond_the_limits_is_refused():
+    gait = walking()
+    gait = replace(gait, rest=gait.standing + 2)
+    calibration = calibrated(gait)
+    with pytest.raises(GaitsimError, match="as the robot stands"):
+        sketch_of(keyframes_of(gait, calibration), calibration, "walk", "a gait")
+    held = keyframes_of(gait, calibration, clip=True)
+    assert sketch_of(held, calibration, "walk", "a gait").flash
 
 
 def test_servos_are_switched_off_at_once(play):

@@ -111,7 +111,7 @@ def test_a_speed_that_the_servo_cannot_reach_is_refused_with_one_that_it_can(fil
         keyframes_of(quick, named)
     error.match(r"L1 coxa would turn at 500°/s at 100 ms \(frame 1\), faster than the servo mg995")
     error.match("up to 353°/s")
-    speed = float(error.value.remedy.split("--speed ")[1].split(":")[0])
+    speed = float(error.value.remedy.split("--speed ")[1].split(",")[0])
     assert speed == 0.7
     assert keyframes_of(quick, named, speed=speed).fastest[0] < 353
     with pytest.raises(GaitsimError):

@@ -225,7 +225,12 @@ class TestMaking:
              "video 'runs/a b' '--damage=L2 lost' '--damage=R1 femur stuck 20' "
              "'--world=friction 0.4'"),
             ("Servo keyframes", {"clip": "true", "min": "-30", "generation": " 3 "},
-             "export 'runs/a b' --format servo --generation 3 --min -30.0 --clip"),
+             "export 'runs/a b' --format servo --generation 3 --clip --min -30.0"),
+            ("Arduino sketch", {"calibration": "my robot.toml", "speed": "0.5"},
+             "export 'runs/a b' --format arduino --speed 0.5 --calibration 'my robot.toml'"),
+            ("Calibration to fill in", {"format": "feetech"},
+             "export 'runs/a b' --format feetech "
+             "--calibration-template 'runs/a b/exports/calibration-feetech.toml'"),
             ("Video", {"intro": "false", "generations": "1,50", "size": "none"},
              "video 'runs/a b' --generations 1,50 --no-intro"),
             ("Channel over time", {"component": "x, L1 coxa", "window": "2:5"},
