@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts.solid import SkeletonError, Solid
+from gaitsim.contracts.terrain import Terrain
 
 Array = NDArray[Any]
 
@@ -167,7 +168,8 @@ class Skeleton:
         centre: the point whose path is the body's path, such as its centre of mass,
             (frames, 3), metres; None takes the mean of the segments' ends.
         ground: where it is uneven along x and the same for every y: x, ascending, and height of
-            its corners, (corners, 2), metres; None for level ground at z = 0.
+            its corners, (corners, 2), metres; where it differs with y, a terrain; None for level
+            ground at z = 0.
         solids: what the body is made of.
         poses: where each of them is: position, metres, and unit quaternion (w, x, y, z) in the
             world's frame, (frames, solids, 7).
@@ -185,7 +187,7 @@ class Skeleton:
     touching: NDArray[np.bool_] | None = None
     contact_names: tuple[str, ...] = ()
     centre: NDArray[np.floating[Any]] | None = None
-    ground: NDArray[np.floating[Any]] | None = None
+    ground: NDArray[np.floating[Any]] | Terrain | None = None
     solids: tuple[Solid, ...] = ()
     poses: NDArray[np.floating[Any]] | None = None
     damaged: tuple[str, ...] = ()
@@ -201,20 +203,19 @@ class Skeleton:
         if self.contacts is not None:
             feet = (len(self.contact_names),) if self.contact_names else self.contacts.shape[1:2]
             shapes |= {"contacts": (frames, *feet, 3), "touching": (frames, *feet)}
-        if self.ground is not None:
-            shapes["ground"] = (len(self.ground), 2)
+        profile = None if isinstance(self.ground, Terrain) else self.ground
+        if profile is not None:
+            shapes["ground"] = (len(profile), 2)
         for name, expected in shapes.items():
             array = getattr(self, name)
-            if array is not None and array.shape != expected:
+            if isinstance(array, np.ndarray) and array.shape != expected:
                 raise SkeletonError(f"Skeleton.{name} has shape {array.shape}, expected {expected}")
         solids = (solid.name for solid in self.solids)
         known = {*self.names, *self.contact_names, *solids}
         if unknown := [*{*self.damaged} - known]:
             raise SkeletonError(f"Skeleton.damaged has {unknown}: not a segment, solid or contact")
-        if self.ground is not None and not (
-            len(self.ground)
-            and np.isfinite(self.ground).all()
-            and (np.diff(self.ground[:, 0]) > 0).all()
+        if profile is not None and not (
+            len(profile) and np.isfinite(profile).all() and (np.diff(profile[:, 0]) > 0).all()
         ):
             raise SkeletonError("Skeleton.ground must have corners, finite, and its x ascending")
 

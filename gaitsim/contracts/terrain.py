@@ -22,6 +22,13 @@ class Terrain:
     spacing: float
     corner: tuple[float, float]
 
+    @property
+    def corners(self) -> tuple[Heights, Heights]:
+        """The x and the y of the corners, (columns,) and (rows,) m."""
+        rows, columns = (np.arange(count, dtype=np.float64) for count in self.heights.shape)
+        x, y = self.corner
+        return np.asarray(x + self.spacing * columns), np.asarray(y + self.spacing * rows)
+
     def height(self, points: NDArray[np.floating]) -> Heights:
         """Return the heights of the ground at x and y, (…, 2 or more) m -> (…,) m.
 

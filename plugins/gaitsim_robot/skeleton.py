@@ -11,6 +11,7 @@ from gaitsim.contracts.solid import Shape
 from gaitsim.legged import Damage
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.damaged import lost_bodies
+from gaitsim_robot.inclined import on_ground
 from gaitsim_robot.quaternions import conjugate, product, rotated
 from gaitsim_robot.shapes import CORNERS, mesh_vertices
 from gaitsim_robot.simulation import Simulation
@@ -24,8 +25,8 @@ EDGES = [(i, j) for i in range(8) for j in range(i) if (CORNERS[i] != CORNERS[j]
 
 
 def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleton:
-    """Return the body of one individual over time."""
-    return drawn(
+    """Return the body of one individual over time, on the ground of its world."""
+    level = drawn(
         simulation.model,
         simulation.anatomy,
         motion["configuration"][individual],
@@ -34,6 +35,7 @@ def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleto
         simulation.start[1:3],
         simulation.damage,
     )
+    return on_ground(level, simulation)
 
 
 def drawn(

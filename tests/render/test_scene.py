@@ -107,7 +107,7 @@ def test_a_pose_between_two_frames_is_between_them():
 def test_lines_of_the_ground_stay_where_they_are():
     for x in (0.0, 0.337, 12.9):
         moved = Camera(np.array([x, 0.2, 0.1]), *axes(-58, 27), 7.0, 300.0, np.zeros(2))
-        ends, strength = grid(moved, 1.0, 900.0, 1.0, np.empty(0))
+        ends, strength = grid(moved, 1.0, 900.0, 1.0, (np.empty(0), np.empty(0)))
         assert (ends[..., 2] == 0).all()
         along_y = ends[ends[:, 0, 0] == ends[:, 1, 0], 0, 0]
         assert len(along_y) > 50

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from stick import quadruped_spec, simulation_of, standing_quadruped
 
+from gaitsim.contracts import Terrain
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.commands import arriving
 from gaitsim_robot.conditions import downward, in_world, robot_conditions
@@ -269,3 +270,26 @@ def test_uneven_ground_is_where_mujoco_has_it_and_bears_the_robot():
     standing = motion["lasted"] == 4.0
     assert standing.any()
     assert load[standing] == pytest.approx(motion["weight"][standing], rel=0.03)
+
+
+def test_pictures_show_the_feet_on_the_slope_and_its_bumps():
+    world = {"slope": 8.0, "side_slope": -5.0, "unevenness": 0.01, "seed": 1}
+    robot = Robot(model="hexapod", servo="sts3215", symmetry="alternating", duration=2)
+    some = genomes(robot, 1)
+    told: dict[str, float]
+    for told in ({}, {"slope": 8.0}, world):
+        body = robot.model_copy(update={"world": told})
+        motion = body.move(some)
+        skeleton = body.skeleton(motion, 0)
+        ground = skeleton.ground
+        height = ground.height(skeleton.contacts) if isinstance(ground, Terrain) else 0.0
+        above = skeleton.contacts[..., 2] - height
+        assert np.abs(above[skeleton.touching]).max() < 0.02
+        moved = skeleton.path[-1] - skeleton.path[0]
+        along = motion["torso"][0, -1] - motion["torso"][0, 0]
+        down = downward(told.get("slope", 0.0), told.get("side_slope", 0.0))
+        assert moved[2] == pytest.approx(-along @ down)
+        assert np.linalg.norm(moved) == pytest.approx(np.linalg.norm(along))
+        solids = skeleton.poses[..., :3]
+        assert np.linalg.norm(solids - skeleton.path[:, None], axis=-1).max() < 0.5
+    assert skeleton.path[-1, 2] > skeleton.path[0, 2]

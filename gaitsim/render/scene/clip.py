@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Skeleton
+from gaitsim.contracts import Skeleton, Terrain
 from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.anatomy import Anatomy, anatomy
 from gaitsim.render.scene.camera import Points, steadied
@@ -125,15 +125,21 @@ class Clip:
 
     def grounded(self, points: Points) -> Points:
         """Move points (…, 3) up or down to the drawn ground."""
-        profile = self.skeleton.ground
-        height = 0.0 if profile is None else np.interp(points[..., 0], *profile.T)
+        ground = self.skeleton.ground
+        if isinstance(ground, Terrain):
+            height = ground.height(points)
+        else:
+            height = np.zeros(1) if ground is None else np.interp(points[..., 0], *ground.T)
         return np.stack(np.broadcast_arrays(points[..., 0], points[..., 1], height), axis=-1)
 
     @cached_property
-    def corners(self) -> Points:
-        """The x of the corners of the ground, (corners,) m."""
-        profile = self.skeleton.ground
-        return np.empty(0) if profile is None else profile[:, 0].astype(np.float64)
+    def corners(self) -> tuple[Points, Points]:
+        """The x and the y of the corners of the ground, (corners,) m each."""
+        ground = self.skeleton.ground
+        if isinstance(ground, Terrain):
+            return ground.corners
+        x = np.empty(0) if ground is None else ground[:, 0].astype(np.float64)
+        return x, np.empty(0)
 
     @cached_property
     def box(self) -> Points:

@@ -25,7 +25,7 @@ def fine_step(scale: float, unit: float) -> float:
 
 
 def grid(
-    camera: Camera, span: float, reach: float, unit: float, corners: Points
+    camera: Camera, span: float, reach: float, unit: float, corners: tuple[Points, Points]
 ) -> tuple[Points, NDArray[np.float64]]:
     """Return the pieces of the grid's lines around the aim of the camera.
 
@@ -34,7 +34,8 @@ def grid(
         span: of the body, m.
         reach: how far the ground is drawn, pixels at its distance.
         unit: pixels of the picture that a pixel at 720 lines would be.
-        corners: where along x lines need ends, as the ground has corners there, (corners,) m.
+        corners: where along x and along y lines need ends, as the ground has corners there,
+            (corners,) m each.
 
     Returns:
         Both ends of each piece, at z = 0, (pieces, 2, 3) m, and how strong it is, 0 to 1,
@@ -54,9 +55,8 @@ def grid(
             if coarser:  # those lines are drawn once, and stronger
                 across = across[np.abs(across / coarser - np.round(across / coarser)) > 1e-6]
             along = middle[1 - axis] + np.linspace(-radius, radius, PIECES + 1)
-            if axis:
-                near = (along[0] < corners) & (corners < along[-1])
-                along = np.union1d(along, corners[near])
+            bends = corners[1 - axis]
+            along = np.union1d(along, bends[(along[0] < bends) & (bends < along[-1])])
             points = np.zeros((len(across), len(along), 3))
             points[:, :, axis] = across[:, None]
             points[:, :, 1 - axis] = along
