@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -61,9 +61,13 @@ class Anatomy:
         return angles
 
 
-@cache
-def anatomy(damage: tuple[str, ...]) -> Anatomy:
+@lru_cache
+def anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> Anatomy:
     """Return what damage leaves of the body.
+
+    Args:
+        damage: texts, each of a damaged part.
+        leg_mass: share of the masses of the legs.
 
     Raises:
         GaitsimError: the damage is invalid or needs forces.
@@ -85,14 +89,15 @@ def anatomy(damage: tuple[str, ...]) -> Anatomy:
             held[body.JOINTS.index(one.part)] = one.value or 0.0
         elif one.kind == "slow" and one.value is not None:
             step_limits[body.JOINTS.index(one.part)] *= one.value
-    return Anatomy(_legs(lost), lost, held, step_limits, tuple(one.part for one in found))
+    return Anatomy(_legs(lost, leg_mass), lost, held, step_limits, tuple(one.part for one in found))
 
 
-def _legs(lost: NDArray[np.bool_]) -> Legs:
-    mass = body.BODY_MASS + int((~lost).sum()) * sum(_MASSES)
+def _legs(lost: NDArray[np.bool_], leg_mass: float) -> Legs:
+    masses = [leg_mass * mass for mass in _MASSES]
+    mass = body.BODY_MASS + int((~lost).sum()) * sum(masses)
     lengths, shares = np.zeros((2, len(lost), 3), np.float32)
     lengths[~lost] = (body.COXA, body.FEMUR, body.TIBIA)
-    shares[~lost] = np.divide(_MASSES, mass)
+    shares[~lost] = np.divide(masses, mass)
     hips = np.stack([body.HIP_X, body.SIDE * body.HIP_Y, np.zeros(len(lost))], axis=1)
-    moment = hips[~lost].sum(axis=0) * sum(_MASSES) / mass
+    moment = hips[~lost].sum(axis=0) * sum(masses) / mass
     return Legs(lengths, shares, moment.astype(np.float32))

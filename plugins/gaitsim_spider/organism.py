@@ -8,22 +8,26 @@ import numpy as np
 from pydantic import model_validator
 
 from gaitsim.contracts import (
+    WORLD_HELP,
     Array,
     Channel,
+    Condition,
     Genomes,
     GenomeSpace,
     Measure,
     Motion,
     Organism,
     Skeleton,
+    check_world,
     option,
 )
 from gaitsim.encoding import check_joint_angles, limit_steps
 from gaitsim.legged import BODY_HEIGHT, DAMAGE_HELP, stepping
 from gaitsim_spider import body
-from gaitsim_spider.damage import Legs, anatomy
+from gaitsim_spider.damage import Anatomy, Legs, anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles
 from gaitsim_spider.layout import time_last, time_second
+from gaitsim_spider.worlds import CONDITIONS, LEG_MASS, joint_positions
 
 XYZ = ("x", "y", "z")
 
@@ -46,11 +50,13 @@ class Spider(Organism):
         "genome has half as many genes; not with the recurrence",
     )
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
+    world: dict[str, float] = option({}, WORLD_HELP)
 
     threads: ClassVar[bool] = True
     twin: ClassVar[str] = "spider-physics"
     channels: ClassVar[Mapping[str, Channel]] = {
-        "joint_angles": Channel(("frames", "joints"), "rad", "from the pose at rest"),
+        "joint_angles": Channel(("frames", "joints"), "rad", "commanded, from the pose at rest"),
+        "joint_positions": Channel(("frames", "joints"), "rad", "where the joints are"),
         "feet": Channel(("frames", "feet", XYZ), "m", "feet in the body's frame"),
         "centre_of_mass": Channel(("frames", XYZ), "m", "in the body's frame"),
         "pose": Channel(
@@ -67,6 +73,7 @@ class Spider(Organism):
         if self.encoding == "recurrence" and self.symmetry != "none":
             raise ValueError("symmetry 'alternating' needs the encoding 'sine' or 'cpg'")
         anatomy(self.damage)
+        check_world(self.world, CONDITIONS)
         return self
 
     def genome_space(self) -> GenomeSpace:
@@ -75,9 +82,9 @@ class Spider(Organism):
 
     def move(self, genomes: Genomes) -> Motion:
         """Decode to joint angles, as far as damaged joints reach them, and walk."""
-        alternating, left = self.symmetry == "alternating", anatomy(self.damage)
+        alternating = self.symmetry == "alternating"
         angles = ENCODINGS[self.encoding].angles(genomes, self.frequency, alternating)
-        return _walked(left.restrict(angles), left.legs)
+        return self._walked(self._left.restrict(angles))
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk by given joint angles, held to ±30° and, from frame to frame, to 5° or less if slow.
@@ -92,9 +99,22 @@ class Spider(Organism):
         check_joint_angles(joint_angles, len(body.JOINTS))
         limit = np.float32(body.ANGLE_LIMIT)
         angles = np.clip(joint_angles, -limit, limit).astype(np.float32)
-        left = anatomy(self.damage)
+        left = self._left
         angles = limit_steps(time_last(angles), left.step_limits)
-        return _walked(left.restrict(angles), left.legs)
+        return self._walked(left.restrict(angles))
+
+    @property
+    def _left(self) -> Anatomy:
+        """What damage and the world leave of the body."""
+        return anatomy(self.damage, self.world.get(LEG_MASS, 1.0))
+
+    def _walked(self, commands: Angles) -> Motion:
+        """Return the motion by commands, (population, 24, frames) rad."""
+        left = self._left
+        positions = joint_positions(commands, self.world, left.step_limits)
+        if positions is not commands:
+            positions = left.restrict(positions)
+        return _walked(commands, positions, left.legs)
 
     def joint_names(self) -> tuple[str, ...]:
         """'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
@@ -103,6 +123,10 @@ class Spider(Organism):
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
         """L1 … R4, each with its coxa, femur and tibia."""
         return body.LEG_JOINTS
+
+    def conditions(self) -> Mapping[str, Condition]:
+        """What may vary without forces: how joints follow their commands, and mass of the legs."""
+        return CONDITIONS
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Travel, heading, slip, stability and stance over the whole gait."""
@@ -137,8 +161,8 @@ class Spider(Organism):
         """Body outline and legs in the world, standing on z = 0."""
         from gaitsim_spider.kinematics import leg_points
 
-        left = anatomy(self.damage)
-        points = leg_points(motion["joint_angles"][individual])
+        left = self._left
+        points = leg_points(motion["joint_positions"][individual])
         points[:, left.lost, 1:] = points[:, left.lost, :1]
         x, y, yaw = (motion["pose"][individual, :, axis].astype(float) for axis in range(3))
         length, width = body.BODY_LENGTH / 2, body.BODY_WIDTH / 2
@@ -186,8 +210,14 @@ def _height(motion: Motion) -> Array:
     return np.asarray(body.FOOT_RADIUS - lowest.mean(axis=1, dtype=np.float64))
 
 
-def _walked(angles: Angles, legs: Legs) -> Motion:
-    """The motion by joint angles; feet, contact and travel are worked out when first read."""
+def _walked(commands: Angles, angles: Angles, legs: Legs) -> Motion:
+    """Return the motion of joints; feet, contact and travel are worked out when first read.
+
+    Args:
+        commands: (population, 24, frames) rad.
+        angles: where the joints are, likewise.
+        legs: what damage leaves of them.
+    """
     population, _, frames = angles.shape
 
     def place() -> dict[str, Array]:
@@ -215,7 +245,7 @@ def _walked(angles: Angles, legs: Legs) -> Motion:
 
     return Motion(
         body.FRAME_RATE,
-        {"joint_angles": time_second(angles)},
+        {"joint_angles": time_second(commands), "joint_positions": time_second(angles)},
         {
             ("feet", "centre_of_mass"): place,
             ("pose", "stance", "slip", "margin", "slope"): travel,
