@@ -170,7 +170,7 @@ def _print_tests(run: RunSnapshot) -> None:
     ]
     rows[0][-1] = "–"  # nothing to predict from
     output().print()
-    output().print(f"tests in reality, {toml.literal(run.experiment.transferability.reality)}:")
+    output().print(f"tests in reality, {toml.text(run.experiment.transferability.reality)}:")
     print_table(columns, rows, numbers=columns)
 
 

@@ -18,9 +18,11 @@ from gaitsim import toml
 from gaitsim.contracts import Search
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import (
+    TRANSFERABILITY,
     Evolution,
     Experiment,
     Islands,
+    Transferability,
     Typed,
     load_experiment,
     parse_experiment,
@@ -30,7 +32,12 @@ from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 from gaitsim.runs.files.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 
-SECTIONS = ("evolution", "islands", *KINDS)
+SECTIONS = ("evolution", "islands", TRANSFERABILITY, *KINDS)
+_MODELS: Mapping[str, type[BaseModel]] = {
+    "evolution": Evolution,
+    "islands": Islands,
+    TRANSFERABILITY: Transferability,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,6 +230,8 @@ def _uses(builder: ExperimentBuilder, catalogue: Catalogue, section: str) -> boo
         return True
     if section == "islands":
         return search.several
+    if section == TRANSFERABILITY:
+        return bool(search.keeps)
     return section not in OPERATORS or section in search.operators
 
 
@@ -253,8 +262,7 @@ def choose_plugin(
 
 
 def _form(section: str, builder: ExperimentBuilder, catalogue: Catalogue) -> Form:
-    model: type[BaseModel] = Islands if section == "islands" else Evolution
-    plugin = about = ""
+    model, plugin, about = _MODELS.get(section, Evolution), "", ""
     values: Mapping[str, Any] = builder.preset.values.get(section, {})
     if section in KINDS:
         plugin = builder.plugin(section)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pydantic import BaseModel
 
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment import Overrides
+from gaitsim.experiment import TRANSFERABILITY, Overrides
 from gaitsim.experiment.problems import COMMAND_LINE
 from gaitsim.registry import options
 from gaitsim.registry.class_validation import PLUGIN
@@ -36,6 +36,8 @@ def known_options(run: RunSnapshot) -> list[KnownOption]:
     models["evolution"] = experiment.evolution
     if experiment.islands.number > 1:
         models["islands"] = experiment.islands
+    if experiment.reality is not None:
+        models[TRANSFERABILITY] = experiment.transferability
     found = []
     for section, model in models.items():
         given = options.values(model)

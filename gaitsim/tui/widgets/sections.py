@@ -13,7 +13,12 @@ from gaitsim.tui.widgets.part import Part
 from gaitsim.tui.widgets.toml_view import TomlView
 
 FILE = "file"
-TITLES = {"evolution": "Run", "islands": "Islands", "organism": "Body"}
+TITLES = {
+    "evolution": "Run",
+    "islands": "Islands",
+    "transferability": "Reality",
+    "organism": "Body",
+}
 TITLES |= {kind: kind.capitalize() for kind in KINDS[1:]} | {FILE: "File"}
 
 
