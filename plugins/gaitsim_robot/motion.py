@@ -5,18 +5,19 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.rollout import Record, roll_out
+from gaitsim_robot.rollout import Record, RollOut, roll_out
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
 
-def walked(simulation: Simulation, commands: Floats) -> Motion:
+def walked(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -> Motion:
     """Return the motion of robots whose servos follow commands.
 
     Args:
         simulation: of one robot, in which each is alone.
         commands: (population, frames, joints) rad.
+        engine: simulates them.
     """
-    record = roll_out(simulation, commands)
+    record = engine(simulation, commands)
     held = commands.copy()
     for individual in np.flatnonzero(record.lasted < commands.shape[1]):
         lasted = record.lasted[individual]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import ValidationInfo, field_validator, model_validator
@@ -118,13 +118,17 @@ class Robot(Organism):
     stiffness: float | None = option(
         None, "torque of a servo per error, in place of its own", unit="N m/rad", gt=0, le=1e6
     )
+    engine: Literal["mujoco", "bullet"] = option(
+        "mujoco",
+        "physics engine; bullet plays gaits in a second one, PyBullet, which is installed by "
+        "pip install 'gaitsim[bullet]'",
+    )
     friction: float = option(0.8, "friction of the feet on the ground", ge=0, le=5)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
 
     dynamic: ClassVar[bool] = True
-    threads: ClassVar[bool] = True
     channels: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     @field_validator("model")
@@ -147,6 +151,11 @@ class Robot(Organism):
         _ = self._damage
         check_world(self.world, self.conditions())
         return self
+
+    @property
+    def threads(self) -> bool:  # type: ignore[override]
+        """Whether the engine releases the interpreter's lock, which PyBullet keeps."""
+        return self.engine == "mujoco"
 
     @property
     def text(self) -> str:
@@ -265,9 +274,11 @@ class Robot(Organism):
         return {leg.name: leg.joints for leg in self.anatomy.legs}
 
     def _walked(self, angles: Array) -> Motion:
+        from gaitsim_robot import bullet, rollout
         from gaitsim_robot.motion import walked
 
-        return walked(self.simulation, angles)
+        engines = {"mujoco": rollout.roll_out, "bullet": bullet.roll_out}
+        return walked(self.simulation, angles, engines[self.engine])
 
     def conditions(self) -> Mapping[str, Condition]:
         """The ground, masses, servos, the pose at the start, and pushes."""

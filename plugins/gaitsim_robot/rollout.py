@@ -1,5 +1,6 @@
 """Populations of a robot in simulation, recorded frame by frame."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -46,6 +47,10 @@ class Record:
     failures: dict[int, str]
 
 
+RollOut = Callable[[Simulation, Floats], Record]
+"""Simulates robots in a physics engine, as `roll_out` does in MuJoCo."""
+
+
 def roll_out(simulation: Simulation, commands: Floats) -> Record:
     """Simulate robots that start from standing, each alone.
 
@@ -59,18 +64,15 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
 
     model = simulation.model
     population, frames = commands.shape[:2]
-    record = _empty(simulation, population, frames)
+    record = empty(simulation, population, frames)
     data = mujoco.MjData(model)
     state = np.tile(simulation.start, (population, 1))
     active = np.arange(population)
-    pushed, push = simulation.push(frames)
-    bounds = {*range(0, frames - 1, SEGMENT), frames - 1} | ({pushed} if push.any() else set())
-    for first, last in pairwise(sorted(bounds)):
-        if first == pushed:
-            state[:, 1 + model.nq : 4 + model.nq] += push
+    for first, last, push in segments(simulation, frames):
+        state[:, 1 + model.nq : 4 + model.nq] += push
         control = arriving(simulation, commands, first, last)
         states, sensors = rollout.rollout(model, data, state, control)
-        upright = _record(simulation, record, active, first, last, state, states, sensors)
+        upright = record_segment(simulation, record, active, first, last, state, states, sensors)
         active, state = active[upright], np.ascontiguousarray(states[upright, -2])
         if not len(active):
             break
@@ -79,7 +81,16 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     return record
 
 
-def _empty(simulation: Simulation, population: int, frames: int) -> Record:
+def segments(simulation: Simulation, frames: int) -> Iterator[tuple[int, int, Floats]]:
+    """Yield the first and last frame of segments, and a push of the trunk before each, (3,) m/s."""
+    pushed, push = simulation.push(frames)
+    bounds = {*range(0, frames - 1, SEGMENT), frames - 1} | ({pushed} if push.any() else set())
+    for first, last in pairwise(sorted(bounds)):
+        yield first, last, push if first == pushed else np.zeros(3)
+
+
+def empty(simulation: Simulation, population: int, frames: int) -> Record:
+    """Return a record without entries."""
     model, joints, feet = simulation.model, len(simulation.dof), len(simulation.anatomy.legs)
     return Record(
         np.zeros((population, frames, model.nq)),
@@ -94,7 +105,7 @@ def _empty(simulation: Simulation, population: int, frames: int) -> Record:
     )
 
 
-def _record(
+def record_segment(
     simulation: Simulation,
     record: Record,
     active: NDArray[np.intp],

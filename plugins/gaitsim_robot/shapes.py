@@ -46,7 +46,7 @@ def surfaces(model: Any) -> Surfaces:
     for geom in range(model.ngeom):
         if not (model.geom_contype[geom] | model.geom_conaffinity[geom]) & 1:
             continue  # Bit 1 is the ground's.
-        points, ball = _surface(model, geom)
+        points, ball = surface(model, geom)
         geoms.append(np.full(len(points), geom, np.intp))
         local.append(points)
         radius.append(np.full(len(points), ball))
@@ -57,7 +57,8 @@ def surfaces(model: Any) -> Surfaces:
     return Surfaces(of, model.geom_bodyid[of], np.vstack(local), np.concatenate(radius))
 
 
-def _surface(model: Any, geom: int) -> tuple[Floats, float]:
+def surface(model: Any, geom: int) -> tuple[Floats, float]:
+    """Return the points of a geom's surface in its frame, (points, 3) m, and their radius, m."""
     import mujoco
 
     kinds = mujoco.mjtGeom

@@ -1,0 +1,241 @@
+"""A robot in PyBullet, at rest in its standing pose on the ground."""
+
+from typing import Any
+
+import numpy as np
+
+from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.bullet.client import Client
+from gaitsim_robot.bullet.multibody import RATIO, TRUNK, links_of
+from gaitsim_robot.ground import GROUND
+from gaitsim_robot.quaternions import conjugate, product, rotated
+from gaitsim_robot.shapes import surface
+from gaitsim_robot.simulation import Simulation
+
+STRONG = 1e9  # N m, of gears
+FAST = 1e9  # rad/s, of rotors
+
+BASE = -1
+"""Index of the trunk among the links."""
+
+
+class Body:
+    """A robot and its ground.
+
+    Args:
+        client: an empty world.
+        simulation: of the robot.
+
+    Attributes:
+        links: but for the trunk.
+        moving: indices of the links of joints, (joints,).
+        joints: their numbers in MuJoCo, (joints,).
+        number: of the robot in the client.
+        ground: its number.
+    """
+
+    def __init__(self, client: Client, simulation: Simulation) -> None:
+        self.client, self.simulation = client, simulation
+        model = self.model = simulation.model
+        self.links = links_of(simulation)
+        self.moving = [index for index, link in enumerate(self.links) if link.joint >= 0]
+        self.joints = np.array([self.links[index].joint for index in self.moving], np.intp)
+        self._angles, self._speeds = model.jnt_qposadr[self.joints], model.jnt_dofadr[self.joints]
+        client.setGravity(*model.opt.gravity.tolist())
+        plane = client.createCollisionShape(client.GEOM_PLANE, planeNormal=[0, 0, 1])
+        self.ground = client.createMultiBody(0, plane)
+        # Bullet multiplies the friction of two bodies, of which MuJoCo takes the larger one.
+        client.changeDynamics(self.ground, BASE, lateralFriction=1.0)
+        self.number = self._created()
+        self._change_dynamics()
+        self._gear()
+        self._choose_contacts()
+        self._stand()
+
+    def state(self) -> tuple[Floats, Floats]:
+        """Return the coordinates and speeds in MuJoCo's order, (nq,) and (nv,)."""
+        client, model = self.client, self.model
+        qpos, qvel = self.simulation.start[1 : 1 + model.nq].copy(), np.zeros(model.nv)
+        place, turn = client.getBasePositionAndOrientation(self.number)
+        speed, spin = map(np.array, client.getBaseVelocity(self.number))
+        qpos[3:7] = product(_wxyz(turn), conjugate(model.body_iquat[TRUNK]))
+        # Bullet's base is the centre of mass, whose velocity is not that of the origin.
+        centre = rotated(qpos[3:7], model.body_ipos[TRUNK])
+        qpos[:3] = place - centre
+        qvel[:3] = speed - np.cross(spin, centre)
+        qvel[3:6] = rotated(conjugate(qpos[3:7]), spin)
+        qpos[self._angles], qvel[self._speeds] = self.angles()
+        return qpos, qvel
+
+    def angles(self) -> tuple[Floats, Floats]:
+        """Return the angles of the joints from the file's zero, and their speeds, (joints,)."""
+        found = self.client.getJointStates(self.number, self.moving)
+        angles = np.array([state[0] for state in found])
+        speeds = np.array([state[1] for state in found])
+        return angles + self.model.qpos0[self._angles], speeds
+
+    def push(self, change: Floats) -> None:
+        """Change the velocity of the trunk, (3,) m/s."""
+        speed, spin = self.client.getBaseVelocity(self.number)
+        self.client.resetBaseVelocity(self.number, (change + speed).tolist(), spin)
+
+    def _created(self) -> int:
+        client, model, links = self.client, self.model, self.links
+        kinds = {
+            "fixed": client.JOINT_FIXED,
+            "hinge": client.JOINT_REVOLUTE,
+            "slide": client.JOINT_PRISMATIC,
+        }
+        number: int = client.createMultiBody(
+            baseMass=float(model.body_mass[TRUNK]),
+            baseCollisionShapeIndex=self._shape(TRUNK, np.zeros(3)),
+            baseInertialFramePosition=model.body_ipos[TRUNK].tolist(),
+            baseInertialFrameOrientation=_xyzw(model.body_iquat[TRUNK]),
+            linkMasses=[link.inertia.mass for link in links],
+            linkCollisionShapeIndices=[self._shape(link.body, link.origin) for link in links],
+            linkVisualShapeIndices=[-1] * len(links),
+            linkPositions=[link.place.tolist() for link in links],
+            linkOrientations=[_xyzw(link.turn) for link in links],
+            linkInertialFramePositions=[link.inertia.centre.tolist() for link in links],
+            linkInertialFrameOrientations=[_xyzw(link.inertia.turn) for link in links],
+            linkParentIndices=[link.parent + 1 for link in links],
+            linkJointTypes=[kinds[link.kind] for link in links],
+            linkJointAxis=[link.axis.tolist() for link in links],
+            flags=client.URDF_USE_SELF_COLLISION,
+        )
+        return number
+
+    def _shape(self, body: int, origin: Floats) -> int:
+        """Create the shapes of a body's geoms that collide; `origin` is of its frame, (3,) m."""
+        import mujoco
+        from scipy.spatial import ConvexHull
+
+        client, model, kinds = self.client, self.model, mujoco.mjtGeom
+        shapes: dict[str, list[Any]] = {}
+        for geom in self._geoms(body):
+            kind, size = kinds(int(model.geom_type[geom])), model.geom_size[geom].tolist()
+            shape: dict[str, Any] = {"radii": 0.0, "lengths": 0.0, "halfExtents": [0.0, 0.0, 0.0]}
+            shape["vertices"] = []
+            if kind == kinds.mjGEOM_SPHERE:
+                shape |= {"shapeTypes": client.GEOM_SPHERE, "radii": size[0]}
+            elif kind == kinds.mjGEOM_BOX:
+                shape |= {"shapeTypes": client.GEOM_BOX, "halfExtents": size}
+            elif kind in (kinds.mjGEOM_CAPSULE, kinds.mjGEOM_CYLINDER):
+                round_ = kind == kinds.mjGEOM_CAPSULE
+                shape |= {
+                    "shapeTypes": client.GEOM_CAPSULE if round_ else client.GEOM_CYLINDER,
+                    "radii": size[0],
+                    "lengths": 2 * size[1],
+                }
+            else:  # a mesh or an ellipsoid, of which the hull collides
+                points = surface(model, geom)[0]
+                corners = points[ConvexHull(points).vertices].tolist()
+                shape |= {"shapeTypes": client.GEOM_MESH, "vertices": corners}
+            shape["collisionFramePositions"] = (model.geom_pos[geom] + origin).tolist()
+            shape["collisionFrameOrientations"] = _xyzw(model.geom_quat[geom])
+            for name, value in shape.items():
+                shapes.setdefault(name, []).append(value)
+        if not shapes:
+            return -1
+        if not any(shapes["vertices"]):
+            del shapes["vertices"]
+        found: int = client.createCollisionShapeArray(**shapes)
+        return found
+
+    def _geoms(self, body: int) -> list[int]:
+        """Return the geoms of a body that collide with anything; none for -1."""
+        model = self.model
+        collide = (model.geom_contype | model.geom_conaffinity) != 0
+        return list(map(int, np.flatnonzero((model.geom_bodyid == body) & collide)))
+
+    def _change_dynamics(self) -> None:
+        client, model = self.client, self.model
+        # These are of the whole robot; Bullet takes what is given with them for the trunk's.
+        client.changeDynamics(
+            self.number, BASE, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FAST
+        )
+        ground = model.geom(GROUND).friction[0]
+        for index, link in enumerate((None, *self.links), BASE):
+            body = link.body if link else TRUNK
+            friction = max([ground, *model.geom_friction[self._geoms(body), 0]])
+            client.changeDynamics(self.number, index, lateralFriction=float(friction))
+            moments = link.inertia.moments if link else model.body_inertia[TRUNK]
+            client.changeDynamics(self.number, index, localInertiaDiagonal=moments.tolist())
+
+    def _gear(self) -> None:
+        """Gear rotors to joints; leave joints to their own friction, within their limits."""
+        client, model = self.client, self.model
+        for index, link in enumerate(self.links):
+            if link.kind == "fixed":
+                continue
+            friction = 0.0
+            if link.joint >= 0:
+                friction = float(model.dof_frictionloss[model.jnt_dofadr[link.joint]])
+                if model.jnt_limited[link.joint]:
+                    zero = model.qpos0[model.jnt_qposadr[link.joint]]
+                    lower, upper = (model.jnt_range[link.joint] - zero).tolist()
+                    client.changeDynamics(
+                        self.number, index, jointLowerLimit=lower, jointUpperLimit=upper
+                    )
+            client.setJointMotorControl2(
+                self.number, index, client.VELOCITY_CONTROL, force=friction
+            )
+            if link.geared >= 0:
+                gears = client.createConstraint(
+                    self.number,
+                    link.geared,
+                    self.number,
+                    index,
+                    client.JOINT_GEAR,
+                    link.axis.tolist(),
+                    [0.0, 0.0, 0.0],
+                    [0.0, 0.0, 0.0],
+                )
+                client.changeConstraint(gears, gearRatio=1 / RATIO, maxForce=STRONG, erp=0.0)
+
+    def _choose_contacts(self) -> None:
+        """Let the pairs of bodies collide that collide in MuJoCo."""
+        client, model = self.client, self.model
+        bodies = [(BASE, TRUNK)]
+        bodies += [(index, link.body) for index, link in enumerate(self.links) if link.body >= 0]
+        ground = [int(model.geom(GROUND).id)]
+        excluded = {(one >> 16, one & 0xFFFF) for one in model.exclude_signature.tolist()}
+        excluded |= {(other, one) for one, other in excluded}
+        for position, (index, body) in enumerate(bodies):
+            meets = self._meet(self._geoms(body), ground)
+            client.setCollisionFilterPair(self.number, self.ground, index, BASE, int(meets))
+            for second, other in bodies[:position]:
+                meets = self._meet(self._geoms(body), self._geoms(other))
+                meets &= (body, other) not in excluded and not self._related(body, other)
+                client.setCollisionFilterPair(self.number, self.number, index, second, int(meets))
+
+    def _meet(self, geoms: list[int], others: list[int]) -> bool:
+        kinds, affine = self.model.geom_contype, self.model.geom_conaffinity
+        meets = (kinds[geoms, None] & affine[others]) | (affine[geoms, None] & kinds[others])
+        return bool(meets.any())
+
+    def _related(self, body: int, other: int) -> bool:
+        """Whether one body carries the other, with those that are fixed to it."""
+        welded, parents = self.model.body_weldid, self.model.body_parentid
+        one, two = welded[body], welded[other]
+        return bool(one == two or welded[parents[one]] == two or welded[parents[two]] == one)
+
+    def _stand(self) -> None:
+        client, model = self.client, self.model
+        qpos = self.simulation.start[1 : 1 + model.nq]
+        zero = model.qpos0[self._angles]
+        for link, angle in zip(self.moving, qpos[self._angles] - zero, strict=True):
+            client.resetJointState(self.number, link, float(angle))
+        place = qpos[:3] + rotated(qpos[3:7], model.body_ipos[TRUNK])
+        turn = product(qpos[3:7], model.body_iquat[TRUNK])
+        client.resetBasePositionAndOrientation(self.number, place.tolist(), _xyzw(turn))
+
+
+def _xyzw(turn: Floats) -> list[float]:
+    """Return a quaternion in Bullet's order."""
+    return [*turn[1:].tolist(), float(turn[0])]
+
+
+def _wxyz(turn: tuple[float, ...]) -> Floats:
+    """Return Bullet's quaternion in MuJoCo's order."""
+    return np.array([turn[3], *turn[:3]])

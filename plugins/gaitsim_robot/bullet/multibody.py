@@ -1,0 +1,183 @@
+"""A robot compiled by MuJoCo as links of Bullet.
+
+Each joint becomes a link of Bullet, because a body of MuJoCo may have several. A link's frame has
+the axes of its body and its origin at the joint. Bullet's joints are at 0 where they are created,
+which is the reference pose of the file.
+
+Bullet has no armature: the inertia of a motor's rotor, seen through its gears. That of a hobby
+servo is about a hundred times its shank's, and decides how fast a joint follows. Each joint with
+armature therefore has a rotor, as the servo has: a link on the same axis, geared to the joint,
+whose inertia is the armature over the square of the ratio.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.damaged import LOCKED
+from gaitsim_robot.errors import RobotError
+from gaitsim_robot.quaternions import product, rotated
+from gaitsim_robot.simulation import Simulation
+
+TRUNK = 1  # number of its body
+RATIO = 2000.0  # of the gears; with so high a one, the rotor's own spin is nothing, as in armature
+LIGHT = 1e-6  # of the robot's mass: that of links without a body; what is lighter is lost
+ROTOR = 1e-9  # kg
+NEAR = 1e-3  # m, radius of gyration of a link without a body
+
+ONE = np.array([1.0, 0.0, 0.0, 0.0])
+"""The quaternion of no turn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inertia:
+    """How heavy a link is.
+
+    Attributes:
+        mass: kg.
+        moments: about the principal axes, (3,) kg m².
+        centre: of mass in the link's frame, (3,) m.
+        turn: of the principal axes in that frame, (w, x, y, z).
+    """
+
+    mass: float
+    moments: Floats
+    centre: Floats
+    turn: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link of Bullet.
+
+    Attributes:
+        parent: index of the link that carries it, -1 for the trunk.
+        kind: of its joint.
+        place: of its frame in the frame of its parent, (3,) m.
+        turn: the same, (w, x, y, z).
+        axis: of its joint in its frame, (3,).
+        inertia: how heavy it is.
+        joint: number of MuJoCo's joint; -1 for none that moves, and for a rotor's.
+        body: number of MuJoCo's body; -1 for a rotor, and between two joints of a body.
+        origin: of the body's frame in this frame, (3,) m.
+        geared: index of the link whose joint this rotor turns with; -1 for other links.
+    """
+
+    parent: int
+    kind: Literal["fixed", "hinge", "slide"]
+    place: Floats
+    turn: Floats
+    axis: Floats
+    inertia: Inertia
+    joint: int
+    body: int
+    origin: Floats
+    geared: int = -1
+
+
+def links_of(simulation: Simulation) -> tuple[Link, ...]:
+    """Return the trunk's links, in the order in which Bullet numbers them: depth first.
+
+    Raises:
+        RobotError: the robot has parts that Bullet does not simulate.
+    """
+    model = simulation.model
+    _check(model)
+    total = float(model.body_subtreemass[TRUNK])
+    links: list[Link] = []
+    carrier, origins = {TRUNK: -1}, {TRUNK: np.zeros(3)}
+    for body in range(TRUNK + 1, model.nbody):
+        parent = int(model.body_parentid[body])
+        if parent not in carrier or model.body_subtreemass[body] < LIGHT * total:
+            continue  # of a lost leg
+        place, turn = model.body_pos[body] + origins[parent], model.body_quat[body]
+        link, origin = carrier[parent], np.zeros(3)
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        for joint in range(first, first + count) or (-1,):
+            if joint >= 0:
+                place = place + rotated(turn, model.jnt_pos[joint] + origin)
+                origin = -model.jnt_pos[joint]
+                turn = product(turn, _locked(simulation, joint))
+            owner = body if joint in (-1, first + count - 1) else -1
+            links += _joined(simulation, joint, link, place, turn, owner, origin, len(links))
+            link, place, turn = len(links) - 1, np.zeros(3), ONE
+        carrier[body], origins[body] = link, origin
+    return tuple(links)
+
+
+def is_locked(simulation: Simulation, joint: int) -> bool:
+    """Return whether damage holds a joint at an angle, by an armature that nothing turns."""
+    anatomy, armature = simulation.anatomy, _armature(simulation.model, joint)
+    return bool(armature > 0.1 * LOCKED * anatomy.mass * anatomy.length**2)
+
+
+def _locked(simulation: Simulation, joint: int) -> Floats:
+    """Return the turn of a locked joint from the reference pose; no turn of others."""
+    model = simulation.model
+    if not is_locked(simulation, joint):
+        return ONE
+    address = model.jnt_qposadr[joint]
+    half = (model.qpos_spring[address] - model.qpos0[address]) / 2
+    return np.array([np.cos(half), *(np.sin(half) * model.jnt_axis[joint])])
+
+
+def _joined(
+    simulation: Simulation,
+    joint: int,
+    parent: int,
+    place: Floats,
+    turn: Floats,
+    body: int,
+    origin: Floats,
+    index: int,
+) -> list[Link]:
+    """Return the link of a joint or, without one, of a fixed body; before it, its rotor."""
+    import mujoco
+
+    model = simulation.model
+    mass = LIGHT * float(model.body_subtreemass[TRUNK])
+    inertia = Inertia(mass, np.full(3, mass * NEAR**2), np.zeros(3), ONE)
+    if body >= 0:
+        inertia = Inertia(
+            max(float(model.body_mass[body]), mass),
+            np.maximum(model.body_inertia[body], inertia.moments),
+            model.body_ipos[body] + origin,
+            model.body_iquat[body],
+        )
+    if joint < 0 or is_locked(simulation, joint):
+        axis = np.array([0.0, 0.0, 1.0])
+        return [Link(parent, "fixed", place, turn, axis, inertia, -1, body, origin)]
+    slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+    kind: Literal["hinge", "slide"] = "slide" if slides else "hinge"
+    axis, armature = model.jnt_axis[joint], _armature(model, joint)
+    moving = Link(parent, kind, place, turn, axis, inertia, joint, body, origin)
+    if not armature:
+        return [moving]
+    rotor = Inertia(ROTOR, np.full(3, armature / RATIO**2), np.zeros(3), ONE)
+    return [Link(parent, "hinge", place, turn, axis, rotor, -1, -1, origin, index + 1), moving]
+
+
+def _armature(model: Any, joint: int) -> float:
+    return float(model.dof_armature[model.jnt_dofadr[joint]])
+
+
+def _check(model: Any) -> None:
+    """Refuse what this engine does not simulate."""
+    import mujoco
+
+    refused = {
+        "ball joints": (model.jnt_type == mujoco.mjtJoint.mjJNT_BALL).any(),
+        "mimic joints and closed linkages": bool(model.neq) and model.eq_active0.any(),
+        "tendons": bool(model.ntendon),
+        "uneven ground": (model.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD).any(),
+    }
+    found = [name for name, present in refused.items() if present]
+    if found:
+        raise RobotError(
+            f"the engine bullet does not simulate {' and '.join(found)}",
+            key="engine",
+            allowed="bullet for robots of hinges and slides on flat ground",
+            remedy='set organism.engine = "mujoco"',
+        )

@@ -1,0 +1,171 @@
+"""Populations of a robot in PyBullet, one after the other, recorded as in MuJoCo."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.bullet.body import Body
+from gaitsim_robot.bullet.client import connected
+from gaitsim_robot.bullet.servos import Drives
+from gaitsim_robot.commands import arriving
+from gaitsim_robot.rollout import Record, empty, record_segment, segments
+from gaitsim_robot.simulation import Simulation
+
+LONGEST_STEP = 0.002  # s
+SHARE = 0.5  # of a time constant of the servos: the longest step of their explicit integration
+
+
+def roll_out(simulation: Simulation, commands: Floats) -> Record:
+    """Simulate robots that start from standing, each in a world of its own.
+
+    Args:
+        simulation: of one robot.
+        commands: to the servos of the legs, (population, frames, joints) rad; each is held for a
+            frame.
+
+    Raises:
+        RobotError: PyBullet is not installed, or does not simulate such a robot.
+    """
+    population, frames = commands.shape[:2]
+    record = empty(simulation, population, frames)
+    substeps = substeps_of(simulation)
+    for individual in range(population):
+        with connected(simulation.model.opt.timestep / substeps) as client:
+            walk = _Walk(Body(client, simulation), substeps)
+            before = simulation.start
+            for first, last, push in segments(simulation, frames):
+                if push.any():
+                    walk.body.push(push)
+                states, sensors = walk.on(
+                    arriving(simulation, commands[[individual]], first, last)[0]
+                )
+                upright = record_segment(
+                    simulation,
+                    record,
+                    np.array([individual]),
+                    first,
+                    last,
+                    before[None],
+                    states[None],
+                    sensors[None],
+                )
+                if not upright[0]:
+                    break
+                before = states[-2]
+    return record
+
+
+def substeps_of(simulation: Simulation) -> int:
+    """Return how many of Bullet's steps are one of MuJoCo's.
+
+    Servos are springs and dampers that Bullet integrates explicitly: MuJoCo's step is cut into
+    parts of at most `LONGEST_STEP` and `SHARE` of the servos' shortest time constant in standing.
+    """
+    import mujoco
+
+    model = simulation.model
+    data = mujoco.MjData(model)
+    data.qpos[:] = simulation.start[1 : 1 + model.nq]
+    mujoco.mj_forward(model, data)
+    inertia = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, inertia)
+    drives = Drives(model, np.arange(1, model.njnt))
+    rates = []
+    for constants in (drives.damping, drives.stiffness):
+        full = np.zeros(model.nv)
+        full[model.jnt_dofadr[1:]] = constants
+        rates.append(np.abs(np.linalg.eigvals(np.linalg.solve(inertia, np.diag(full)))).max())
+    fastest = float(max(rates[0], math.sqrt(rates[1]), SHARE / LONGEST_STEP))
+    return math.ceil(float(model.opt.timestep) * fastest / SHARE - 1e-9)
+
+
+class _Walk:
+    """A robot that walks; its states and sensors are in MuJoCo's order."""
+
+    def __init__(self, body: Body, substeps: int) -> None:
+        import mujoco
+
+        self.body, self.simulation, self.substeps = body, body.simulation, substeps
+        self.model = self.simulation.model
+        self.drives = Drives(self.model, body.joints)
+        self.data: Any = mujoco.MjData(self.model)
+        self.steps = 0
+        bodies = [link.body for link in body.links]
+        feet = [self.model.body(leg.foot).id for leg in self.simulation.anatomy.legs]
+        # A lost foot has no link.
+        self.foot_of = {bodies.index(foot): n for n, foot in enumerate(feet) if foot in bodies}
+        joints = [self.model.joint(name).id for name in self.simulation.anatomy.joints]
+        places = {int(joint): n for n, joint in enumerate(body.joints)}
+        self.known = np.array([n for n, joint in enumerate(joints) if joint in places], np.intp)
+        self.driven = np.array([places[joint] for joint in joints if joint in places], np.intp)
+
+    def on(self, control: Floats) -> tuple[Floats, Floats]:
+        """Return the states after each of MuJoCo's steps, and its sensors at their beginnings.
+
+        Args:
+            control: of all servos, (steps + 1, servos) rad; the last is not simulated.
+
+        Returns:
+            (steps + 1, states) and (steps + 1, sensors); the last state is the one before.
+        """
+        simulation, model = self.simulation, self.model
+        count = len(control) - 1
+        states = np.full((count + 1, len(simulation.start)), np.nan)
+        sensors = np.zeros((count + 1, model.nsensordata))
+        self._see(sensors[0])
+        for step in range(count):
+            for _ in range(self.substeps):
+                self._step(control[step], sensors[step])
+            self.steps += 1
+            state = np.concatenate(self.body.state())
+            if not np.isfinite(state).all():
+                break
+            states[step, 0] = self.steps * model.opt.timestep
+            states[step, 1 : 1 + len(state)] = state
+            if (step + 1) % simulation.steps == 0:
+                self._see(sensors[step + 1])
+        states[-1] = states[-2]
+        return states, sensors
+
+    def _step(self, control: Floats, sensors: Floats) -> None:
+        """Go on by a step, and add its share of torques and contacts to the sensors."""
+        body, simulation, client = self.body, self.simulation, self.body.client
+        servo, torque = self.drives.torques(control, *body.angles())
+        client.setJointMotorControlArray(
+            body.number, body.moving, client.TORQUE_CONTROL, forces=torque.tolist()
+        )
+        client.stepSimulation()
+        sensors[simulation.torque[self.known]] += np.abs(servo[self.driven]) / self.substeps
+        strongest: dict[int, Any] = {}
+        for contact in client.getContactPoints(body.number, body.ground):
+            link, push = contact[3], contact[9]
+            if push <= 0 or link not in self.foot_of:
+                continue
+            foot = self.foot_of[link]
+            force = push * np.array(contact[7])
+            force += contact[10] * np.array(contact[11]) + contact[12] * np.array(contact[13])
+            sensors[simulation.load[foot]] += force / self.substeps
+            if link not in strongest or push > strongest[link][9]:
+                strongest[link] = contact
+        if not strongest:
+            return
+        found = client.getLinkStates(body.number, list(strongest), computeLinkVelocity=1)
+        for (link, contact), state in zip(strongest.items(), found, strict=True):
+            arm = np.array(contact[5]) - state[0]
+            speed = np.array(state[6]) + np.cross(state[7], arm)
+            slide = simulation.slide[self.foot_of[link]]
+            sensors[slide[1]] += math.hypot(speed[0], speed[1]) / self.substeps
+
+    def _see(self, sensors: Floats) -> None:
+        """Write the places of the feet, and whether the trunk touches the ground."""
+        import mujoco
+
+        body, simulation, client = self.body, self.simulation, self.body.client
+        self.data.qpos[:] = body.state()[0]
+        mujoco.mj_kinematics(self.model, self.data)
+        for foot, leg in enumerate(simulation.anatomy.legs):
+            sensors[simulation.feet[foot]] = self.data.site(f"world: foot {leg.name}").xpos
+        touching = client.getContactPoints(body.number, body.ground, -1, -1)
+        sensors[simulation.belly] = sum(contact[8] <= 0 for contact in touching)
