@@ -17,6 +17,8 @@ from gaitsim.render.terminal.judgement import in_one_line, judged
 EXPERIMENT = load_experiment("walker", {"organism.duration": 1, "worlds.number": 3})
 GENOME = EXPERIMENT.space().random(1, np.random.default_rng(3))
 
+NOWHERE = Outcome(0.0, 0.0, fell=False)
+
 
 @pytest.fixture(scope="module")
 def walker():
@@ -98,6 +100,14 @@ def test_what_is_said_of_worlds():
     assert ("worst tenth, mean", "1.600", "80 %") in table.rows
     [row] = hurting.rows
     assert row[:4] == ("side_slope", "below −1° or above 1°", "0.300", "4 of 80")
+
+
+def test_a_gait_that_goes_nowhere_is_said_to():
+    still = replace(made(np.zeros(20), friction=np.linspace(0, 1, 20)), nominal=NOWHERE)
+    table, hurting = judged(still)
+    assert "in no world" in table.warning
+    assert table.columns == ("", "forward m")
+    assert hurting.rows == ()
 
 
 def test_failed_motions_do_not_spoil_what_is_said():

@@ -111,7 +111,7 @@ def _condition(axes: "Axes", found: Judgement, name: str, theme: Theme) -> None:
         axes.set_xlim(low, high)
     unit = f" ({found.units[name]})" if found.units[name] else ""
     axes.set_xlabel(f"{spaced(name)}{unit}")
-    axes.locator_params(axis="x", nbins=5)
+    axes.locator_params(axis="x", nbins=4)
 
 
 def _worlds(

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from gaitsim.evaluation.worlds import describe
 from gaitsim.gait.sensitivity import Effect
-from gaitsim.gait.unseen import Judgement
+from gaitsim.gait.unseen import SCORE, Judgement
 from gaitsim.render.terminal.explanation import Passage, or_dash
 from gaitsim.render.terminal.text import number
 
@@ -20,10 +20,14 @@ def judged(found: Judgement) -> Iterator[Passage]:
         "worst": found.quantile(0.0),
     }
     measure = f"{found.measure} {found.unit}".rstrip()
+    kept = ("of nominal",) if found.nominal.result > 0 else ()
     rows = tuple(
-        (name, or_dash(value, 3), percent(found.kept(value))) for name, value in results.items()
+        (name, or_dash(value, 3), *(percent(found.kept(value)) for _ in kept))
+        for name, value in results.items()
     )
     nominal = " It falls in the nominal world, too." if found.nominal.fell else ""
+    moves = found.measure == SCORE or max(found.quantile(1.0), found.nominal.result) > 0
+    nowhere = "" if moves else "It goes forward in no world."
     notes = [f"{_capital(falls(found))}.{nominal}"]
     if found.failures:
         notes.append(f"A motion fails: {found.failures[0]}")
@@ -31,9 +35,10 @@ def judged(found: Judgement) -> Iterator[Passage]:
     notes.append(f"The worst one: {describe(found.worst)}.")
     yield Passage(
         f"In {len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}",
-        columns=("", measure, "of nominal"),
+        warning=nowhere,
+        columns=("", measure, *kept),
         rows=rows,
-        numbers=(measure, "of nominal"),
+        numbers=(measure, *kept),
         notes=tuple(notes),
     )
     yield _hurting(found)
