@@ -88,7 +88,7 @@ def export(
 
     gaitsim export spider --format arduino --calibration-template robot.toml
 
-    gaitsim export spider --format arduino --calibration robot.toml --out my_spider
+    gaitsim export spider --format arduino --calibration robot.toml
 
     gaitsim export spider --format ros2 --out goal.yaml
     """

@@ -10,6 +10,7 @@ import numpy as np
 from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.gait.files.writer import Gait, gait_of, write_gait
+from gaitsim.gait.of_individual import frames_before_fall
 from gaitsim.hardware.arduino import FLASH, LONGEST_NAME, sketch_name, sketch_of, write_sketch
 from gaitsim.hardware.calibration import (
     BUSES,
@@ -164,8 +165,10 @@ def export_individual(
     if format in get_args(GaitFormat):
         write_gait(gait, path, format)
         return Exported(f"{frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
+    fall = _fall(individual, frames)
     if format in get_args(RosFormat):
-        return _ros(gait, format, path, options)
+        found = _ros(gait, format, path, options)
+        return replace(found, notices=(*fall, *found.notices))
     if format == "servo" and options.calibration is None:
         centre = options.centre or 0.0
         low = centre - REACH if options.low is None else options.low
@@ -180,7 +183,7 @@ def export_individual(
         found = _arduino(gait, calibration, path, options, individual.title)
     else:
         found = _table(gait, calibration, format, path, options)
-    return replace(found, notices=(*assumed, *found.notices))
+    return replace(found, notices=(*fall, *assumed, *found.notices))
 
 
 def export(
@@ -213,6 +216,15 @@ def export(
     if options.get("calibration") is not None:
         options["calibration"] = Path(options["calibration"])
     return export_individual(individual, format, Path(path), Options(**options))
+
+
+def _fall(individual: Individual, frames: int) -> tuple[str, ...]:
+    """Return a warning of a body that falls in the simulation."""
+    upright = frames_before_fall(individual)
+    if upright >= frames:
+        return ()
+    seconds = upright / individual.motion.frame_rate
+    return (f"in the simulation, the body falls after {seconds:.1f} s of this gait",)
 
 
 def template_of(individual: Individual, format: str, path: Path) -> None:

@@ -24,7 +24,8 @@ class Search(NamedTuple):
 
 _PRODUCTS = (
     "make video movie film mp4 gif plot figure picture png pdf svg matlab mat csv servo robot gait "
-    "file save analyse analysis imitate imitation network curve"
+    "arduino dynamixel feetech ros ros2 bag hardware calibration file save analyse analysis "
+    "imitate imitation network curve"
 )
 _REASONS = "score terms analyse analysis gait name explain breakdown"
 _EXPORT = "On a run, at home, live or in a replay: e."

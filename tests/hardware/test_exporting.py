@@ -1,0 +1,56 @@
+"""Exports of the bundled bodies, in Python."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gaitsim as gs
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.playing import play
+from gaitsim.experiment import with_overrides
+from gaitsim.individual import Individual
+
+
+@pytest.fixture
+def walker():
+    """A walker that is commanded these angles, (frames, joints) rad."""
+
+    def moved(angles):
+        experiment = gs.load_experiment("walker")
+        return Individual.of_motion(experiment, play(experiment, angles[None]), Path("x.csv"))
+
+    return moved
+
+
+def test_a_fall_in_the_simulation_is_said(walker, tmp_path):
+    folded = np.linspace(0, 1.2, 60)[:, None] * np.array([1.0, -1.0, 1.0, -1.0])
+    fallen = gs.export(walker(np.vstack([folded, *[folded[-1:]] * 60])), tmp_path / "a", "ros2")
+    assert any("falls after" in notice for notice in fallen.notices)
+    standing = gs.export(walker(np.zeros((20, 4))), tmp_path / "b", "ros2")
+    assert standing.notices == ()
+
+
+def test_a_robot_stands_with_its_servos_at_their_centre(tmp_path):
+    experiment = with_overrides(gs.load_experiment("quadruped"), {"organism.duration": 4})
+    middle = experiment.organism.genome_space()
+    genome = (middle.lower + middle.upper) / 2
+    moved = experiment.organism.move(genome[None])
+    individual = Individual.of_motion(experiment, moved, Path("x.csv"))
+    done = gs.export(individual, tmp_path / "walk", "arduino")
+    assert "a loop of" in done.fact
+    header = (tmp_path / "walk" / "gait.h").read_text()
+    assert "STANDING[JOINTS] PROGMEM = {" + ", ".join(["1500"] * 12) + "}" in header
+    # The preset's own servo is one of the bus, whose centre is 2048.
+    gs.export(individual, tmp_path / "x.csv", "feetech")
+    assert (tmp_path / "x.csv").read_text().splitlines()[1] == "0" + ",2048" * 12
+
+
+def test_another_format_or_option_is_refused(walker, tmp_path):
+    individual = walker(np.zeros((20, 4)))
+    with pytest.raises(GaitsimError, match="unknown format 'arduno'"):
+        gs.export(individual, tmp_path / "x", "arduno")
+    with pytest.raises(GaitsimError, match="unknown option"):
+        gs.export(individual, tmp_path / "x", "ros2", sped=2)
+    with pytest.raises(GaitsimError, match="does not take --clip"):
+        gs.export(individual, tmp_path / "x", "ros2", clip=True)
