@@ -10,6 +10,7 @@ from stick import quadruped_spec, simulation_of, standing_quadruped
 
 from gaitsim.contracts import Terrain
 from gaitsim.errors import GaitsimError
+from gaitsim_robot import loading
 from gaitsim_robot.commands import arriving
 from gaitsim_robot.conditions import downward, in_world, robot_conditions
 from gaitsim_robot.motion import walked
@@ -156,9 +157,11 @@ def test_a_robot_in_a_world_has_the_same_bits_in_every_thread_and_chunk():
     world = {name: one.low + 0.3 * (one.high - one.low) for name, one in CONDITIONS.items()}
     robot = Robot(model="hexapod", duration=1.0, servo="sts3215", world={**world, "seed": 8})
     some = genomes(robot, 6)
-    together = robot.move(some)
-    with ThreadPoolExecutor(2) as threads:
+    before = loading._in_world.cache_info().misses
+    with ThreadPoolExecutor(3) as threads:
         parts = list(threads.map(robot.move, np.split(some, 3)))
+    assert loading._in_world.cache_info().misses == before + 1  # no thread compiles it again
+    together = robot.move(some)
     played = robot.play(together["joint_angles"])
     for name in together:
         np.testing.assert_array_equal(np.concatenate([one[name] for one in parts]), together[name])
