@@ -18,8 +18,9 @@ from gaitsim_robot.chain import posed
 from gaitsim_robot.damaged import is_stuck
 from gaitsim_robot.ground import raise_bumps
 from gaitsim_robot.servos import set_limits
+from gaitsim_robot.settling import stand
 from gaitsim_robot.shapes import surfaces
-from gaitsim_robot.simulation import FRAME_RATE, Simulation, stand
+from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
 WEAKEST = 0.05  # share of torque or speed; less is damage
 

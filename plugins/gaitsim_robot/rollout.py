@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.commands import arriving
-from gaitsim_robot.simulation import FRAME_RATE, TIPPED, Simulation
+from gaitsim_robot.settling import TIPPED
+from gaitsim_robot.simulation import FRAME_RATE, Simulation
 
 SEGMENT = 50
 """Frames that are simulated at once; robots that have fallen are left out of the next ones."""

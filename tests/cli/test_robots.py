@@ -53,3 +53,9 @@ def test_what_comes_with_the_packages_is_listed(shaped, gaitsim):
     (found,) = (one for one in lines if one["body"] == "cube")
     assert (found["formats"], found["Shapes"]) == (["shape"], {"ball": "round"})
     assert "ball" in gaitsim("plugins", "show", "cube").stdout
+
+
+def test_a_body_s_conditions_are_listed(gaitsim):
+    said = gaitsim("plugins", "show", "walker").stdout
+    assert "joint_offset" in said
+    assert "0.3 to 1.2" in said

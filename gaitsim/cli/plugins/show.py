@@ -10,13 +10,14 @@ from gaitsim.cli.console import output, print_table
 from gaitsim.cli.facts import print_facts
 from gaitsim.contracts import Organism
 from gaitsim.errors import PluginError, nearest
-from gaitsim.registry import KINDS, entries, find, load_class, options
+from gaitsim.experiment import WORLD
+from gaitsim.registry import KINDS, entries, find, load_class, options, plugin_errors
 
 
 def show(
     name: Annotated[str, typer.Argument(help="Name of a plugin, such as spider-walk.")],
 ) -> None:
-    """Show a plugin's options: default, allowed values, unit, meaning.
+    """Show a plugin's options, and the channels and conditions of a body.
 
     [bold]Example[/bold]
 
@@ -51,6 +52,13 @@ def _show(kind: str, name: str) -> None:
         rows = [(name, one.shape, one.units, one.help) for name, one in plugin.channels.items()]
         console.print()
         print_table(["channel", "axes", "unit", "meaning"], rows)
+        if WORLD in plugin.model_fields:
+            with plugin_errors(find(kind, name), "naming its conditions"):
+                conditions = plugin().conditions()
+            console.print()
+            print_table(
+                ["condition", "meaning"], [(one, str(what)) for one, what in conditions.items()]
+            )
         if facts := plugin.library():
             console.print()
             print_facts(facts)
