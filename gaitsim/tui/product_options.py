@@ -190,6 +190,16 @@ class Analysis(Settings):
     physics: Annotated[bool, Field(description="Play it on the body's twin in physics, too.")] = (
         False
     )
+    worlds: Annotated[
+        int | None,
+        Field(ge=1, le=10_000, description="Play it in so many worlds that it has not seen."),
+    ] = None
+    world_seed: Annotated[
+        int | None, Field(ge=0, description="Of these worlds; another seed draws others.")
+    ] = None
+    workers: Annotated[
+        int | None, Field(ge=1, le=1024, description="How many play worlds at a time.")
+    ] = None
     figure: Annotated[
         PlotFormat | None, Field(description="A figure of footfalls, phases and stability.")
     ] = None
