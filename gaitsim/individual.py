@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion, Skeleton
-from gaitsim.evaluation.scoring import Evaluation, evaluate_motion
+from gaitsim.evaluation.scoring import Evaluation, evaluate, evaluate_motion
 from gaitsim.evaluation.worlds import World, describe
 from gaitsim.experiment import WORLD, Experiment
 from gaitsim.registry import contract_error, plugin_errors
@@ -218,8 +218,39 @@ class Individual(ReprMixin):
         return measured.unit if measured else self.experiment.fitness.unit
 
     @property
+    def worlds(self) -> int:
+        """How many worlds its recorded score is over; 0 for the world of its motion alone."""
+        return self.experiment.worlds.number
+
+    @property
+    def over_worlds(self) -> str:
+        """' over 4 worlds', to stand after its score; '' for the world of its motion alone."""
+        return f" over {self.worlds} world{'s' * (self.worlds != 1)}" if self.worlds else ""
+
+    @property
+    def scored_terms(self) -> Mapping[str, float]:
+        """The recorded terms of a score over worlds, else `replayed_terms`.
+
+        Raises:
+            PluginError: the body or the fitness fails.
+        """
+        return self.terms if self.worlds else self.replayed_terms
+
+    def evaluated_terms(self) -> Mapping[str, float]:
+        """Return the terms that its genome has in the worlds of its generation.
+
+        Raises:
+            PluginError: the body or the fitness fails.
+        """
+        if self.genome is None or not self.worlds:
+            return self.replayed_terms
+        return evaluate(self.experiment, self.genome[None], self.generation).terms_of(0)
+
+    @property
     def replayed_terms(self) -> dict[str, float]:
         """The terms of its motion as the installed body and fitness give them now.
+
+        The motion is that in the body's own world, even if the recorded score is over several.
 
         Raises:
             PluginError: the body or the fitness fails.

@@ -120,7 +120,7 @@ def _picture(
     """Return a title line and the body."""
     title = Text(no_wrap=True, overflow="ellipsis", end="")
     title.append(visible(found.name), "bold")
-    title.append(f"  {found.label}  score {number(found.score)}")
+    title.append(f"  {found.label}  score {number(found.score)}{found.over_worlds}")
     title.append(f"  {seconds:.2f} s of {clip.seconds:.2f} s", "dim")
     drawn = lines(*picture(clip, seconds, camera, columns, rows - 1), BODY)
     return Group(Text("\n").join([title, *drawn]))

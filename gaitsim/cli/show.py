@@ -12,6 +12,7 @@ from gaitsim.cli.console import echo, notice, output, print_json, print_table
 from gaitsim.cli.options import Json, RunName
 from gaitsim.cli.summary import champion_of, print_champion, to_dict
 from gaitsim.errors import RunError
+from gaitsim.evaluation.worlds import ranges_of
 from gaitsim.evolution.transferability import RealityTests
 from gaitsim.render.terminal.sparkline import sparkline
 from gaitsim.render.terminal.text import number
@@ -73,6 +74,7 @@ def _print_json(run: RunSnapshot) -> None:
             "evaluations": int(history["evaluations"][-1]) if history else 0,
             "seconds": float(history["seconds"].sum()) if history else 0.0,
             "islands": experiment.islands.model_dump() if experiment.islands.number > 1 else None,
+            "worlds": experiment.worlds.model_dump() if experiment.worlds.number else None,
             "start": {"generation": start.generation, "score": start.score} if start else None,
             "stages": [
                 {
@@ -114,6 +116,14 @@ def _print(run: RunSnapshot) -> None:
             f"{islands.number:,} islands {where}; every {islands.every:,} generations the best "
             f"{islands.migrants:,} of each migrate"
         )
+    worlds = experiment.worlds
+    if worlds.number:
+        again = f", redrawn every {worlds.redraw:,} generations" if worlds.redraw else ""
+        ranges = ", ".join(
+            f"{name} {low:g} to {high:g}" for name, (low, high) in ranges_of(experiment).items()
+        )
+        which = f"{worlds.number:,} world{'s' * (worlds.number != 1)}{again}"
+        console.print(f"{which}, {worlds.combine} of their scores: {ranges}")
     start = run.start
     if start is not None:
         console.print(

@@ -131,7 +131,8 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
             console.print(f"Individual {index}: {reason}")
         return
     console.print(
-        f"Champion of generation {champion.generation}, score {number(champion.score, 4)}:"
+        f"Champion of generation {champion.generation}, score {number(champion.score, 4)}"
+        f"{champion.over_worlds}{'; in its own world' if champion.worlds else ''}:"
     )
     if champion.measurements:
         rows = [

@@ -37,6 +37,10 @@ class Condition:
     most: float
     help: str
 
+    def texts(self) -> tuple[str, str, str, str]:
+        """Return nominal value, usual range, unit and meaning, as tables show them."""
+        return f"{self.nominal:g}", f"{self.low:g} to {self.high:g}", self.unit, self.help
+
     def __str__(self) -> str:
         span = f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
         return f"{self.help}; nominal {self.nominal:g}, usually {span}"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Motion
 from gaitsim.evaluation.values import values_read
-from gaitsim.evaluation.worlds import World, describe, drawn, in_world
+from gaitsim.evaluation.worlds import World, drawn, in_world
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 
@@ -104,9 +104,9 @@ def combined(
     for term in terms.values():
         total += term
     reasons: dict[int, str] = {}
-    for world, evaluation in zip(worlds, evaluations, strict=True):
+    for number, evaluation in enumerate(evaluations, 1):
         for index, reason in evaluation.reasons.items():
-            reasons.setdefault(index, f"{reason}, in the world {describe(world)}")
+            reasons.setdefault(index, f"{reason}, in world {number} of {len(worlds)}")
     total[list(reasons)] = -np.inf
     if "score" in values:
         values["score"] = total

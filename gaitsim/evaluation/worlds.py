@@ -5,7 +5,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
+from pydantic import ValidationError
 
+from gaitsim.contracts import Condition, Organism
 from gaitsim.contracts.condition import SEED
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.streams import Purpose, stream
@@ -21,6 +23,16 @@ Ranges = Mapping[str, tuple[float, float]]
 def has_worlds(experiment: Experiment) -> bool:
     """Return whether the body has conditions that vary between worlds."""
     return WORLD in type(experiment.organism).model_fields
+
+
+def usual_conditions(model: type[Organism]) -> Mapping[str, Condition]:
+    """Return the conditions of a body with its default options; {} if it needs other options."""
+    if WORLD not in model.model_fields:
+        return {}
+    try:
+        return model().conditions()
+    except (ValidationError, GaitsimError):
+        return {}
 
 
 def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:

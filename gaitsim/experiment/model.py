@@ -92,7 +92,8 @@ class Worlds(BaseModel):
     number: int = option(
         0,
         "worlds in which each individual is evaluated, the same for all; 0 is the world of the "
-        "body's options alone",
+        "body's options alone. An individual counts as one evaluation, but takes as many times "
+        "as long",
         ge=0,
         le=1000,
     )

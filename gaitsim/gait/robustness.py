@@ -8,7 +8,7 @@ must keep a gait.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play, require_play
 from gaitsim.evaluation.scoring import evaluate, evaluate_motion
-from gaitsim.experiment import Experiment, with_overrides
+from gaitsim.experiment import OWN_WORLD, Experiment, with_overrides
 from gaitsim.gait.perturbations import Angles, lagging, mirror, without_every_second
 from gaitsim.gait.score_breakdown import term_changes
 from gaitsim.individual import Individual
@@ -89,6 +89,9 @@ def measure_robustness(
     Raises:
         PluginError: the body or the fitness fails.
     """
+    if individual.worlds:  # perturbed in the world of the motion; the history is over others
+        alone = replace(individual.experiment, worlds=OWN_WORLD)
+        individual, history = replace(individual, experiment=alone, played=individual.motion), {}
     score = individual.replayed_score
     if individual.replayed_failure:
         return Robustness(

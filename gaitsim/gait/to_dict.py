@@ -35,11 +35,12 @@ def analysis_to_dict(
         "score": individual.replayed_score,
         "failure": individual.replayed_failure or None,
         "recorded_score": individual.score if individual.generation else None,
+        "worlds": individual.worlds or None,
         "terms": individual.replayed_terms,
         **gait_to_dict(gait),
         "terms_over_time": _terms_over_time(individual),
         "terms_over_generations": changes,
-        "summary": list(summarise(individual.replayed_terms, history, generation)),
+        "summary": list(summarise(individual.scored_terms, history, generation)),
         "robustness": asdict(robustness) if robustness else None,
         "physics": [one._asdict() for one in compare_with_twin(individual, twin)] if twin else None,
     }

@@ -244,7 +244,7 @@ class RunSnapshot(RunFiles):
             self.path,
             member=which,
         )
-        return replace(individual, terms=individual.replayed_terms)
+        return replace(individual, terms=individual.evaluated_terms())
 
     def _best(self, generation: int | None) -> Individual:
         bests = self.bests  # first: it reads the experiment, and says so where the run is gone

@@ -19,11 +19,13 @@ from gaitsim.contracts import Search
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import (
     TRANSFERABILITY,
+    WORLD,
     Evolution,
     Experiment,
     Islands,
     Transferability,
     Typed,
+    Worlds,
     load_experiment,
     parse_experiment,
 )
@@ -32,10 +34,11 @@ from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 from gaitsim.runs.files.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 
-SECTIONS = ("evolution", "islands", TRANSFERABILITY, *KINDS)
+SECTIONS = ("evolution", "islands", "worlds", TRANSFERABILITY, *KINDS)
 _MODELS: Mapping[str, type[BaseModel]] = {
     "evolution": Evolution,
     "islands": Islands,
+    "worlds": Worlds,
     TRANSFERABILITY: Transferability,
 }
 
@@ -224,7 +227,10 @@ def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
 
 
 def _uses(builder: ExperimentBuilder, catalogue: Catalogue, section: str) -> bool:
-    """Return whether an experiment of the chosen search has a section; yes if it is unknown."""
+    """Return whether an experiment of the chosen plugins has a section; yes if one is unknown."""
+    if section == "worlds":
+        body = catalogue.classes["organism"].get(builder.plugin("organism"))
+        return body is None or WORLD in body.model_fields
     search = catalogue.classes["search"].get(builder.plugin("search"))
     if search is None or not issubclass(search, Search):
         return True

@@ -10,8 +10,8 @@ from gaitsim.cli.console import output, print_table
 from gaitsim.cli.facts import print_facts
 from gaitsim.contracts import Organism
 from gaitsim.errors import PluginError, nearest
-from gaitsim.experiment import WORLD
-from gaitsim.registry import KINDS, entries, find, load_class, options, plugin_errors
+from gaitsim.evaluation.worlds import usual_conditions
+from gaitsim.registry import KINDS, entries, find, load_class, options
 
 
 def show(
@@ -52,12 +52,11 @@ def _show(kind: str, name: str) -> None:
         rows = [(name, one.shape, one.units, one.help) for name, one in plugin.channels.items()]
         console.print()
         print_table(["channel", "axes", "unit", "meaning"], rows)
-        if WORLD in plugin.model_fields:
-            with plugin_errors(find(kind, name), "naming its conditions"):
-                conditions = plugin().conditions()
+        if conditions := usual_conditions(plugin):
             console.print()
             print_table(
-                ["condition", "meaning"], [(one, str(what)) for one, what in conditions.items()]
+                ["condition", "nominal", "usual range", "unit", "meaning"],
+                [(name, *one.texts()) for name, one in conditions.items()],
             )
         if facts := plugin.library():
             console.print()

@@ -31,8 +31,9 @@ def numeral(value: float) -> str:
 
 
 def score_words(individual: Individual) -> str:
-    """Format a score with its unit, such as 'score 2.53 m'."""
-    return f"score {numeral(individual.score)} {individual.experiment.fitness.unit}".rstrip()
+    """Format a score with its unit, such as 'score 2.53 m', and over how many worlds."""
+    score = f"score {numeral(individual.score)} {individual.experiment.fitness.unit}".rstrip()
+    return score + individual.over_worlds
 
 
 def heading_of_run(run: str, experiment: Experiment, more: str = "", width: float = WIDTH) -> str:

@@ -54,7 +54,7 @@ def explanation(
     yield _over_time(individual)
     if individual.best_of:
         yield _over_generations(individual, history)
-    told = summarise(individual.replayed_terms, history, individual.best_of)
+    told = summarise(individual.scored_terms, history, individual.best_of)
     if told:
         yield Passage(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in told))
 
@@ -112,7 +112,10 @@ def _over_time(individual: Individual) -> Passage:
     if failure:
         failure = f"The motion fails: {failure}"
     recorded, warning = individual.score, ""
-    if abs(individual.replayed_score - recorded) > _MOVED * max(1.0, abs(recorded)):
+    if individual.worlds:
+        title += " in its own world"
+        warning = f"The run recorded {number(recorded, 4)}{individual.over_worlds}."
+    elif abs(individual.replayed_score - recorded) > _MOVED * max(1.0, abs(recorded)):
         warning = (
             f"The run recorded {number(recorded, 4)}: the body or the fitness has changed since."
         )

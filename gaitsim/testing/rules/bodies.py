@@ -15,6 +15,7 @@ from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.damage import without_a_leg
 from gaitsim.testing.rules.repeats import repeated
 from gaitsim.testing.rules.views import drawn, measured, played
+from gaitsim.testing.rules.worlds import in_other_worlds
 
 COUNT = 6  # individuals that are moved
 BATCH = 32  # individuals in the largest batch that is timed
@@ -41,6 +42,7 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
     yield from measured(body, motion)
     yield from played(body, motion)
     yield from without_a_leg(body, genomes, motion)
+    yield from in_other_worlds(body, genomes, motion)
     yield from _speed(body, space, figures)
 
 

@@ -181,6 +181,7 @@ class ReplayPane(Vertical):
             rest.append(f"/{last_of(shown, which)}", "dim")
             rest.append(" ★" if which == shown.best else "")
             rest.append(f"  {'score ' if wide else ''}{number(shown.individual.score, 4)}")
+            rest.append(shown.individual.over_worlds if wide else "", "dim")
             if shown.stage[1] > 1 and wide:
                 rest.append(f"  stage {shown.stage[0]}/{shown.stage[1]}", "dim")
         if self.damage:

@@ -16,6 +16,7 @@ FILE = "file"
 TITLES = {
     "evolution": "Run",
     "islands": "Islands",
+    "worlds": "Worlds",
     "transferability": "Reality",
     "organism": "Body",
 }
