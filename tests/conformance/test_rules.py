@@ -90,7 +90,22 @@ def leg_joints(self):
     return {"L": (), "R": ()}
 """
 
+WINDS = """
+def conditions(self):
+    from gaitsim.contracts import Condition
+    return {"wind": Condition("", 0.0, 0.0, 1.0, 0.0, 9.0, "")}
+"""
+
 ERRORS = {
+    "conditions without the option": ("organism", WINDS, "worlds", "none"),
+    "a nominal world that is another": (
+        "organism",
+        WINDS + "world: dict[str, float] = option({}, '')\n"
+        "def move(self, genomes):\n"
+        "    return Motion(1.0, {'distance': genomes[:, 0] + len(self.world)})",
+        "worlds",
+        "another",
+    ),
     "genes that go with a leg": (
         "organism",
         LEGS + "def genome_space(self):\n"

@@ -8,7 +8,9 @@ from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evaluation.worlds import in_world
 from gaitsim.experiment import OWN_WORLD, load_experiment
 from gaitsim.gait import changed, with_world
+from gaitsim.gait.robustness import measure_robustness
 from gaitsim.individual import Individual
+from gaitsim.render.terminal.explanation import explanation
 
 EXPERIMENT = load_experiment("walker", {"organism.duration": 2, "worlds.number": 2})
 GENOME = EXPERIMENT.space().random(1, np.random.default_rng(3))
@@ -54,3 +56,12 @@ def test_a_body_is_only_in_worlds_that_it_can_be_in(preset, world, named):
     individual = Individual(load_experiment(preset), 0.0, {}, 1, GENOME[0])
     with pytest.raises(GaitsimError, match=named):
         with_world(individual, world)
+
+
+def test_a_score_over_worlds_is_not_taken_for_that_of_the_motion(walker):
+    assert walker.evaluated_terms() == walker.terms == walker.scored_terms
+    assert walker.replayed_score == changed(walker, {}).score != walker.score
+    told = next(explanation(walker, {}))
+    assert "over 2 worlds" in told.warning
+    assert "changed" not in told.warning
+    assert measure_robustness(walker, {}).score == walker.replayed_score
