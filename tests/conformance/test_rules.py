@@ -100,7 +100,7 @@ ERRORS = {
     "conditions without the option": ("organism", WINDS, "worlds", "none"),
     "a nominal world that is another": (
         "organism",
-        WINDS + "world: dict[str, float] = option({}, '')\n"
+        WINDS + "world: dict[str, float] = option({}, 'a world')\n"
         "def move(self, genomes):\n"
         "    return Motion(1.0, {'distance': genomes[:, 0] + len(self.world)})",
         "worlds",
