@@ -11,6 +11,7 @@ from gaitsim.cli.judging import check_worlds, judge_shown
 from gaitsim.cli.options import (
     BestOf,
     Damage,
+    Engine,
     Json,
     MemberOf,
     RunName,
@@ -24,6 +25,7 @@ from gaitsim.cli.progress_bar import Progress
 from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import analyse_individual, on_twin
+from gaitsim.gait.changed import in_engine
 from gaitsim.gait.files.reader import individual_of, read_gait
 from gaitsim.gait.robustness import measure_robustness
 from gaitsim.gait.to_dict import analysis_to_dict
@@ -31,7 +33,7 @@ from gaitsim.individual import Asked, Individual, Member
 from gaitsim.render.plots.gait import plot_gait
 from gaitsim.render.plots.style import check_target, save
 from gaitsim.render.plots.worlds import heading_of_worlds, worlds_figure
-from gaitsim.render.terminal.explanation import on_physics
+from gaitsim.render.terminal.explanation import in_two_engines, on_physics
 from gaitsim.render.terminal.judgement import judged
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
@@ -43,6 +45,7 @@ def analyse(
     member: MemberOf = None,
     damage: Damage = None,
     world: World = None,
+    engine: Engine = None,
     gait: Annotated[
         Path | None,
         typer.Option(help="Joint angles to play on the run's body: .npz, .csv or .mat."),
@@ -79,6 +82,8 @@ def analyse(
 
     gaitsim analyse walker --world "friction 0.4"
 
+    gaitsim analyse quadruped --engine bullet
+
     gaitsim analyse walker --worlds 100 --figure worlds.png
 
     gaitsim analyse spider --generation 10 --figure gait.pdf
@@ -102,13 +107,13 @@ def analyse(
         else:
             save(worlds_figure(judgement, heading_of_worlds(judgement, individual.title)), figure)
         wrote(figure)
-    twin = on_twin(individual) if physics else None
+    twin, elsewhere = _elsewhere(individual, physics, engine)
     robustness = None
     if perturb:
         with Progress("perturbing the gait", "kinds") as progress:
             robustness = measure_robustness(individual, history, progress.expect, progress.advance)
     if json:
-        analysis = analysis_to_dict(individual, found, history, robustness, twin)
+        analysis = analysis_to_dict(individual, found, history, robustness, twin, elsewhere)
         print_json(
             {
                 "run": str(opened.path),
@@ -122,15 +127,23 @@ def analyse(
     print_score_breakdown(individual, history)
     if robustness is not None:
         print_robustness(robustness)
-    if twin is not None:
+    sections = [on_physics(individual, twin)] if twin else []
+    sections += [in_two_engines(individual, elsewhere)] if elsewhere else []
+    for section in (*sections, *(judged(judgement) if judgement else ())):
         output().print()
-        print_section(on_physics(individual, twin))
-    if judgement is not None:
-        for section in judged(judgement):
-            output().print()
-            print_section(section)
+        print_section(section)
     if figure is not None:
         echo(f"\n{figure}")
+
+
+def _elsewhere(
+    individual: Individual, physics: bool, engine: str | None
+) -> tuple[Individual | None, Individual | None]:
+    """Return the gait on its twin, in the engine if asked for, and the gait in the engine alone."""
+    if not physics:
+        return None, in_engine(individual, engine) if engine else None
+    twin = on_twin(individual)
+    return in_engine(twin, engine) if engine else twin, None
 
 
 def _individual(run: RunSnapshot, asked: Asked, gait: Path | None) -> Individual:

@@ -35,6 +35,12 @@ World = Annotated[
         "repeated. 'gaitsim plugins show BODY' lists them.",
     ),
 ]
+Engine = Annotated[
+    str | None,
+    typer.Option(
+        help="Physics engine of a robot, such as bullet; with --physics, of the twin.",
+    ),
+]
 Worlds = Annotated[
     int | None,
     typer.Option(

@@ -69,17 +69,19 @@ Changing = Callable[[Individual], Individual]
 """Moves an individual on a changed body."""
 
 
-def asked_body(damage: Sequence[str] | None, world: Sequence[str] | None) -> Changing:
-    """Return what changes a body as `--damage` and `--world` ask.
+def asked_body(
+    damage: Sequence[str] | None, world: Sequence[str] | None, engine: str | None = None
+) -> Changing:
+    """Return what changes a body as `--damage`, `--world` and `--engine` ask.
 
-    It raises a GaitsimError if the body cannot be damaged or in this world.
+    It raises a GaitsimError if the body cannot be damaged, in this world or in this engine.
 
     Raises:
         GaitsimError: a condition has no value.
     """
-    if not (damage or world):
+    if not (damage or world or engine):
         return lambda individual: individual
-    from gaitsim.gait.changed import with_world
+    from gaitsim.gait.changed import in_engine, with_world
     from gaitsim.gait.damaged import with_damage
 
     conditions = parse_world(world or (), "--world")
@@ -87,7 +89,9 @@ def asked_body(damage: Sequence[str] | None, world: Sequence[str] | None) -> Cha
     def changed(individual: Individual) -> Individual:
         if damage:
             individual = with_damage(individual, damage)
-        return with_world(individual, conditions) if conditions else individual
+        if conditions:
+            individual = with_world(individual, conditions)
+        return in_engine(individual, engine) if engine else individual
 
     return changed
 

@@ -12,7 +12,7 @@ from gaitsim.choices import TerminalView
 from gaitsim.cli.cells import BODY, lines
 from gaitsim.cli.console import output
 from gaitsim.cli.interrupts import interruptible
-from gaitsim.cli.options import BestOf, Damage, MemberOf, RunName, World
+from gaitsim.cli.options import BestOf, Damage, Engine, MemberOf, RunName, World
 from gaitsim.cli.parsing import asked_body, which
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
@@ -34,6 +34,7 @@ def play(
     member: MemberOf = None,
     damage: Damage = None,
     world: World = None,
+    engine: Engine = None,
     view: Annotated[TerminalView, typer.Option(help="Direction of the camera.")] = "iso",
     speed: Annotated[float, typer.Option(help="Speed relative to real time.")] = 1.0,
     whole: Annotated[
@@ -60,6 +61,8 @@ def play(
     gaitsim play spider --damage "L2 lost" --damage "R1 femur stuck 20"
 
     gaitsim play walker --world "friction 0.4" --world "servo_torque 0.7"
+
+    gaitsim play quadruped --engine bullet
     """
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         raise GaitsimError(
@@ -67,7 +70,7 @@ def play(
             where="--speed",
             allowed=f"{SPEEDS[0]:g} to {SPEEDS[1]:g}; 1 is real time",
         )
-    changed = asked_body(damage, world)
+    changed = asked_body(damage, world, engine)
     found = changed(RunSnapshot(find_run(run)).individual(which(generation, member)))
     clip = Clip(found.skeleton)
     camera = Viewpoint(follow=not whole).named(view)

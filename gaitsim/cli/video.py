@@ -7,7 +7,7 @@ import typer
 from gaitsim.choices import Theme, VideoFormat, VideoView
 from gaitsim.cli.console import echo, notice, wrote
 from gaitsim.cli.interrupts import all_or_nothing
-from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName, World
+from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, RunName, World
 from gaitsim.cli.parsing import asked_body, asked_individuals, file_format, pixels
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.gait.files.writer import check_folder
@@ -28,6 +28,7 @@ def video(
     member: MemberOf = None,
     damage: Damage = None,
     world: World = None,
+    engine: Engine = None,
     generations: Annotated[
         str | None,
         typer.Option(metavar="N,N,…", help="The best of several generations, in a race."),
@@ -69,7 +70,7 @@ def video(
     wanted = asked_individuals(generation, generations, member)
     if out is not None:
         check_folder(out)
-    changed = asked_body(damage, world)
+    changed = asked_body(damage, world, engine)
     opened = RunSnapshot(find_run(run))
     with all_or_nothing():
         made = Video(opened, wanted, settings, changed)

@@ -6,7 +6,7 @@ from gaitsim.gait.of_individual import analyse_individual, margin_of
 from gaitsim.gait.quantities import quantities
 from gaitsim.gait.report import Footfalls, GaitAnalysis, analyse_gait
 from gaitsim.gait.support import stability_margin
-from gaitsim.gait.twin import compare_with_twin, on_twin
+from gaitsim.gait.twin import on_twin, transferred
 from gaitsim.gait.unseen import Judgement, judge
 
 __all__ = [
@@ -17,13 +17,13 @@ __all__ = [
     "analyse_individual",
     "can_be_damaged",
     "changed",
-    "compare_with_twin",
     "damaged",
     "judge",
     "margin_of",
     "on_twin",
     "quantities",
     "stability_margin",
+    "transferred",
     "with_damage",
     "with_world",
 ]

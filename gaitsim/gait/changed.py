@@ -42,6 +42,27 @@ def changed(individual: Individual, overrides: Mapping[str, Any], asked: str = "
     )
 
 
+def engine_of(individual: Individual) -> str:
+    """Return the physics engine of an individual's body; '' for a body with one alone."""
+    return str(getattr(individual.experiment.organism, "engine", ""))
+
+
+def in_engine(individual: Individual, engine: str) -> Individual:
+    """Return an individual as its body moves in another physics engine.
+
+    Raises:
+        GaitsimError: the body has one engine alone, or not this one, or it is not installed.
+    """
+    experiment = individual.experiment
+    if "engine" not in type(experiment.organism).model_fields:
+        raise GaitsimError(
+            f"the body {experiment.entries['organism'].name!r} has one engine alone",
+            where=f"--engine {engine}",
+            allowed="a body with the option engine, such as the robot",
+        )
+    return changed(individual, {"organism.engine": engine}, f"--engine {engine}")
+
+
 def with_body(experiment: Experiment, overrides: Mapping[str, Any], asked: str = "") -> Experiment:
     """Return an experiment with other options of its body, in the body's own world alone.
 

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
+from gaitsim.gait.changed import engine_of
 from gaitsim.gait.report import Footfalls, GaitAnalysis
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
-from gaitsim.gait.twin import compare_with_twin
+from gaitsim.gait.twin import Transferred, transferred
 from gaitsim.individual import Individual
 
 
@@ -21,8 +22,12 @@ def analysis_to_dict(
     history: Mapping[str, NDArray[np.float64]],
     robustness: Robustness | None,
     twin: Individual | None,
+    elsewhere: Individual | None = None,
 ) -> dict[str, Any]:
-    """Return an individual's gait, its score's breakdown, robustness, and gait on the twin."""
+    """Return an individual's gait, its score's breakdown, robustness, and its gait elsewhere.
+
+    That is on the physical twin of its body, and in another physics engine.
+    """
     generation = individual.best_of
     changes = None
     if generation is not None:
@@ -42,7 +47,31 @@ def analysis_to_dict(
         "terms_over_generations": changes,
         "summary": list(summarise(individual.scored_terms, history, generation)),
         "robustness": asdict(robustness) if robustness else None,
-        "physics": [one._asdict() for one in compare_with_twin(individual, twin)] if twin else None,
+        "physics": _pairs(individual, twin, "kinematic", "physical"),
+        "engine": _pairs(
+            individual,
+            elsewhere,
+            engine_of(individual),
+            engine_of(elsewhere) if elsewhere else "",
+        ),
+    }
+
+
+def _pairs(
+    individual: Individual, other: Individual | None, *names: str
+) -> list[dict[str, Any]] | None:
+    """Return the quantities of a gait on two bodies, whose values have these names."""
+    if other is None:
+        return None
+    return [_pair(one, *names) for one in transferred(individual, other)]
+
+
+def _pair(one: Transferred, *names: str) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        **dict(zip(names, (one.own, one.other), strict=True)),
+        "unit": one.unit,
+        "help": one.help,
     }
 
 

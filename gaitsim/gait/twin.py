@@ -1,4 +1,4 @@
-"""A kinematic gait on the physical twin of its body, with gravity, contact, slip and servos."""
+"""A gait on two bodies: a kinematic one and its physical twin, or one in two physics engines."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,15 +21,15 @@ class Transferred(NamedTuple):
 
     Attributes:
         name: of the quantity.
-        kinematic: its value on the body that the gait was made for; NaN where that has none.
-        physical: its value on the physical twin.
+        own: its value on the body that the gait was made for; NaN where that has none.
+        other: its value on the other body.
         unit: of both.
         help: meaning.
     """
 
     name: str
-    kinematic: float
-    physical: float
+    own: float
+    other: float
     unit: str
     help: str
 
@@ -92,15 +92,15 @@ def played_on(individual: Individual, twin: Experiment) -> Individual:
     return individual_of(gait, twin)
 
 
-def compare_with_twin(individual: Individual, twin: Individual) -> tuple[Transferred, ...]:
-    """Return the quantities of a gait on its body and on the physical twin of the body.
+def transferred(individual: Individual, other: Individual) -> tuple[Transferred, ...]:
+    """Return the quantities of a gait on its body and on another, such as its physical twin.
 
-    They are those of the gait analysis, and all measures of the twin, such as energy.
+    They are those of the gait analysis, and all measures of the other body, such as energy.
 
     Raises:
         PluginError: a body cannot be drawn or measured.
     """
-    return tuple(_paired(_known(individual), _known(twin)))
+    return tuple(_paired(_known(individual), _known(other)))
 
 
 def _has_twin(experiment: Experiment) -> bool:
@@ -113,9 +113,10 @@ def _known(individual: Individual) -> dict[str, Measurement]:
 
 
 def _paired(
-    kinematic: Mapping[str, Measurement], physical: Mapping[str, Measurement]
+    own: Mapping[str, Measurement], others: Mapping[str, Measurement]
 ) -> Iterator[Transferred]:
-    for name, (value, unit, meaning) in physical.items():
-        other = kinematic.get(name)
-        known = other is not None and other.unit == unit
-        yield Transferred(name, other.value if known and other else math.nan, value, unit, meaning)
+    for name, (value, unit, meaning) in others.items():
+        found = own.get(name)
+        known = found is not None and found.unit == unit
+        first = found.value if known and found else math.nan
+        yield Transferred(name, first, value, unit, meaning)

@@ -277,3 +277,16 @@ def test_worlds_that_cannot_be_are_refused(gaitsim, options, named):
 def test_a_body_with_one_world_is_not_judged(gaitsim):
     gaitsim("run", "millipede", "--population", 11, "--generations", 2)
     assert "one world alone" in gaitsim("analyse", "millipede", "--worlds", 3, code=2).stderr
+
+
+def test_a_gait_is_played_in_a_second_engine(gaitsim, spider):
+    assert "one engine alone" in gaitsim("play", "spider", "--engine", "bullet", code=2).stderr
+    pytest.importorskip("pybullet")
+    gaitsim("run", "quadruped", *SMALL, "--set", "organism.duration=0.5")
+    found = strict(gaitsim("analyse", "quadruped", "--engine", "bullet", "--json").stdout)
+    (forward,) = (one for one in found["engine"] if one["name"] == "forward")
+    assert forward["mujoco"] == pytest.approx(found["travel"]["forward"])
+    assert np.isfinite(forward["bullet"])
+    assert forward["bullet"] != forward["mujoco"]
+    shown = gaitsim("analyse", "quadruped", "--engine", "bullet").stdout
+    assert "The same gait in the engine bullet" in shown

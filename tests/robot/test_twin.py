@@ -7,7 +7,7 @@ from rigid_body import replay
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.gait import compare_with_twin, on_twin
+from gaitsim.gait import on_twin, transferred
 from gaitsim.gait.files.reader import individual_of, read_gait
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
@@ -22,11 +22,11 @@ def test_a_gait_goes_as_far_on_the_twin_as_in_the_independent_simulation(gait):
     assert twin.measures["forward"] == pytest.approx(reference.forward, rel=0.12)
     assert abs(twin.measures["yaw"] - reference.yaw) < 5
     assert twin.measures["lasted"] == pytest.approx(9.96)
-    found = {one.name: one for one in compare_with_twin(individual, twin)}
+    found = {one.name: one for one in transferred(individual, twin)}
     forward = found["forward"]
-    assert forward.kinematic == pytest.approx(individual.measures["forward"])
-    assert (forward.physical, forward.unit) == (pytest.approx(twin.measures["forward"]), "m")
-    assert found["peak torque"].kinematic != found["peak torque"].kinematic  # there is none
+    assert forward.own == pytest.approx(individual.measures["forward"])
+    assert (forward.other, forward.unit) == (pytest.approx(twin.measures["forward"]), "m")
+    assert found["peak torque"].own != found["peak torque"].own  # there is none
 
 
 def test_a_body_without_a_twin_is_refused():

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.gait import GaitAnalysis, compare_with_twin
+from gaitsim.gait import GaitAnalysis, transferred
+from gaitsim.gait.changed import engine_of
 from gaitsim.gait.quantities import quantities
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
 from gaitsim.gait.twin import Transferred
@@ -76,28 +77,43 @@ def on_physics(individual: Individual, twin: Individual) -> Passage:
     Raises:
         PluginError: a body cannot be drawn or measured.
     """
-    failure = twin.replayed_failure
-    found = compare_with_twin(individual, twin)
+    title = f"The same joint angles in rigid-body physics, {twin.experiment.name}"
+    return _beside(individual, twin, title, ("kinematic", "physics"))
+
+
+def in_two_engines(individual: Individual, other: Individual) -> Passage:
+    """Return a gait in another physics engine, beside its own.
+
+    Raises:
+        PluginError: a body cannot be drawn or measured.
+    """
+    names = engine_of(individual), engine_of(other)
+    return _beside(individual, other, f"The same gait in the engine {names[1]}", names)
+
+
+def _beside(
+    individual: Individual, other: Individual, title: str, columns: tuple[str, str]
+) -> Passage:
+    failure, found = other.replayed_failure, transferred(individual, other)
     rows = tuple(
-        (one.name, _of_twin(one, one.kinematic), _of_twin(one, one.physical), one.unit)
-        for one in found
+        (one.name, _of_both(one, one.own), _of_both(one, one.other), one.unit) for one in found
     )
     notes = tuple(
-        f"It keeps {100 * one.physical / one.kinematic:.0f} % of the way forward."
+        f"It keeps {100 * one.other / one.own:.0f} % of the way forward."
         for one in found
-        if one.name == "forward" and one.kinematic > 0
+        if one.name == "forward" and one.own > 0
     )
     return Passage(
-        f"The same joint angles in rigid-body physics, {twin.experiment.name}",
+        title,
         failure and f"The simulation fails: {failure}",
-        columns=("measure", "kinematic", "physics", ""),
+        columns=("measure", *columns, ""),
         rows=rows,
-        numbers=("kinematic", "physics"),
+        numbers=columns,
         notes=notes,
     )
 
 
-def _of_twin(one: Transferred, value: float) -> str:
+def _of_both(one: Transferred, value: float) -> str:
     return or_dash(value, DIGITS.get(one.name, 3))
 
 

@@ -1,5 +1,7 @@
 """A robot in PyBullet, at rest in its standing pose on the ground."""
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -46,7 +48,8 @@ class Body:
         self.ground = client.createMultiBody(0, plane)
         # Bullet multiplies the friction of two bodies, of which MuJoCo takes the larger one.
         client.changeDynamics(self.ground, BASE, lateralFriction=1.0)
-        self.number = self._created()
+        with TemporaryDirectory() as folder:  # Bullet reads meshes among other shapes from files
+            self.number = self._created(folder)
         self._change_dynamics()
         self._gear()
         self._choose_contacts()
@@ -79,7 +82,7 @@ class Body:
         speed, spin = self.client.getBaseVelocity(self.number)
         self.client.resetBaseVelocity(self.number, (change + speed).tolist(), spin)
 
-    def _created(self) -> int:
+    def _created(self, folder: str) -> int:
         client, model, links = self.client, self.model, self.links
         kinds = {
             "fixed": client.JOINT_FIXED,
@@ -88,11 +91,13 @@ class Body:
         }
         number: int = client.createMultiBody(
             baseMass=float(model.body_mass[TRUNK]),
-            baseCollisionShapeIndex=self._shape(TRUNK, np.zeros(3)),
+            baseCollisionShapeIndex=self._shape(TRUNK, np.zeros(3), folder),
             baseInertialFramePosition=model.body_ipos[TRUNK].tolist(),
             baseInertialFrameOrientation=_xyzw(model.body_iquat[TRUNK]),
             linkMasses=[link.inertia.mass for link in links],
-            linkCollisionShapeIndices=[self._shape(link.body, link.origin) for link in links],
+            linkCollisionShapeIndices=[
+                self._shape(link.body, link.origin, folder) for link in links
+            ],
             linkVisualShapeIndices=[-1] * len(links),
             linkPositions=[link.place.tolist() for link in links],
             linkOrientations=[_xyzw(link.turn) for link in links],
@@ -105,8 +110,8 @@ class Body:
         )
         return number
 
-    def _shape(self, body: int, origin: Floats) -> int:
-        """Create the shapes of a body's geoms that collide; `origin` is of its frame, (3,) m."""
+    def _shape(self, body: int, origin: Floats, folder: str) -> int:
+        """Create the shapes of a body's geoms that collide; meshes are files in `folder`."""
         import mujoco
         from scipy.spatial import ConvexHull
 
@@ -115,7 +120,7 @@ class Body:
         for geom in self._geoms(body):
             kind, size = kinds(int(model.geom_type[geom])), model.geom_size[geom].tolist()
             shape: dict[str, Any] = {"radii": 0.0, "lengths": 0.0, "halfExtents": [0.0, 0.0, 0.0]}
-            shape["vertices"] = []
+            shape |= {"fileNames": "", "meshScales": [1.0, 1.0, 1.0]}
             if kind == kinds.mjGEOM_SPHERE:
                 shape |= {"shapeTypes": client.GEOM_SPHERE, "radii": size[0]}
             elif kind == kinds.mjGEOM_BOX:
@@ -129,16 +134,15 @@ class Body:
                 }
             else:  # a mesh or an ellipsoid, of which the hull collides
                 points = surface(model, geom)[0]
-                corners = points[ConvexHull(points).vertices].tolist()
-                shape |= {"shapeTypes": client.GEOM_MESH, "vertices": corners}
+                path = Path(folder) / f"{geom}.obj"
+                path.write_text(_mesh(points[ConvexHull(points).vertices]), encoding="ascii")
+                shape |= {"shapeTypes": client.GEOM_MESH, "fileNames": str(path)}
             shape["collisionFramePositions"] = (model.geom_pos[geom] + origin).tolist()
             shape["collisionFrameOrientations"] = _xyzw(model.geom_quat[geom])
             for name, value in shape.items():
                 shapes.setdefault(name, []).append(value)
         if not shapes:
             return -1
-        if not any(shapes["vertices"]):
-            del shapes["vertices"]
         found: int = client.createCollisionShapeArray(**shapes)
         return found
 
@@ -229,6 +233,15 @@ class Body:
         place = qpos[:3] + rotated(qpos[3:7], model.body_ipos[TRUNK])
         turn = product(qpos[3:7], model.body_iquat[TRUNK])
         client.resetBasePositionAndOrientation(self.number, place.tolist(), _xyzw(turn))
+
+
+def _mesh(points: Floats) -> str:
+    """Return the hull of points, of which all are corners, as an OBJ file."""
+    from scipy.spatial import ConvexHull
+
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
+    faces = (ConvexHull(points).simplices + 1).tolist()
+    return "\n".join([*lines, *(f"f {a} {b} {c}" for a, b, c in faces), ""])
 
 
 def _xyzw(turn: Floats) -> list[float]:
