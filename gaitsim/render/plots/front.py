@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.contracts import Results
 from gaitsim.contracts.search import Members
+from gaitsim.evolution.transferability import RealityTests, predicted
 from gaitsim.individual import Member
 from gaitsim.render.plots.labels import head, heading_of_run, numeral, shortened
 from gaitsim.render.plots.request import NothingToPlotError, Request, require_kept
@@ -49,10 +51,11 @@ def front_figure(request: Request) -> "Figure":
         )
     directions: Mapping[str, str] = getattr(run.experiment.search, "objectives", {})
     labels = {name: _label(name, individual.unit_of(name), directions) for name in names}
-    everybody = {
-        name: run.finished.scores if name == "score" else run.finished.values[name]
-        for name in names
-    }
+    last = run.finished
+    told = Results(last.genomes, last.scores, last.values)
+    if (tests := RealityTests.of(last.state)) is not None:
+        told = predicted(run.experiment_at(run.generation), tests, told)
+    everybody = {name: told.scores if name == "score" else told.values[name] for name in names}
     pairs = [*combinations(names, 2)]
     with styled(theme):
         columns = min(len(pairs), 3)
