@@ -4,6 +4,7 @@ import re
 import shlex
 import shutil
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -104,6 +105,10 @@ def quick(arguments: list[str], runs: Path) -> list[str]:
     command, *_ = arguments
     if command == "video":
         return [*arguments, "--size", "320x180", "--fps", "1", "--speed", "1"]
+    if "--worlds" in arguments:
+        return [
+            "10" if before == "--worlds" else word for before, word in pairwise(["", *arguments])
+        ]
     if command not in ("run", "atlas"):
         return arguments
     if "--generations" not in arguments:
