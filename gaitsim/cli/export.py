@@ -12,14 +12,8 @@ from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName, W
 from gaitsim.cli.parsing import asked_body, file_format, which
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import check_folder
-from gaitsim.hardware.exporting import (
-    ENDINGS,
-    Options,
-    check_options,
-    export_individual,
-    file_name,
-    template_of,
-)
+from gaitsim.hardware.exporting import export_individual, file_name, template_of
+from gaitsim.hardware.options import ENDINGS, Options, check_options
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
+from gaitsim.choices import GaitFormat, RosFormat
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.gait.files.writer import Gait, gait_of, write_gait
 from gaitsim.gait.of_individual import frames_before_fall
@@ -17,74 +17,17 @@ from gaitsim.hardware.calibration import (
     REACH,
     Calibration,
     default_calibration,
-    read_calibration,
     uniform_calibration,
 )
+from gaitsim.hardware.calibration_file import read_calibration
 from gaitsim.hardware.keyframes import Keyframes, keyframes_of
 from gaitsim.hardware.loop import Loop, find_loop
+from gaitsim.hardware.options import ENDINGS, Options, check_options
 from gaitsim.hardware.rosbag import check_installed, write_bag
 from gaitsim.hardware.tables import write_degrees, write_ticks
 from gaitsim.hardware.template import write_template
 from gaitsim.hardware.trajectory import ARGUMENT, trajectory_of, write_goal
 from gaitsim.individual import Individual
-
-ENDINGS = {
-    **{format: f".{format}" for format in get_args(GaitFormat)},
-    "servo": ".servo.csv",
-    "dynamixel": ".dynamixel.csv",
-    "feetech": ".feetech.csv",
-    "ros2": ".yaml",
-    "rosbag2": "",  # folders
-    "arduino": "",
-}
-"""The end of a default file name by format."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """How a gait is exported.
-
-    Attributes:
-        calibration: a TOML file; None for servos at their centre as the robot stands.
-        keyframe_ms: time from one keyframe to the next; None for that of the frames.
-        speed: of playback; None for 1, as simulated.
-        clip: whether to clip angles beyond the limits rather than refuse them.
-        centre, low, high: ° of a servo table; None for 0 and 90° to either side of the centre.
-    """
-
-    calibration: Path | None = None
-    keyframe_ms: int | None = None
-    speed: float | None = None
-    clip: bool = False
-    centre: float | None = None
-    low: float | None = None
-    high: float | None = None
-
-    @property
-    def playback(self) -> float:
-        """The speed of playback."""
-        return 1.0 if self.speed is None else self.speed
-
-    def flags(self) -> list[str]:
-        """Return the options that are given, as on the command line."""
-        given = {
-            "--calibration": self.calibration,
-            "--keyframe-ms": self.keyframe_ms,
-            "--speed": self.speed,
-            "--clip": self.clip or None,
-            "--centre": self.centre,
-            "--min": self.low,
-            "--max": self.high,
-        }
-        return [name for name, value in given.items() if value is not None]
-
-
-_TAKES = {
-    **dict.fromkeys(get_args(GaitFormat), ()),
-    **dict.fromkeys(get_args(RosFormat), ("--keyframe-ms", "--speed")),
-    **dict.fromkeys(get_args(ServoFormat), ("--calibration", "--keyframe-ms", "--speed", "--clip")),
-}
-_TAKES["servo"] += ("--centre", "--min", "--max")
 
 
 @dataclass(frozen=True)
@@ -116,29 +59,6 @@ def file_name(individual: Individual, format: str) -> str:
     if format == "arduino":
         name = re.sub(r"[^0-9A-Za-z]+", "_", name)[:LONGEST_NAME]
     return f"{name}{ENDINGS[format]}"
-
-
-def check_options(format: str, options: Options) -> None:
-    """Refuse options that a format does not take.
-
-    Raises:
-        GaitsimError: there are some.
-    """
-    idle = [name for name in options.flags() if name not in _TAKES[format]]
-    if idle:
-        takers = [other for other, taken in _TAKES.items() if set(idle) <= set(taken)]
-        raise GaitsimError(
-            f"a {format} file does not take {' and '.join(idle)}",
-            where="--format",
-            allowed=f"{', '.join(takers) or 'none'}, with these options",
-        )
-    uniform = [name for name in options.flags() if name in ("--centre", "--min", "--max")]
-    if options.calibration and uniform:
-        raise GaitsimError(
-            f"--calibration has the ranges of the servos, so it does not go with "
-            f"{' and '.join(uniform)}",
-            remedy="leave one of the two out",
-        )
 
 
 def export_individual(

@@ -7,7 +7,8 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait, check_folder
-from gaitsim.hardware.calibration import BUSES, SCHEMA, Calibration
+from gaitsim.hardware.calibration import BUSES, Calibration
+from gaitsim.hardware.calibration_file import SCHEMA
 from gaitsim.legged import SERVOS
 from gaitsim.runs.files.atomic import write_bytes
 

@@ -8,7 +8,8 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait
-from gaitsim.hardware.calibration import default_calibration, read_calibration
+from gaitsim.hardware.calibration import default_calibration
+from gaitsim.hardware.calibration_file import read_calibration
 from gaitsim.hardware.keyframes import keyframes_of
 from gaitsim.hardware.tables import write_ticks
 from gaitsim.hardware.template import template, write_template

@@ -1,0 +1,124 @@
+"""Read the file of a calibration, and report all its problems at once."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from gaitsim import toml
+from gaitsim.errors import ExperimentError, GaitsimError, nearest
+from gaitsim.experiment.loading import read_file
+from gaitsim.experiment.problems import Problems
+from gaitsim.hardware.calibration import BUSES, Calibration, Joint
+from gaitsim.legged import SERVOS
+
+SCHEMA = 1
+NOUN = "calibration"
+_MOST_NAMED = 4
+
+
+def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibration:
+    """Read the calibration of a robot with these joints.
+
+    Args:
+        path: a TOML file.
+        format: as for `export_individual`: what the servos are driven by.
+        joints: names, in the order of the gait.
+
+    Raises:
+        ExperimentError: it has problems: all of them.
+        GaitsimError: it cannot be read.
+    """
+    template = "the file that --calibration-template writes"
+    text = read_file(path, NOUN, template, "write one with --calibration-template")
+    problems = Problems(str(path))
+    try:
+        data = toml.parse(text, str(path))
+    except GaitsimError as error:
+        raise ExperimentError([error], NOUN) from None
+    for key in data:
+        if key not in ("schema", "joints"):
+            problems.unknown("", key, ("schema", "joints"))
+    if data.get("schema", SCHEMA) != SCHEMA:
+        problems.report("schema", f"{toml.literal(data['schema'])} is not allowed", str(SCHEMA))
+    given = data.get("joints", {})
+    if not isinstance(given, dict):
+        problems.report("joints", "it is not a table", '[joints."name"] for each joint')
+        given = {}
+    found = _joints(given, joints, problems)
+    if not problems.found:
+        _check_format(found, format, problems)
+    if problems.found:
+        raise ExperimentError(problems.found[:20], NOUN)
+    return Calibration({name: found[name] for name in joints}, str(path), f"in {path}")
+
+
+def _joints(
+    given: Mapping[str, Any], joints: Sequence[str], problems: Problems
+) -> dict[str, Joint]:
+    foreign = [name for name in given if name not in joints]
+    missing = [name for name in joints if name not in given]
+    if foreign:
+        problems.report(
+            "joints",
+            f"the gait does not have {_some(foreign)}",
+            f"the joints of the gait: {', '.join(joints)}",
+            nearest(foreign[0], missing),
+        )
+    if missing:
+        problems.report(
+            "joints",
+            f"{_some(missing)} {'is' if len(missing) == 1 else 'are'} missing",
+            "all joints of the gait",
+            "write a new file with --calibration-template and copy from it",
+        )
+    found = {}
+    for name, section in given.items():
+        if name in foreign:
+            continue
+        key = f"joints.{json.dumps(name, ensure_ascii=False)}"
+        if not isinstance(section, dict):
+            problems.report(key, "it is not a table", f"[{key}] with its keys below")
+            continue
+        try:
+            found[name] = Joint.model_validate(section)
+        except ValidationError as error:
+            problems.of_options(key, Joint, section, error)
+    return found
+
+
+def _check_format(found: Mapping[str, Joint], format: str, problems: Problems) -> None:
+    """Report places that are missing or taken twice, and servos that the format cannot drive."""
+    bus = BUSES.get(format)
+    if bus is None:
+        return
+    place = "channel" if bus == "pwm" else "id"
+    taken: dict[tuple[int, int | None], str] = {}
+    for name, joint in found.items():
+        key = f"joints.{json.dumps(name, ensure_ascii=False)}.{place}"
+        own = (joint.board, joint.channel) if bus == "pwm" else (0, joint.id)
+        if own[1] is None:
+            problems.report(key, f"{key} is required for --format {format}")
+        elif own in taken:
+            on = f" of board {own[0]}" if bus == "pwm" else ""
+            problems.report(
+                key,
+                f"{taken[own]} and {name} have the same {place} {own[1]}{on}",
+                f"each {place} once",
+            )
+        taken.setdefault(own, name)
+        servo = joint.model
+        if (servo is None and bus != "pwm") or (servo and servo.bus != bus):
+            problems.report(
+                f"joints.{json.dumps(name, ensure_ascii=False)}.servo",
+                f"--format {format} cannot drive {f'the servo {servo.name}' if servo else 'it'}",
+                ", ".join(one.name for one in SERVOS.values() if one.bus == bus),
+            )
+
+
+def _some(names: Iterable[str]) -> str:
+    found = [toml.literal(name) for name in names]
+    more = len(found) - _MOST_NAMED
+    return ", ".join(found[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
