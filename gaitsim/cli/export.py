@@ -88,8 +88,9 @@ def export(
     """
     opened = RunSnapshot(find_run(run))
     options = Options(calibration, keyframe_ms, speed, clip, centre, low, high)
-    if out is not None and format is None and not out.suffix:
-        out = out.with_suffix(".mat")
+    if out is not None and format is None:
+        check_folder(out)
+        out = out if out.suffix else out.with_suffix(".mat")
     chosen = _format(format, out)
     check_options(chosen, options)
     if calibration_template is not None:
