@@ -1,0 +1,139 @@
+"""Gaits evolved over many worlds beside gaits of one world, in worlds that neither has seen.
+
+    python benchmarks/worlds.py [--full] [--only NAME …] [--seeds 11 12 13] [--folder FOLDER]
+
+Each champion over worlds stands beside that of one world with the same seed. Both walk in the same
+unseen worlds: friction 0.3 to 1.2, masses ±20 %, latency 0 to 50 ms, torque and speed of the servos
+down to 70 %, slope ±3°. Searches are compared by their simulations: individuals times worlds.
+
+By default one seed, two generations and ten worlds, which shows the table and nothing else.
+`--full` is the table in docs/worlds.md: the presets' own generations, seeds 11, 12 and 13, and 100
+worlds, in about an hour on two free cores. FOLDER keeps the runs: those that are in it are judged,
+not evolved again.
+"""
+
+import argparse
+import contextlib
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any, NamedTuple
+
+import gaitsim as gs
+from gaitsim.gait.unseen import Judgement, judge
+
+RANGES = {
+    "friction": (0.3, 1.2),
+    "mass": (0.8, 1.2),
+    "latency": (0.0, 0.05),
+    "servo_torque": (0.7, 1.0),
+    "servo_speed": (0.7, 1.0),
+    "slope": (-3.0, 3.0),
+}
+OVER_WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
+    "quadruped": ("quadruped-worlds", {}),
+    "hexapod": ("hexapod-worlds", {}),
+    "walker-four": ("walker-worlds", {}),
+    "walker": (  # on two legs, which has no preset over worlds, as it falls in most of them
+        "walker",
+        {"worlds.number": 3, "worlds.ranges": {name: [*ends] for name, ends in RANGES.items()}},
+    ),
+}
+"""By preset of one world: the preset over worlds, and options that differ."""
+
+TITLES = (
+    f"{'evolved in':>11}{'seed':>6}{'simulations':>13}{'nominal m':>11}{'median m':>10}"
+    f"{'worst tenth m':>15}{'of its nominal':>16}{'of one world’s':>16}{'falls':>7}  hurts"
+)
+
+
+class Row(NamedTuple):
+    """A champion: the simulations of its search, and what became of it in unseen worlds."""
+
+    simulations: int
+    judgement: Judgement
+    of_one: float
+
+    @property
+    def kept(self) -> float:
+        """Mean of the worst tenth of distances over its own nominal distance."""
+        return self.judgement.worst_tenth / self.judgement.nominal.result
+
+
+def main() -> None:
+    """Print a row for each champion, and the median and range of each kind over seeds."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--full", action="store_true")
+    parser.add_argument("--only", nargs="*", default=[*OVER_WORLDS], choices=[*OVER_WORLDS])
+    parser.add_argument("--seeds", nargs="*", type=int, default=[11])
+    parser.add_argument("--folder", type=Path)
+    arguments = parser.parse_args()
+    seeds = [11, 12, 13] if arguments.full else arguments.seeds
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = arguments.folder or Path(temporary)
+        for name in arguments.only:
+            compare(name, seeds, folder, full=arguments.full)
+
+
+def compare(name: str, seeds: Sequence[int], folder: Path, *, full: bool) -> None:
+    """Print the rows of one body."""
+    print(f"\n{name}\n{TITLES}")
+    rows: dict[str, list[Row]] = {"one world": [], "worlds": []}
+    preset, options = OVER_WORLDS[name]
+    for seed in seeds:
+        generations = None if full else 2
+        one = champion(folder / f"{name}-{seed}", name, seed, {}, generations)
+        many = champion(folder / f"{name}-over-worlds-{seed}", preset, seed, options, generations)
+        alone = judged(one, full=full)
+        for label, run in (("one world", one), ("worlds", many)):
+            found = alone if run is one else judged(run, full=full)
+            row = Row(simulations(run), found, found.worst_tenth / alone.nominal.result)
+            rows[label].append(row)
+            hurts = ", ".join(effect.condition for effect in found.effects)
+            print(
+                f"{label:>11}{seed:6}{row.simulations:13,}{found.nominal.result:11.2f}"
+                f"{found.median:10.2f}{found.worst_tenth:15.2f}{row.kept:16.0%}{row.of_one:16.0%}"
+                f"{found.falls:7}  {hurts or 'nothing beyond chance'}",
+                flush=True,
+            )
+    for label, of_label in rows.items():
+        print(
+            f"{label:>11}: of its nominal {spread([row.kept for row in of_label], '.0%')}, "
+            f"of one world’s {spread([row.of_one for row in of_label], '.0%')}, "
+            f"falls {spread([row.judgement.falls for row in of_label], 'g')}"
+        )
+
+
+def champion(
+    path: Path, preset: str, seed: int, options: dict[str, Any], generations: int | None
+) -> gs.Run:
+    """Return the run in a folder, evolved if there is none."""
+    if path.exists():
+        return gs.load(path)
+    with gs.evolve(preset, seed=seed, set=options, generations=generations, out=path) as search:
+        for _ in search:
+            pass
+        return search.run
+
+
+def judged(run: gs.Run, *, full: bool) -> Judgement:
+    """Judge a run's champion in the unseen worlds."""
+    return judge(run.champion, 100 if full else 10, ranges=RANGES)
+
+
+def simulations(run: gs.Run) -> int:
+    """Return the number of individuals times the worlds in which each was evaluated."""
+    return int(run.history["evaluations"][-1]) * max(run.experiment.worlds.number, 1)
+
+
+def spread(values: Sequence[float], form: str) -> str:
+    """Return the median and the range of values in words."""
+    return f"{median(values):{form}} ({min(values):{form}} to {max(values):{form}})"
+
+
+if __name__ == "__main__":
+    with contextlib.suppress(KeyboardInterrupt):
+        main()
