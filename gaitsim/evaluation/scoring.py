@@ -1,6 +1,6 @@
 """Evaluate one chunk of a population: move it, score it, and check the contract."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -95,19 +95,17 @@ def combined(
     counted = np.argsort(scores, axis=0, kind="stable")[: experiment.worlds.counted]
 
     def mean(values: Sequence[Scores]) -> Scores:
-        return np.asarray(np.take_along_axis(np.stack(values), counted, axis=0).mean(axis=0))
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray(np.take_along_axis(np.stack(values), counted, axis=0).mean(axis=0))
 
     first = evaluations[0]
     terms = {name: mean([one.terms[name] for one in evaluations]) for name in first.terms}
     values = {name: mean([one.values[name] for one in evaluations]) for name in first.values}
-    total = np.zeros(scores.shape[1])
-    for term in terms.values():
-        total += term
     reasons: dict[int, str] = {}
     for number, evaluation in enumerate(evaluations, 1):
         for index, reason in evaluation.reasons.items():
             reasons.setdefault(index, f"{reason}, in world {number} of {len(worlds)}")
-    total[list(reasons)] = -np.inf
+    total = _summed(terms, reasons)
     if "score" in values:
         values["score"] = total
     return Evaluation(total, terms, dict(sorted(reasons.items())), values)
@@ -132,20 +130,22 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
         (name := _name(fitness, key)): _term(fitness, name, term, population)
         for key, term in returned.items()
     }
-    scores = np.zeros(population)
+    reasons = _failures(body, moved)
+    return Evaluation(_summed(terms, reasons), terms, reasons)
+
+
+def _summed(terms: Mapping[str, Scores], reasons: dict[int, str]) -> Scores:
+    """Return the sums of terms; −inf for those that failed, to whose reasons it adds."""
+    scores = np.zeros(len(next(iter(terms.values()))))
     with np.errstate(over="ignore", invalid="ignore"):
         for term in terms.values():  # in the fitness's own order, on which the last bit depends
             scores += term
-    reasons = _failures(body, moved)
-    scores[list(reasons)] = -np.inf
     # Larger ones cannot be drawn or averaged: their differences and squares are not finite.
     for index in np.flatnonzero(~(np.abs(scores) <= LARGEST_SCORE)).tolist():
-        if index in reasons:
-            continue
         wrong = [f"{name} is {t[index]}" for name, t in terms.items() if not np.isfinite(t[index])]
-        reasons[index] = ", ".join(wrong) or "the sum of the terms is too large"
-        scores[index] = -np.inf
-    return Evaluation(scores, terms, reasons)
+        reasons.setdefault(index, ", ".join(wrong) or "the sum of the terms is too large")
+    scores[list(reasons)] = -np.inf
+    return scores
 
 
 def _failures(body: Entry, motion: Motion) -> dict[int, str]:

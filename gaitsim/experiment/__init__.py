@@ -7,15 +7,7 @@ from gaitsim.experiment.loading import (
     parse_space,
     with_overrides,
 )
-from gaitsim.experiment.model import (
-    OWN_WORLD,
-    SCHEMA,
-    WORLD,
-    Evolution,
-    Experiment,
-    Islands,
-    Worlds,
-)
+from gaitsim.experiment.model import SCHEMA, Evolution, Experiment, Islands
 from gaitsim.experiment.outline import ExperimentOutline, read_outline
 from gaitsim.experiment.overrides import parse_assignments
 from gaitsim.experiment.problems import Overrides, Typed
@@ -25,6 +17,7 @@ from gaitsim.experiment.transferability import (
     TRANSFERABILITY,
     Transferability,
 )
+from gaitsim.experiment.worlds import OWN_WORLD, WORLD, Worlds
 
 __all__ = [
     "FEATURES",

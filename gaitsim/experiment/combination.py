@@ -15,9 +15,10 @@ from gaitsim.contracts import (
     Selection,
 )
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.experiment.model import WORLD, Evolution, Islands, Worlds, space_of
+from gaitsim.experiment.model import Evolution, Islands, space_of
 from gaitsim.experiment.problems import Problems
 from gaitsim.experiment.transferability import NO_REALITY, TRANSFERABILITY, Transferability
+from gaitsim.experiment.worlds import WORLD, Worlds
 from gaitsim.registry import Entry
 from gaitsim.registry.class_validation import PLUGIN
 

@@ -9,8 +9,9 @@ from pydantic import BaseModel, ValidationError
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment.model import DEFAULT_SEARCH, Evolution, Islands, Worlds
+from gaitsim.experiment.model import DEFAULT_SEARCH, Evolution, Islands
 from gaitsim.experiment.transferability import TRANSFERABILITY
+from gaitsim.experiment.worlds import Worlds
 from gaitsim.registry import KINDS
 from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from gaitsim.errors import ExperimentError, GaitsimError, nearest
-from gaitsim.experiment.model import Evolution, Islands, Worlds
+from gaitsim.experiment.model import Evolution, Islands
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems, Typed
 from gaitsim.experiment.transferability import TRANSFERABILITY, Transferability
+from gaitsim.experiment.worlds import Worlds
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.toml import literal, text

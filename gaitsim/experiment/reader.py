@@ -20,17 +20,11 @@ from gaitsim.experiment.combination import (
     check_transferability,
     check_worlds,
 )
-from gaitsim.experiment.model import (
-    DEFAULT_SEARCH,
-    SCHEMA,
-    Evolution,
-    Experiment,
-    Islands,
-    Worlds,
-)
+from gaitsim.experiment.model import DEFAULT_SEARCH, SCHEMA, Evolution, Experiment, Islands
 from gaitsim.experiment.overrides import HEAD, SECTIONS, override
 from gaitsim.experiment.problems import COMMAND_LINE, Overrides, Problems
 from gaitsim.experiment.transferability import TRANSFERABILITY, Transferability
+from gaitsim.experiment.worlds import Worlds
 from gaitsim.registry import KINDS, Entry, options, plugin_errors
 from gaitsim.registry.class_validation import OPERATORS, PLUGIN
 from gaitsim.toml import literal

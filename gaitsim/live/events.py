@@ -44,11 +44,10 @@ def events_in(
 
 def _comparable(stages: Sequence[RunStage], generations: int) -> list[tuple[int, int]]:
     """Return first and last generations whose scores can be compared with one another."""
-    starts = [
-        number
-        for stage in stages
-        for number in range(stage.first, min(stage.last, generations) + 1)
-        if stage.outline.worlds.redrawn(number)
-        or (number == stage.first and (stage.number == 1 or stage.reevaluated))
-    ]
-    return list(zip(starts, [*(start - 1 for start in starts[1:]), generations], strict=True))
+    starts: set[int] = set()
+    for stage in stages:
+        if stage.number == 1 or stage.reevaluated:
+            starts.add(stage.first)
+        starts.update(stage.outline.worlds.redraws(stage.first, min(stage.last, generations)))
+    first = sorted(starts)
+    return list(zip(first, [*(start - 1 for start in first[1:]), generations], strict=True))

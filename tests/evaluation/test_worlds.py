@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import ExperimentError
-from gaitsim.evaluation.scoring import evaluate
+from gaitsim.evaluation.scoring import Evaluation, combined, evaluate
 from gaitsim.evaluation.worlds import drawn, in_world, unseen
 from gaitsim.experiment import Experiment, load_experiment, parse_experiment, with_overrides
 
@@ -30,6 +30,17 @@ def test_a_score_is_the_mean_over_the_worst_worlds(combine, count):
     np.testing.assert_array_equal(found.scores, sum(found.terms.values()))
 
 
+@pytest.mark.filterwarnings("error")
+def test_who_fails_in_one_world_has_failed_in_all():
+    experiment = walkers(**{"worlds.number": 2})
+    worlds = drawn(experiment, 1)
+    first = Evaluation(np.array([1.0, -np.inf]), {"a": np.array([1.0, np.inf])}, {1: "a is inf"})
+    second = Evaluation(np.array([2.0, -np.inf]), {"a": np.array([2.0, -np.inf])}, {1: "a is -inf"})
+    found = combined(experiment, worlds, [first, second])
+    np.testing.assert_array_equal(found.scores, [1.5, -np.inf])
+    assert found.reasons == {1: "a is inf, in world 1 of 2"}
+
+
 def test_worlds_fill_their_ranges_and_differ_from_unseen_ones():
     experiment = walkers(**{"worlds.number": 20, "worlds.ranges": {"friction": [0.3, 1.2]}})
     worlds = drawn(experiment, 1)
@@ -43,6 +54,8 @@ def test_worlds_are_redrawn_when_asked():
     fixed, redrawn = walkers(), walkers(**{"worlds.redraw": 5})
     assert drawn(fixed, 1) == drawn(fixed, 100)
     assert drawn(redrawn, 1) == drawn(redrawn, 5) != drawn(redrawn, 6)
+    assert [*redrawn.worlds.redraws(1, 12)] == [6, 11]
+    assert not fixed.worlds.redraws(1, 12)
 
 
 def test_an_experiment_with_worlds_is_read_as_it_was_written():
