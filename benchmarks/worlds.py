@@ -21,7 +21,8 @@ from statistics import median
 from typing import Any, NamedTuple
 
 import gaitsim as gs
-from gaitsim.gait.unseen import Judgement, judge
+from gaitsim.gait.judgement import Judgement
+from gaitsim.gait.unseen import judge
 
 RANGES = {
     "friction": (0.3, 1.2),

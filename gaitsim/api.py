@@ -20,7 +20,8 @@ from gaitsim.evaluation.worlds import Ranges, World
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides, load_experiment, with_overrides
 from gaitsim.gait.changed import with_world
-from gaitsim.gait.unseen import Judgement, judge
+from gaitsim.gait.judgement import Judgement
+from gaitsim.gait.unseen import judge
 from gaitsim.individual import Individual, Member
 from gaitsim.live.control import BackgroundControls
 from gaitsim.render.notebook import RunViews, picture

@@ -6,7 +6,7 @@ from gaitsim.cli.console import notice, output, print_json, print_table
 from gaitsim.cli.judging import judge_shown
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges
-from gaitsim.gait.unseen import Judgement
+from gaitsim.gait.judgement import Judgement
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import or_dash
 from gaitsim.render.terminal.judgement import percent, spans, strongest

@@ -4,8 +4,9 @@ from gaitsim.cli.console import notice
 from gaitsim.cli.interrupts import interruptible
 from gaitsim.cli.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.worlds import Ranges
-from gaitsim.gait.unseen import Judgement, check_request, conditions_of, judge
+from gaitsim.evaluation.worlds import Ranges, conditions_of
+from gaitsim.gait.judgement import Judgement
+from gaitsim.gait.unseen import check_request, judge
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -35,17 +35,35 @@ def usual_conditions(model: type[Organism]) -> Mapping[str, Condition]:
         return {}
 
 
+def conditions_of(experiment: Experiment) -> Mapping[str, Condition]:
+    """Return the conditions of the body that vary between worlds, by name.
+
+    Raises:
+        GaitsimError: it has none.
+        PluginError: it cannot name them.
+    """
+    entry = experiment.entries["organism"]
+    with plugin_errors(entry, "naming its conditions"):
+        found = experiment.organism.conditions() if has_worlds(experiment) else {}
+    if not found:
+        raise GaitsimError(
+            f"the body {entry.name!r} has one world alone",
+            where=experiment.name,
+            allowed="a body with conditions, such as the walker",
+        )
+    return found
+
+
 def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
     """Return the range of each condition that varies between the experiment's worlds, by name.
 
     Raises:
+        GaitsimError: there are none.
         PluginError: the body cannot name its conditions.
     """
     if experiment.worlds.ranges:
         return dict(experiment.worlds.ranges)
-    with plugin_errors(experiment.entries["organism"], "naming its conditions"):
-        conditions = experiment.organism.conditions()
-    return {name: (one.low, one.high) for name, one in conditions.items()}
+    return {name: (one.low, one.high) for name, one in conditions_of(experiment).items()}
 
 
 def drawn(experiment: Experiment, generation: int) -> tuple[World, ...]:

@@ -2,12 +2,13 @@
 
 from gaitsim.gait.changed import changed, with_world
 from gaitsim.gait.damaged import can_be_damaged, damaged, with_damage
+from gaitsim.gait.judgement import Judgement
 from gaitsim.gait.of_individual import analyse_individual, margin_of
 from gaitsim.gait.quantities import quantities
 from gaitsim.gait.report import Footfalls, GaitAnalysis, analyse_gait
 from gaitsim.gait.support import stability_margin
 from gaitsim.gait.twin import on_twin, transferred
-from gaitsim.gait.unseen import Judgement, judge
+from gaitsim.gait.unseen import judge
 
 __all__ = [
     "Footfalls",

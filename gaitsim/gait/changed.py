@@ -7,7 +7,7 @@ from typing import Any
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation.playing import play
 from gaitsim.evaluation.scoring import evaluate_motion
-from gaitsim.evaluation.worlds import World, describe, has_worlds
+from gaitsim.evaluation.worlds import World, conditions_of, describe
 from gaitsim.experiment import WORLD, Experiment, with_overrides
 from gaitsim.individual import Individual
 
@@ -110,10 +110,5 @@ def put_into(experiment: Experiment, world: World) -> Experiment:
 
 def _told(experiment: Experiment, world: World) -> dict[str, World]:
     """Return the option that puts a body into a world, as overrides."""
-    if not has_worlds(experiment):
-        raise GaitsimError(
-            f"the body {experiment.entries['organism'].name!r} has one world alone",
-            where=describe(world),
-            allowed="a body with conditions, such as the walker",
-        )
+    conditions_of(experiment)  # refuses a body without any
     return {f"organism.{WORLD}": {**getattr(experiment.organism, WORLD), **world}}

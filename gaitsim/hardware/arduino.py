@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, RunError
+from gaitsim.gait.files.writer import check_parent
 from gaitsim.hardware.calibration import Calibration
-from gaitsim.hardware.keyframes import DECIMALS, Keyframes
+from gaitsim.hardware.keyframes import DECIMALS, Keyframes, beyond_range
 from gaitsim.runs.files.atomic import write_bytes, writing
 
 FLASH = 32_767  # bytes: the longest array of an AVR, whose pointers into it have 16 bits
@@ -128,10 +129,7 @@ def write_sketch(sketch: Sketch, folder: Path) -> None:
     Raises:
         RunError: it cannot be written.
     """
-    if not folder.parent.is_dir():
-        raise RunError(
-            f"cannot write {folder}: there is no folder {folder.parent}", remedy="make it first"
-        )
+    check_parent(folder)
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise RunError(
             f"cannot write {folder}: it is not a folder",
@@ -162,17 +160,10 @@ def sketch_name(folder: Path) -> str:
 def _check_standing(keyframes: Keyframes, calibration: Calibration) -> None:
     """Refuse a standing pose, with which a sketch begins, that is beyond the limits."""
     standing = np.round(keyframes.standing, DECIMALS)
-    excess = np.maximum(calibration.low - standing, standing - calibration.high)
+    excess = calibration.excess(standing)
     joint = int(excess.argmax())
     if excess[joint] > 0:
-        raise GaitsimError(
-            f"{keyframes.joint_names[joint]} would turn to {standing[joint]:.{DECIMALS}f}° as the "
-            "robot stands, beyond the servo's range",
-            where=calibration.source,
-            allowed=f"{calibration.low[joint]:g}° to {calibration.high[joint]:g}°",
-            remedy=f"give the range of your servos {calibration.limited_by}, or hold them to it "
-            "with --clip",
-        )
+        raise beyond_range(calibration, joint, standing[joint], "as the robot stands")
 
 
 def _ramps(calibration: Calibration) -> NDArray[np.float64]:

@@ -128,6 +128,10 @@ class Calibration:
         """The speed that each servo can reach, (joints,) °/s; infinite where it is unknown."""
         return self._all("fastest")
 
+    def excess(self, degrees: Floats) -> Floats:
+        """Return how far angles of servos exceed their ranges, (…, joints) °; within, at most 0."""
+        return np.maximum(self.low - degrees, degrees - self.high)
+
     def pulses(self, degrees: Floats) -> Floats:
         """Return the pulses, µs, for angles of the servos, (…, joints) °."""
         short, long = np.array([joint.pulse for joint in self.joints.values()], np.float64).T

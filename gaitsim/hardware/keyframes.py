@@ -85,18 +85,13 @@ def keyframes_of(
     Raises:
         GaitsimError: an angle or a speed is beyond a limit, or there are not two keyframes.
     """
-    if not SLOWEST <= speed <= 1 / SLOWEST:
-        raise GaitsimError(
-            f"a gait cannot be played at {speed:g} of its speed",
-            where="--speed",
-            allowed=f"{SLOWEST:g} to {1 / SLOWEST:g}; 1 is as simulated, 0.5 half as fast",
-        )
+    check_playback(speed)
     frames = np.arange(len(gait.angles)) / gait.frame_rate
     turned = calibration.servo_angles(gait.angles)
     wished = 1 / gait.frame_rate if keyframe_ms is None else keyframe_ms / 1000 * speed
     if loop is None:
         times = frames if keyframe_ms is None else np.arange(0, frames[-1] + 5e-10, wished)
-        degrees, loop_from = _between(times, frames, turned), None
+        degrees, loop_from = interpolated(times, frames, turned), None
     else:
         times, degrees, loop_from = _cycle(loop, frames, turned, wished)
     if len(times) < 2 or times[1] / speed < 0.001 - 1e-9:
@@ -109,13 +104,22 @@ def keyframes_of(
     # Rounding comes before the check: a hundredth of a degree beyond a limit breaks nothing.
     sent = np.round(degrees, DECIMALS) + 0.0  # no −0.0
     standing = calibration.servo_angles(gait.standing)
-    beyond = (sent < calibration.low) | (sent > calibration.high)
+    excess = calibration.excess(sent)
+    beyond = excess > 0
     if beyond.any() and not clip:
-        raise _refused_angle(sent, times, speed, gait, calibration)
+        frame, joint = map(int, np.unravel_index(np.argmax(excess), excess.shape))
+        joints = int(beyond.any(axis=0).sum())
+        raise beyond_range(
+            calibration,
+            joint,
+            sent[frame, joint],
+            f"at {times[frame] / speed * 1000:.0f} ms (frame {times[frame] * gait.frame_rate:.0f})",
+            f", and {joints - 1} more joints leave theirs, too" if joints > 1 else "",
+        )
     held = np.clip(sent, calibration.low, calibration.high)
     last = times[-1] if loop is None else loop.start
     inside = frames <= last
-    off = np.abs(_between(frames, times, held) - turned)[inside].max() if inside.any() else 0.0
+    off = np.abs(interpolated(frames, times, held) - turned)[inside].max() if inside.any() else 0.0
     found = Keyframes(
         times / speed,
         held,
@@ -129,6 +133,39 @@ def keyframes_of(
     return found
 
 
+def check_playback(speed: float) -> None:
+    """Check the speed of playback.
+
+    Raises:
+        GaitsimError: no robot plays a gait so fast or slow.
+    """
+    if not SLOWEST <= speed <= 1 / SLOWEST:
+        raise GaitsimError(
+            f"a gait cannot be played at {speed:g} of its speed",
+            where="--speed",
+            allowed=f"{SLOWEST:g} to {1 / SLOWEST:g}; 1 is as simulated, 0.5 half as fast",
+        )
+
+
+def interpolated(times: NDArray[Any], known: NDArray[Any], angles: Floats) -> Floats:
+    """Interpolate the angles at `times` linearly between those at `known`, (times, joints)."""
+    return np.stack([np.interp(times, known, column) for column in angles.T], axis=1)
+
+
+def beyond_range(
+    calibration: Calibration, joint: int, degrees: float, when: str, others: str = ""
+) -> GaitsimError:
+    """Return the error of an angle that a servo cannot turn to."""
+    return GaitsimError(
+        f"{[*calibration.joints][joint]} would turn to {degrees:.{DECIMALS}f}° {when}, beyond the "
+        f"servo's range{others}",
+        where=calibration.source,
+        allowed=f"{calibration.low[joint]:g}° to {calibration.high[joint]:g}°",
+        remedy=f"give the range of your servos {calibration.limited_by}, or hold them to it with "
+        "--clip",
+    )
+
+
 def _cycle(loop: Loop, frames: Floats, turned: Floats, wished: float) -> tuple[Floats, Floats, int]:
     """Return times and angles up to the end of a loop, and the keyframe where it begins."""
     count = max(round(loop.period / wished), 2)
@@ -137,35 +174,11 @@ def _cycle(loop: Loop, frames: Floats, turned: Floats, wished: float) -> tuple[F
     if (first + count) * interval > frames[-1] + 1e-9:  # the loop begins in the last cycle
         first = max(int((frames[-1] + 1e-9) / interval) - count, 0)
     times = np.arange(first + count + 1, dtype=np.float64) * interval
-    degrees = _between(times, frames, turned)
+    degrees = interpolated(times, frames, turned)
     # What a cycle is off from the next one is spread over it, so that none begins with a jump.
     jump = degrees[first] - degrees[-1]
     degrees[first:] += np.linspace(0, 1, count + 1)[:, None] * jump
     return times[:-1], degrees[:-1], first
-
-
-def _between(times: NDArray[Any], known: NDArray[Any], angles: Floats) -> Floats:
-    """Interpolate the angles at `times` linearly between those at `known`, (times, joints)."""
-    return np.stack([np.interp(times, known, column) for column in angles.T], axis=1)
-
-
-def _refused_angle(
-    sent: Floats, times: Floats, speed: float, gait: Gait, calibration: Calibration
-) -> GaitsimError:
-    """Return the error of the angle that is farthest beyond its limits."""
-    excess = np.maximum(calibration.low - sent, sent - calibration.high)
-    keyframe, joint = np.unravel_index(np.argmax(excess), excess.shape)
-    joints = int((excess > 0).any(axis=0).sum())
-    others = f", and {joints - 1} more joints leave theirs, too" if joints > 1 else ""
-    return GaitsimError(
-        f"{gait.joint_names[joint]} would turn to {sent[keyframe, joint]:.{DECIMALS}f}° at "
-        f"{times[keyframe] / speed * 1000:.0f} ms (frame {times[keyframe] * gait.frame_rate:.0f}), "
-        f"beyond the servo's range{others}",
-        where=calibration.source,
-        allowed=f"{calibration.low[joint]:g}° to {calibration.high[joint]:g}°",
-        remedy=f"give the range of your servos {calibration.limited_by}, or hold them to it with "
-        "--clip",
-    )
 
 
 def _check_speed(

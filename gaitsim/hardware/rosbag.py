@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.errors import GaitsimError, RunError
+from gaitsim.gait.files.writer import check_parent
 from gaitsim.hardware.trajectory import Trajectory
 from gaitsim.runs.files.atomic import sync_folder, writing
 from gaitsim.runs.files.drafts import draft_folder
@@ -90,10 +91,7 @@ def _fill(writer: Any, store: Any, trajectory: Trajectory) -> None:
 
 def _check_place(path: Path) -> None:
     """Refuse a path where something else than a bag is."""
-    if not path.parent.is_dir():
-        raise RunError(
-            f"cannot write {path}: there is no folder {path.parent}", remedy="make it first"
-        )
+    check_parent(path)
     if not path.exists() and not path.is_symlink():
         return
     bag = path.is_dir() and not path.is_symlink() and (path / "metadata.yaml").is_file()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait, check_folder
-from gaitsim.hardware.keyframes import SLOWEST
+from gaitsim.hardware.keyframes import check_playback, interpolated
 from gaitsim.runs.files.atomic import write_bytes
 
 Floats = NDArray[np.float64]
@@ -52,18 +52,12 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
     Raises:
         GaitsimError: the speed is not one, or the gait has not two points.
     """
-    if not SLOWEST <= speed <= 1 / SLOWEST:
-        raise GaitsimError(
-            f"a gait cannot be played at {speed:g} of its speed",
-            where="--speed",
-            allowed=f"{SLOWEST:g} to {1 / SLOWEST:g}; 1 is as simulated, 0.5 half as fast",
-        )
+    check_playback(speed)
     seconds = np.arange(len(gait.angles)) / gait.frame_rate / speed
     positions = gait.angles
     if keyframe_ms is not None:
         known, seconds = seconds, np.arange(0, seconds[-1] + 5e-10, keyframe_ms / 1000)
-        columns = [np.interp(seconds, known, column) for column in gait.angles.T]
-        positions = np.stack(columns, axis=1)
+        positions = interpolated(seconds, known, gait.angles)
     if len(seconds) < 2:
         raise GaitsimError(
             "the gait is shorter than the time between two points",

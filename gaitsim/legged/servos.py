@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 Bus = Literal["", "pwm", "dynamixel", "feetech"]
 
@@ -51,36 +51,9 @@ class Servo:
         return self.travel / 2 / self.tick if self.tick else 0.0
 
 
-def _proportional(
-    name: str,
-    torque: float,
-    speed: float,
-    *,
-    latency: float,
-    band: float,
-    armature: float,
-    source: str,
-    bus: Bus,
-    travel: float = TURN,
-    ticks: int = 0,
-    tick: float = 0.0,
-) -> Servo:
+def _proportional(name: str, torque: float, speed: float, band: float, **data: Any) -> Servo:
     """Return a servo that applies its full voltage from an error of `band`, rad."""
-    stiffness, damping = torque / band, torque / speed
-    return Servo(
-        name,
-        torque,
-        speed,
-        latency,
-        stiffness,
-        damping,
-        armature,
-        source,
-        bus,
-        travel,
-        ticks,
-        tick,
-    )
+    return Servo(name, torque, speed, stiffness=torque / band, damping=torque / speed, **data)
 
 
 SERVOS: Mapping[str, Servo] = {
@@ -113,6 +86,7 @@ SERVOS: Mapping[str, Servo] = {
             "measured by Duclusaud and Passault, Better Actuator Models, model m1; latency "
             "estimated as one command at 50 Hz",
             bus="feetech",
+            travel=TURN,
             ticks=4096,
             tick=TURN / 4096,
         ),
@@ -140,6 +114,7 @@ SERVOS: Mapping[str, Servo] = {
             "640; latency estimated as one command at 50 Hz; armature estimated from the "
             "STS3215's by the gear ratios",
             bus="dynamixel",
+            travel=TURN,
             ticks=4096,
             tick=TURN / 4096,
         ),

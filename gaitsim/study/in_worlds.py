@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.worlds import Ranges, ranges_of
-from gaitsim.gait.unseen import Judgement, check_request, conditions_of, judge, worst_tenth
+from gaitsim.evaluation.worlds import Ranges, conditions_of, ranges_of
+from gaitsim.gait.judgement import Judgement, worst_tenth
+from gaitsim.gait.unseen import check_request, judge
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.statistics import interval
@@ -91,13 +92,6 @@ class Ranking:
         }
 
 
-def _judge(number: int, seed: int, workers: int | None) -> Judge:
-    def judged(label: str, individual: Individual, ranges: Ranges) -> Judgement:
-        return judge(individual, number, seed=seed, ranges=ranges, workers=workers)
-
-    return judged
-
-
 def rank_in_worlds(
     runs: Sequence[Path | str],
     number: int = 100,
@@ -138,7 +132,9 @@ def rank_in_worlds(
     }
     _check_bodies(champions)
     ranges, notes = common_ranges(champions)
-    judged = judged or _judge(number, seed, workers)
+    judged = judged or (
+        lambda _, one, ranges: judge(one, number, seed=seed, ranges=ranges, workers=workers)
+    )
     found = {label: judged(label, one, ranges) for label, one in champions.items()}
     if len({(one.measure, one.unit) for one in found.values()}) > 1:
         raise GaitsimError(

@@ -10,7 +10,8 @@ from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evaluation.worlds import drawn, unseen
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import with_world
-from gaitsim.gait.unseen import Judgement, Outcome, judge
+from gaitsim.gait.judgement import Judgement, Outcome
+from gaitsim.gait.unseen import judge
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.judgement import in_one_line, judged
 

@@ -101,6 +101,15 @@ def check_folder(path: Path) -> None:
     """
     if path.is_dir():
         raise RunError(f"cannot write {path}: it is a folder", remedy="give the path of a file")
+    check_parent(path)
+
+
+def check_parent(path: Path) -> None:
+    """Check that the folder exists in which a file or another folder is to be.
+
+    Raises:
+        RunError: it does not.
+    """
     if not path.parent.is_dir():
         raise RunError(
             f"cannot write {path}: there is no folder {path.parent}", remedy="make it first"

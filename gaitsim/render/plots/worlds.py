@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitsim.gait.intervals import Floats
+from gaitsim.gait.judgement import Judgement
 from gaitsim.gait.sensitivity import PARTS
-from gaitsim.gait.unseen import Judgement
 from gaitsim.render.plots.labels import head, numeral
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.render.terminal.judgement import falls, spaced

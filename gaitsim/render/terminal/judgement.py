@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 
 from gaitsim.evaluation.worlds import describe
+from gaitsim.gait.judgement import SCORE, Judgement
 from gaitsim.gait.sensitivity import Effect
-from gaitsim.gait.unseen import SCORE, Judgement
 from gaitsim.render.terminal.explanation import Passage, or_dash
 from gaitsim.render.terminal.text import number
 

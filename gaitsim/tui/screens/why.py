@@ -1,6 +1,6 @@
 """Why it scored: the terms of a best individual, and which gait it is."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import ClassVar
 
@@ -104,35 +104,28 @@ Why the best of a generation, or a member, scored, and which gait it is.
         self._individual = found
         self.refresh_bindings()
 
-    @work(group="physics")
-    async def action_physics(self) -> None:
+    def action_physics(self) -> None:
         """Play the gait on the body's twin, and show what is kept of it."""
-        assert self._individual is not None
         self._physics = True
-        self.refresh_bindings()
-        scroll, waiting = self.query_one(VerticalScroll), Static("simulating …")
-        await scroll.mount(waiting)
-        scroll.scroll_end(animate=False)
-        try:
-            section = await self.in_thread(_transferred, self._individual)
-        except GaitsimError as error:
-            waiting.update(Text(visible_lines(str(error))))
-            return
-        await scroll.mount(*_shown(section))
-        await waiting.remove()
-        scroll.scroll_end(animate=False)
+        self._append("simulating …", lambda individual, _: (_transferred(individual),))
 
-    @work(group="worlds")
-    async def action_worlds(self) -> None:
+    def action_worlds(self) -> None:
         """Judge the gait in unseen worlds, and show how it does there."""
-        assert self._individual is not None
         self._worlds = True
+        self._append("playing in unseen worlds …", self._judged)
+
+    @work
+    async def _append(
+        self, doing: str, found: Callable[[Individual, Static], tuple[Passage, ...]]
+    ) -> None:
+        """Show a line while a thread finds sections, then these."""
         self.refresh_bindings()
-        scroll, waiting = self.query_one(VerticalScroll), Static("playing in unseen worlds …")
+        scroll, waiting = self.query_one(VerticalScroll), Static(doing)
         await scroll.mount(waiting)
         scroll.scroll_end(animate=False)
+        assert self._individual is not None
         try:
-            sections = await self.in_thread(self._judged, self._individual, waiting)
+            sections = await self.in_thread(found, self._individual, waiting)
         except GaitsimError as error:
             waiting.update(Text(visible_lines(str(error))))
             return

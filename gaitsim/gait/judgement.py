@@ -1,0 +1,167 @@
+"""What became of a gait in several worlds, and its statistics."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.evaluation.worlds import Ranges, World
+from gaitsim.gait.intervals import Floats
+from gaitsim.gait.sensitivity import Effect, effects
+from gaitsim.repr_mixin import ReprField, ReprMixin
+
+MEASURE, SCORE = "forward", "score"
+TRIFLE = 0.01  # of the nominal result: a smaller loss is none
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a gait in one world.
+
+    Attributes:
+        result: the measure `forward`, or the score where the body has none.
+        score: by the fitness; −inf where the motion failed.
+        fell: whether it fell, or the motion failed.
+        failure: why the motion failed, or ''.
+    """
+
+    result: float
+    score: float
+    fell: bool
+    failure: str = ""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Judgement(ReprMixin):
+    """What became of a gait in worlds that it has not seen.
+
+    Attributes:
+        measure: what the results are: `forward`, or `score` where the body has no such measure.
+        unit: of the results.
+        nominal: the outcome in the gait's own world.
+        ranges: of the conditions that vary, by name.
+        units: of these conditions.
+        seed: of the worlds.
+        worlds: the worlds.
+        outcomes: in each.
+    """
+
+    measure: str
+    unit: str
+    nominal: Outcome
+    ranges: Ranges
+    units: Mapping[str, str]
+    seed: int
+    worlds: tuple[World, ...]
+    outcomes: tuple[Outcome, ...]
+
+    @cached_property
+    def results(self) -> Floats:
+        """(worlds,) float64, of which more is better."""
+        return np.array([one.result for one in self.outcomes])
+
+    @cached_property
+    def fell(self) -> NDArray[np.bool_]:
+        """In which worlds it fell, (worlds,)."""
+        return np.array([one.fell for one in self.outcomes])
+
+    @property
+    def falls(self) -> int:
+        """In how many worlds it fell."""
+        return int(self.fell.sum())
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Why motions failed, in the order of the worlds; () where none did."""
+        return tuple(one.failure for one in self.outcomes if one.failure)
+
+    @cached_property
+    def conditions(self) -> dict[str, Floats]:
+        """Values of the conditions by name, (worlds,) each."""
+        return {name: np.array([world[name] for world in self.worlds]) for name in self.ranges}
+
+    @property
+    def worst_tenth(self) -> float:
+        """The mean of the worst tenth of the results, one at least."""
+        return float(worst_tenth(self.results))
+
+    def quantile(self, share: float) -> float:
+        """Return a quantile of the results, between neighbours in proportion."""
+        if np.isfinite(self.results).all():
+            return float(np.quantile(self.results, share))
+        return float(np.quantile(self.results, share, method="lower"))  # −inf has no proportions
+
+    @property
+    def median(self) -> float:
+        """The median of the results."""
+        return self.quantile(0.5)
+
+    def kept(self, result: float) -> float:
+        """Return a result as a share of the nominal one; NaN where that is not above 0."""
+        return result / self.nominal.result if self.nominal.result > 0 else math.nan
+
+    @cached_property
+    def effects(self) -> tuple[Effect, ...]:
+        """The conditions that cost more than a trifle, beyond chance, the strongest first."""
+        found = effects(self.conditions, self.ranges, self.results)
+        least = TRIFLE * abs(self.nominal.result)
+        return tuple(one for one in found if not one.loss < least)
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "worlds": len(self.worlds),
+            "measure": self.measure,
+            "nominal": self.nominal.result,
+            "median": self.median,
+            "worst_tenth": self.worst_tenth,
+            "falls": self.falls,
+            "losses": {one.condition: one.loss for one in self.effects},
+        }
+
+    @property
+    def worst(self) -> World:
+        """The world with the lowest result."""
+        return self.worlds[int(np.argmin(self.results))]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it as values for JSON."""
+        worlds = [
+            {"world": dict(world), **_to_dict(outcome)}
+            for world, outcome in zip(self.worlds, self.outcomes, strict=True)
+        ]
+        return {**self.statistics(), "worlds": worlds}
+
+    def statistics(self) -> dict[str, Any]:
+        """Return it as values for JSON, without the single worlds."""
+        return {
+            "measure": self.measure,
+            "unit": self.unit,
+            "number": len(self.worlds),
+            "seed": self.seed,
+            "ranges": {name: list(ends) for name, ends in self.ranges.items()},
+            "nominal": _to_dict(self.nominal),
+            "worst_tenth": self.worst_tenth,
+            "worst": self.quantile(0),
+            "q25": self.quantile(0.25),
+            "median": self.median,
+            "q75": self.quantile(0.75),
+            "best": self.quantile(1),
+            "kept_worst_tenth": self.kept(self.worst_tenth),
+            "kept_median": self.kept(self.median),
+            "falls": self.falls,
+            "effects": [asdict(one) for one in self.effects],
+        }
+
+
+def worst_tenth(results: Floats) -> Floats:
+    """Return the mean of the worst tenth, one at least, of results, (…, worlds)."""
+    counted = -(-results.shape[-1] // 10)
+    return np.asarray(np.sort(results, axis=-1)[..., :counted].mean(axis=-1))
+
+
+def _to_dict(outcome: Outcome) -> dict[str, Any]:
+    return {**asdict(outcome), "failure": outcome.failure or None}
