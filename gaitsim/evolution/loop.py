@@ -75,7 +75,7 @@ def evolve(
                 number, before = after.number + 1, after.progress
                 check_terms(experiment, after.evaluation, evaluation)
             if experiment.worlds.redrawn(number):
-                state, more = rescored(experiment, state, evaluate, number)
+                state, more = rescored(experiment, state, evaluate, number, redrawn=True)
                 before = before.with_other_scores(evolution, more)
             state = tell(experiment, space, state, results(genomes, evaluation), number)
             with plugin_errors(experiment.entries["organism"], "measuring diversity"):

@@ -82,6 +82,9 @@ def _apart(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator
             values = {name: column[own] for name, column in evaluation.values.items()}
             lasts[one] = told = Results(genomes, evaluation.scores[own], values)
             redrawn = experiment.worlds.redrawn(number)
-            now = rescored(experiment, state, evaluate, number)[0] if redrawn else state
-            states[one] = tell(experiment, space, now, told, number, island=one)
+            if redrawn:
+                states[one], _ = rescored(experiment, state, evaluate, number, redrawn=True)
+            else:
+                states[one] = state
+            states[one] = tell(experiment, space, states[one], told, number, island=one)
         yield evaluation.scores.reshape(repeats, -1).max(axis=1)

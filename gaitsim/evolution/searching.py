@@ -123,11 +123,13 @@ def tell(
         PluginError: the search fails or breaks its contract; names its package.
     """
     tests, before = RealityTests.of(state), own(state)
+    seen = results if tests is None else predicted(experiment, tests, results)
+    told = context(experiment, space, generation, Purpose.TELL, island=island)
+    with plugin_errors(experiment.entries["search"], "being told scores"):
+        after = experiment.search.tell(before, seen, told)
+    after = checked_state(experiment, after)
     if tests is None:
-        return _told(experiment, space, before, results, generation, island)
-    after = _told(
-        experiment, space, before, predicted(experiment, tests, results), generation, island
-    )
+        return after
     pool = pooled(tests, remembered(experiment, before), results)
     tests, kept = keeping(tests, pool, remembered(experiment, after))
     if (generation - 1) % experiment.transferability.every == 0:
@@ -137,21 +139,6 @@ def tell(
             after = _rescored(experiment, space, after, again, generation, island)
             tests, _ = keeping(more, kept, remembered(experiment, after))
     return checked_state(experiment, after, tests)
-
-
-def _told(
-    experiment: Experiment,
-    space: GenomeSpace,
-    state: State,
-    results: Results,
-    generation: int,
-    island: int,
-) -> State:
-    with plugin_errors(experiment.entries["search"], "being told scores"):
-        state = experiment.search.tell(
-            state, results, context(experiment, space, generation, Purpose.TELL, island=island)
-        )
-    return checked_state(experiment, state)
 
 
 def _rescored(
@@ -189,10 +176,19 @@ def rescored(
     state: State,
     evaluate: Evaluate,
     generation: int,
+    *,
+    redrawn: bool = False,
 ) -> tuple[State, int]:
     """Re-evaluate the genomes whose scores the state holds, in the worlds of a generation.
 
     For a changed body or fitness, or other worlds.
+
+    Args:
+        experiment: their body, fitness and worlds.
+        state: of the search.
+        evaluate: scores genomes in the worlds of a generation.
+        generation: in whose worlds.
+        redrawn: whether only worlds are others: tests in reality, which is costly, keep.
 
     Returns:
         The state, and the number of genomes that were evaluated.
@@ -208,7 +204,8 @@ def rescored(
     if tests is None:
         return _rescored(experiment, space, state, again, generation), len(genomes)
     if tests.count:
-        tests = retested(experiment, tests, evaluate(tests.genomes, generation), again)
+        simulated = evaluate(tests.genomes, generation)
+        tests = retested(experiment, tests, simulated, again, in_reality=not redrawn)
     after = _rescored(
         experiment, space, own(state), predicted(experiment, tests, again), generation
     )

@@ -250,15 +250,21 @@ def tested(
 
 
 def retested(
-    experiment: Experiment, tests: RealityTests, evaluation: Evaluation, kept: Results
+    experiment: Experiment,
+    tests: RealityTests,
+    evaluation: Evaluation,
+    kept: Results,
+    *,
+    in_reality: bool,
 ) -> RealityTests:
-    """Return the tests under another experiment, of the same individuals.
+    """Return the tests under another experiment or in other worlds, of the same individuals.
 
     Args:
         experiment: what stands for reality now.
         tests: under the experiment before.
         evaluation: of the individuals tested, in simulation.
         kept: what the search keeps, with new scores and values.
+        in_reality: whether to repeat the tests in reality, too.
 
     Raises:
         PluginError: the body or the fitness fails or breaks its contract; names its package.
@@ -268,7 +274,7 @@ def retested(
         tests,
         features=features_of(experiment, names, values),
         simulated=evaluation.scores,
-        real=_in_reality(experiment, tests.genomes),
+        real=_in_reality(experiment, tests.genomes) if in_reality else tests.real,
     )
     return tests.scaled(features_of(experiment, *_columns(kept.values)))
 

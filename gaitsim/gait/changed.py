@@ -95,8 +95,7 @@ def with_world(individual: Individual, world: World) -> Individual:
         GaitsimError: the body has no conditions, or not these, or not these values.
         PluginError: the body cannot move, or the fitness cannot evaluate it.
     """
-    told = _told(individual.experiment, world)
-    return changed(individual, told, describe(world))
+    return changed(individual, _options(individual.experiment, world), describe(world))
 
 
 def put_into(experiment: Experiment, world: World) -> Experiment:
@@ -105,10 +104,10 @@ def put_into(experiment: Experiment, world: World) -> Experiment:
     Raises:
         GaitsimError: the body has no conditions, or not these, or not these values.
     """
-    return with_body(experiment, _told(experiment, world), describe(world))
+    return with_body(experiment, _options(experiment, world), describe(world))
 
 
-def _told(experiment: Experiment, world: World) -> dict[str, World]:
+def _options(experiment: Experiment, world: World) -> dict[str, World]:
     """Return the option that puts a body into a world, as overrides."""
     conditions_of(experiment)  # refuses a body without any
     return {f"organism.{WORLD}": {**getattr(experiment.organism, WORLD), **world}}

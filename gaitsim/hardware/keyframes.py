@@ -114,7 +114,7 @@ def keyframes_of(
             joint,
             sent[frame, joint],
             f"at {times[frame] / speed * 1000:.0f} ms (frame {times[frame] * gait.frame_rate:.0f})",
-            f", and {joints - 1} more joints leave theirs, too" if joints > 1 else "",
+            f", as {joints - 1} more joint{'s' * (joints > 2)} would" if joints > 1 else "",
         )
     held = np.clip(sent, calibration.low, calibration.high)
     last = times[-1] if loop is None else loop.start

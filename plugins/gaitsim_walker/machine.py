@@ -170,9 +170,8 @@ class Machine:
 
         def add(arbiter: pymunk.Arbiter) -> None:
             x, z = arbiter.total_impulse
-            way = (
-                math.copysign(1.0, z) / self.surroundings.step
-            )  # either body can be the first of the two
+            # Either body can be the first of the two.
+            way = math.copysign(1.0, z) / self.surroundings.step
             forces.append((x * way, z * way))
 
         for shank in self.bodies[2::2]:

@@ -105,6 +105,22 @@ def test_an_individual_is_tested_on_the_body_in_reality():
     assert -last.state["values"][known, 1] == pytest.approx(tests.disparity[-1], rel=0.1)
 
 
+def test_redrawn_worlds_repeat_tests_in_simulation_and_none_in_reality(monkeypatch):
+    redrawn = REALITY | {"worlds.number": 2, "worlds.redraw": 1}
+    experiment = with_overrides(load_experiment("walker"), redrawn)
+    tested = []
+
+    def in_reality(_, genomes):
+        tested.append(len(genomes))
+        return np.zeros(len(genomes))
+
+    monkeypatch.setattr("gaitsim.evolution.transferability._in_reality", in_reality)
+    *_, last = evolve(experiment, lambda genomes, number: evaluate(experiment, genomes, number))
+    assert tested == [1, 1, 1]
+    tests = RealityTests.of(last.state)
+    np.testing.assert_array_equal(tests.simulated, evaluate(experiment, tests.genomes, 3).scores)
+
+
 def test_an_experiment_with_reality_is_read_as_it_was_written():
     experiment = with_overrides(load_experiment("walker"), REALITY)
     again = parse_experiment(experiment.to_toml(), "here")

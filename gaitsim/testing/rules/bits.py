@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Motion, Skeleton
+from gaitsim.contracts import Motion, Organism, Skeleton
 
 
 def digest(thing: object) -> str:
@@ -39,6 +39,19 @@ def _add(found: Any, thing: object) -> None:
 def same(one: object, other: object) -> bool:
     """Return whether both are the same to the bit; NaN equals NaN."""
     return digest(one) == digest(other)
+
+
+def other_shapes(motion: Motion, other: Motion) -> list[str]:
+    """Return the channels of a motion that have another shape in another one."""
+    return [name for name in motion if np.shape(other[name]) != np.shape(motion[name])]
+
+
+def same_space(one: Organism, other: Organism) -> bool:
+    """Return whether two bodies draw the same genomes."""
+    first, second = (
+        body.genome_space().random(5, np.random.default_rng(3)) for body in (one, other)
+    )
+    return same(first, second)
 
 
 def rows(motion: Motion, chosen: Sequence[int]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim.contracts import Genomes, Motion, Organism
 from gaitsim.testing.report import Finding, error
-from gaitsim.testing.rules.bits import same
+from gaitsim.testing.rules.bits import other_shapes, same_space
 from gaitsim.testing.rules.views import drawn
 
 
@@ -17,10 +17,7 @@ def without_a_leg(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[
         return
     lost = f"{next(iter(legs))} lost"
     damaged = type(body).model_validate({**dict(body), "damage": (lost,)})
-    first, second = (
-        one.genome_space().random(5, np.random.default_rng(3)) for one in (body, damaged)
-    )
-    if not same(first, second):
+    if not same_space(body, damaged):
         yield error(
             "damage",
             f"the genome space of the intact body with '{lost}'",
@@ -29,8 +26,7 @@ def without_a_leg(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[
         )
         return
     moved = damaged.move(genomes.copy())
-    other = [name for name in motion if np.shape(moved[name]) != motion[name].shape]
-    if other:
+    if other := other_shapes(motion, moved):
         yield error(
             "damage",
             f"{other[0]}: the shape of the intact body with '{lost}', {motion[other[0]].shape}",

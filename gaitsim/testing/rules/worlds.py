@@ -7,7 +7,7 @@ import numpy as np
 from gaitsim.contracts import Genomes, Motion, Organism
 from gaitsim.experiment import WORLD
 from gaitsim.testing.report import Finding, error
-from gaitsim.testing.rules.bits import same
+from gaitsim.testing.rules.bits import other_shapes, same, same_space
 
 
 def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
@@ -47,10 +47,7 @@ def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterato
         name: one.low if one.low != one.nominal else one.high for name, one in conditions.items()
     }
     other = type(body).model_validate({**dict(body), WORLD: {**far, "seed": 1.0}})
-    first, second = (
-        one.genome_space().random(5, np.random.default_rng(3)) for one in (body, other)
-    )
-    if not same(first, second):
+    if not same_space(body, other):
         yield error(
             "worlds",
             "the same genome space in every world",
@@ -59,8 +56,7 @@ def in_other_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterato
         )
         return
     moved = other.move(genomes.copy())
-    shapes = [name for name in motion if np.shape(moved[name]) != motion[name].shape]
-    if shapes:
+    if shapes := other_shapes(motion, moved):
         yield error(
             "worlds",
             f"{shapes[0]}: the same shape in every world, {motion[shapes[0]].shape}",
