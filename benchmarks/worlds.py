@@ -7,8 +7,8 @@ unseen worlds: friction 0.3 to 1.2, masses ±20 %, latency 0 to 50 ms, torque an
 down to 70 %, slope ±3°. Searches are compared by their simulations: individuals times worlds.
 
 By default one seed, two generations and ten worlds, which shows the table and nothing else.
-`--full` is the table in docs/worlds.md: the presets' own generations, seeds 11, 12 and 13, and 100
-worlds, in about an hour on two free cores. FOLDER keeps the runs: those that are in it are judged,
+`--full` takes the presets' own generations, seeds 11, 12 and 13, and 100 worlds, which is about an
+hour of processor time. FOLDER keeps the runs: those that are in it are judged,
 not evolved again.
 """
 
