@@ -30,15 +30,12 @@ def fly_conditions(air_density: float) -> dict[str, Condition]:
     }
 
 
-# Wings that move alike cannot correct what is not in their plane, as with the starts.
-
-
 def wing_offsets(world: Mapping[str, float], *, planar: bool) -> NDArray[np.float64]:
     """Return by how much each wing angle is off its command, (6,) rad.
 
     Args:
         world: values by the names of conditions.
-        planar: whether both wings are off alike.
+        planar: whether both wings are off alike: wings that move alike could not correct the rest.
     """
     drawn = joint_errors(world, "joint_offset", 6)
     return np.tile(drawn[:3], 2) if planar else drawn

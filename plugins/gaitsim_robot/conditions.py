@@ -84,8 +84,6 @@ def in_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
         effort=effort[joints],
         rest=rest,
         offset=offset,
-        latency=world.get("latency", simulation.latency),
-        command_rate=world.get("command_rate", simulation.command_rate),
         ground=ground,
         world=world,
     )

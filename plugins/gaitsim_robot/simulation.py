@@ -48,8 +48,6 @@ class Simulation:
             (feet, 3).
         feet: index of the position of each foot, (feet, 3).
         belly: index of the number of contacts of the trunk with the ground.
-        latency: from a command to the torque of the servos, s.
-        command_rate: at which commands arrive, Hz.
         offset: of each leg joint from its command, as a horn is fixed on its servo, (joints,) rad.
         ground: that is uneven; None for level ground at z = 0.
         world: values of conditions by name.
@@ -73,8 +71,6 @@ class Simulation:
     slide: Any
     feet: Any
     belly: int
-    latency: float
-    command_rate: float
     offset: Floats
     ground: Terrain | None = None
     world: Mapping[str, float] = field(default_factory=dict)
@@ -89,6 +85,16 @@ class Simulation:
         frame, direction = drawn_push(self.world, frames)
         speed = self.world.get("push", 0.0)
         return frame, speed * np.array([math.cos(direction), math.sin(direction), 0.0])
+
+    @property
+    def latency(self) -> float:
+        """From a command to the torque of the servos, s."""
+        return max(servo.latency for servo in self.servos.values())
+
+    @property
+    def command_rate(self) -> float:
+        """At which commands arrive, Hz."""
+        return self.world.get("command_rate", FRAME_RATE)
 
     @property
     def stall_torque(self) -> Floats:
@@ -200,8 +206,6 @@ def build(
         sensor("slide", legs, 3),
         sensor("foot", legs, 3),
         belly,
-        latency=max(servo.latency for servo in servos.values()),
-        command_rate=FRAME_RATE,
         offset=np.zeros(len(ctrl)),
     )
 

@@ -28,7 +28,7 @@ def judged(found: Judgement) -> Iterator[Passage]:
     nominal = " It falls in the nominal world, too." if found.nominal.fell else ""
     moves = found.measure == SCORE or max(found.quantile(1.0), found.nominal.result) > 0
     nowhere = "" if moves else "It goes forward in no world."
-    notes = [f"{_capital(falls(found))}.{nominal}"]
+    notes = [f"{falls(found).capitalize()}.{nominal}"]
     if found.failures:
         notes.append(f"A motion fails: {found.failures[0]}")
     notes.append(f"Worlds: seed {found.seed}; {', '.join(spans(found))}.")
@@ -132,7 +132,3 @@ def spans(found: Judgement) -> Iterator[str]:
 
 def _short(value: float) -> str:
     return f"{value:z.3g}".replace("-", "−")
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
