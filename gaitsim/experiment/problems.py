@@ -45,7 +45,8 @@ class Problems:
 
     def where(self, key: str) -> str:
         """Return the place of a key."""
-        return f"{self.place if key in self.overrides else self.source}, key {key}"
+        given = any(key == one or key.startswith(f"{one}.") for one in self.overrides)
+        return f"{self.place if given else self.source}, key {key}"
 
     def typed(self, key: str) -> Typed | None:
         """Return the text that a person typed for a key; None where nobody did."""

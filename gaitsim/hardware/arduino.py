@@ -115,9 +115,9 @@ def sketch_of(keyframes: Keyframes, calibration: Calibration, name: str, title: 
     text = f"PCA9685 board{'s' * (boards > 1)} {', '.join(addresses)}"
     made = [f"  Adafruit_PWMServoDriver({address})," for address in addresses]
     for mark, put in (
-        ("@TITLE@", _comment(title)),
         ("@BOARDS_TEXT@", text),
         ("@BOARDS@", "\n".join(made)),
+        ("@TITLE@", _comment(title)),  # the last one, as it may hold any text
     ):
         program = program.replace(mark, put)
     return Sketch(name, program, header, flash, boards)
@@ -150,7 +150,7 @@ def sketch_name(folder: Path) -> str:
     name = folder.name
     if not (name.isascii() and name.replace("_", "").isalnum() and len(name) <= LONGEST_NAME):
         raise GaitsimError(
-            f"{name} is not a name for an Arduino sketch",
+            f"{name!r} is not a name for an Arduino sketch",
             where="--out",
             allowed=f"letters, digits and _, at most {LONGEST_NAME}",
         )

@@ -1,5 +1,6 @@
 """Gaits as rosbag2 recordings."""
 
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -92,7 +93,7 @@ def _fill(writer: Any, store: Any, trajectory: Trajectory) -> None:
 def _check_place(path: Path) -> None:
     """Refuse a path where something else than a bag is."""
     check_parent(path)
-    if not path.exists() and not path.is_symlink():
+    if not os.path.lexists(path):
         return
     bag = path.is_dir() and not path.is_symlink() and (path / "metadata.yaml").is_file()
     if not bag or any(part.suffix not in _PARTS for part in path.iterdir()):

@@ -1,6 +1,7 @@
 """Write the template of a calibration, for a user to fill in."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -83,7 +84,7 @@ def write_template(gait: Gait, calibration: Calibration, format: str, path: Path
         RunError: it cannot be written.
     """
     check_folder(path)
-    if path.exists() or path.is_symlink():
+    if os.path.lexists(path):
         raise GaitsimError(
             f"{path} exists already",
             where="--calibration-template",

@@ -147,6 +147,11 @@ def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_type
         ("evolution=3", "command line, key evolution", '"evolution" is a section'),
         ("organism={plugin='spider'}", "command line, key organism", '"organism" is a section'),
         ("evol.population=3", "command line, key evol.population", 'unknown section "evol"'),
+        (
+            "worlds.ranges={glue=[0, 1]}",
+            "command line, key worlds.ranges.glue",
+            "no condition 'glue'",
+        ),
         ("évolution.population=3", "command line, key évolution", 'unknown section "évolution"'),
         ("a.b.c=3", "command line, key a.b.c", 'unknown section "a"'),
         ("population=3", "command line, key population", 'unknown key "population"'),

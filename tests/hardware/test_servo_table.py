@@ -128,8 +128,11 @@ def test_rows_follow_each_other_and_stay_in_range(degrees, rate, keyframe_ms):
 
 
 def test_a_file_that_cannot_be_written(tmp_path):
+    table = table_of(gait([0, 1]), HALF_TURN)
     with pytest.raises(RunError, match="there is no folder"):
-        write_degrees(table_of(gait([0, 1]), HALF_TURN), tmp_path / "missing" / "x.csv")
+        write_degrees(table, tmp_path / "missing" / "x.csv")
+    with pytest.raises(RunError, match="too long"):
+        write_degrees(table, tmp_path / ("x" * 300))
 
 
 def test_a_slower_playback_takes_longer():

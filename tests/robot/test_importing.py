@@ -60,6 +60,14 @@ def test_joints_of_one_name_are_told_apart(tmp_path):
     assert "a joint 'FL_hip' is called 'FL_hip 2'" in repairs
 
 
+def test_no_joint_has_the_name_of_a_formula(tmp_path):
+    package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
+    file = package / "urdf" / "dog.urdf"
+    file.write_text(file.read_text().replace('"FR_hip"', '"=@cmd|calc"'))
+    _, repairs, _ = read(file)
+    assert "a joint '=@cmd|calc' is called 'cmd|calc'" in repairs
+
+
 def test_a_footprint_on_the_ground_leaves_the_trunk_its_frame(tmp_path):
     package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
     file = package / "urdf" / "dog.urdf"

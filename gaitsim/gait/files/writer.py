@@ -2,6 +2,7 @@
 
 import csv
 import io
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -99,7 +100,8 @@ def check_folder(path: Path) -> None:
     Raises:
         RunError: its folder does not exist, or it is a folder itself.
     """
-    if path.is_dir():
+    # os.path, unlike pathlib, answers for names that no file can have, too.
+    if os.path.isdir(path):  # noqa: PTH112
         raise RunError(f"cannot write {path}: it is a folder", remedy="give the path of a file")
     check_parent(path)
 
@@ -110,7 +112,7 @@ def check_parent(path: Path) -> None:
     Raises:
         RunError: it does not.
     """
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):  # noqa: PTH112
         raise RunError(
             f"cannot write {path}: there is no folder {path.parent}", remedy="make it first"
         )

@@ -60,8 +60,8 @@ class _Writer:
             joints[joint.name] = self._name("joint", joint.name)
             if joints[joint.name] != joint.name:
                 self._robot.repairs.append(
-                    f"a joint {_clean(joint.name)!r} is called {joints[joint.name]!r}: names are "
-                    "printable, and each occurs once"
+                    f"a joint {joint.name[:100]!r} is called {joints[joint.name]!r}: names are "
+                    "printable, do not begin as formulas do, and each occurs once"
                 )
             SubElement(element, "joint", {"name": joints[joint.name]} | _joint(joint))
         for shape in body.shapes:
@@ -186,4 +186,5 @@ def _short(value: float, digits: int) -> str:
 
 
 def _clean(name: str) -> str:
-    return "".join(one for one in name if one.isprintable()).strip()[:100]
+    """Return a name that terminals show, and that is no formula in a spreadsheet: =, +, -, @."""
+    return "".join(one for one in name if one.isprintable()).strip().lstrip("=+-@ ")[:100]
