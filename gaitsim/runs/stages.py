@@ -17,7 +17,7 @@ from gaitsim.experiment import (
 from gaitsim.registry import load_class
 from gaitsim.registry.class_validation import PLUGIN
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
-from gaitsim.toml import brief
+from gaitsim.toml import brief, text
 
 SCORING = ("organism", "fitness", "worlds")
 
@@ -162,4 +162,6 @@ def _unusual(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return text(dict(value))
     return "not set" if value is None else brief(value)

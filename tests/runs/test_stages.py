@@ -19,6 +19,7 @@ from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.files.history import COLUMNS, best_terms
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.runs.stages import Change
 from gaitsim.runs.writer import RunWriter
 
 CLIMB = {"fitness.plugin": "puppet-climb", "mutation.plugin": "puppet-jitter"}
@@ -122,6 +123,11 @@ def test_the_stages_of_a_run_are_told(puppet, staged):
         with pytest.raises(RunError, match=f"has no generation {generation}"):
             staged.experiment_at(generation)
     assert staged.pending == ()
+
+
+def test_a_changed_table_is_told_as_toml():
+    change = Change("worlds.ranges", {}, {"slope": (-3.0, 3.0)})
+    assert str(change) == "worlds.ranges: {}, now {slope = [-3.0, 3.0]}"
 
 
 def test_options_of_another_plugin_are_told_where_they_are_not_its_defaults(puppet):
