@@ -33,6 +33,9 @@ Damage = Annotated[
 World = Annotated[
     str | None, Field(description="Conditions of the world, as friction 0.4, slope 2.")
 ]
+Engine = Annotated[
+    str | None, Field(description="Physics engine of a robot, as bullet. None: its own.")
+]
 Generations = Annotated[str | None, Field(description="The best of several, as 1,50,300.")]
 
 
@@ -167,6 +170,7 @@ class Video(Settings):
     member: Member = None
     damage: Damage = None
     world: World = None
+    engine: Engine = None
     generations: Annotated[
         str | None, Field(description="The best of several, in a race, as 1,50,300.")
     ] = None
@@ -186,6 +190,7 @@ class Analysis(Settings):
     member: Member = None
     damage: Damage = None
     world: World = None
+    engine: Engine = None
     perturb: Annotated[bool, Field(description="Repeat it with late and inexact servos.")] = False
     physics: Annotated[bool, Field(description="Play it on the body's twin in physics, too.")] = (
         False

@@ -176,7 +176,11 @@ def test_a_wrong_command_line_is_refused(refused, arguments, message):
         ("compare a b --repeats 1", "'1' is not allowed", "a whole number ≥ 2 and ≤ 100,000"),
         ("export R --centre x", "'x' is not a number", "a number"),
         ("play R --at nan", "'nan' is not allowed", "a number ≥ 0"),
-        ("export R --format xml", "'xml' is not allowed", "mat, csv, npz, servo"),
+        (
+            "export R --format xml",
+            "'xml' is not allowed",
+            "mat, csv, npz, servo, arduino, dynamixel, feetech, ros2, rosbag2",
+        ),
         ("plot R --theme solar", "'solar' is not allowed", "light, dark"),
         ("video R --view left", "'left' is not allowed", "iso, side, top, orbit"),
     ],

@@ -14,7 +14,7 @@ from waiting import app_until
 
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
-from gaitsim.experiment import Evolution, ExperimentOutline, Islands
+from gaitsim.experiment import Evolution, ExperimentOutline, Islands, Worlds
 from gaitsim.runs.files.folder import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -26,7 +26,9 @@ from gaitsim.tui.widgets.curves import Curves
 
 
 def outline(seed=1, **sections):
-    return ExperimentOutline("any", "never told", seed, {}, Evolution(), Islands(), sections)
+    return ExperimentOutline(
+        "any", "never told", seed, {}, Evolution(), Islands(), Worlds(), sections
+    )
 
 
 class TestDifferences:

@@ -6,7 +6,7 @@ app = group(
     __name__,
     {
         "list": "List all plugins by kind, with the package of each. Imports none of them.",
-        "show": "Show a plugin's options: default, allowed values, unit, meaning.",
+        "show": "Show a plugin's options, and the channels and conditions of a body.",
         "check": "Check whether plugins keep their contract, and report what to fix.",
         "new": "Create the package of a new plugin, ready to run, in the folder NAME.",
     },
