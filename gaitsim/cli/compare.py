@@ -96,7 +96,7 @@ def compare(
 
     gaitsim compare spider spider-cma --evaluations 9000 --targets 1.5,2,2.5
 
-    gaitsim compare runs/walker runs/walker-worlds --worlds 100
+    gaitsim compare runs/walker-four runs/walker-worlds --worlds 100
     """
     check_worlds(worlds, world_seed)
     if worlds is not None:
