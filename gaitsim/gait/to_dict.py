@@ -29,6 +29,7 @@ def analysis_to_dict(
     That is on the physical twin of its body, and in another physics engine.
     """
     generation = individual.best_of
+    recorded = individual.generation and not individual.changes
     changes = None
     if generation is not None:
         first, found = term_changes(history, generation)
@@ -39,7 +40,7 @@ def analysis_to_dict(
         "member": individual.member.number if individual.member else None,
         "score": individual.replayed_score,
         "failure": individual.replayed_failure or None,
-        "recorded_score": individual.score if individual.generation else None,
+        "recorded_score": individual.score if recorded else None,
         "worlds": individual.worlds or None,
         "terms": individual.replayed_terms,
         **gait_to_dict(gait),

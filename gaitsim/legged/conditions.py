@@ -22,7 +22,7 @@ CONDITIONS: Mapping[str, Condition] = {
     "side_slope": Condition("°", 0.0, -3.0, 3.0, -45.0, 45.0, "of the ground, up to the left"),
     "unevenness": Condition("m", 0.0, 0.0, 0.02, 0.0, 0.2, "height of the highest bumps"),
     "push": Condition(
-        "m/s", 0.0, 0.0, 0.3, 0.0, 10.0, "sudden change of the trunk's velocity, at some moment"
+        "m/s", 0.0, 0.0, 0.3, 0.0, 10.0, "sudden change of the body's velocity, at some moment"
     ),
     "initial_pose": Condition(
         "°", 0.0, 0.0, 3.0, 0.0, 30.0, "standard deviation of what each joint is off at the start"
@@ -85,7 +85,7 @@ def drawn_push(world: Mapping[str, float], frames: int) -> tuple[int, float]:
     """Return when and where a push goes, drawn from the world's seed.
 
     Returns:
-        The frame after which the trunk's velocity changes, in the middle three fifths of the
+        The frame after which the body's velocity changes, in the middle three fifths of the
         motion, and the direction of the push, rad to the left from forward.
     """
     when, where = stream(world, "push").random(2)

@@ -90,7 +90,8 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
             lasted = frame
             break
         if push and frame == pushed_in:
-            torso.velocity += (push, 0.0)
+            for part in bodies:
+                part.velocity += (push, 0.0)
     torque *= FRAME_RATE
     if lasted < frames:
         kept = max(lasted - 1, 0) if failure else lasted

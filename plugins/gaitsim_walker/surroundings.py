@@ -29,7 +29,7 @@ class Surroundings:
         command_rate: at which commands arrive, Hz.
         joint_offset: by which each joint is off its command, (joints,) rad.
         initial_pose: by which each joint is off the first command at the start, (joints,) rad.
-        push: frame after which the torso's velocity changes, and by how much forward, m/s.
+        push: frame after which the whole body's velocity changes, and by how much forward, m/s.
     """
 
     plan: Plan
