@@ -104,9 +104,10 @@ class RealityTests:
 
     @property
     def disparity(self) -> Floats:
-        """Absolute difference between the scores; of one that failed in reality, its score."""
-        real = np.where(np.isfinite(self.real), self.real, 0.0)
-        return np.abs(self.simulated - real)
+        """Absolute difference between the scores; one that failed counts as 0."""
+        simulated, real = (np.where(np.isfinite(s), s, 0.0) for s in (self.simulated, self.real))
+        disparity: Floats = np.abs(simulated - real)
+        return disparity
 
     def to_dicts(self) -> list[dict[str, float]]:
         """Return each test in the order of testing: its generation, scores and disparities."""

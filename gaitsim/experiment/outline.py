@@ -60,10 +60,11 @@ class ExperimentOutline:
         return {"": {"seed": self.seed}, **found}
 
     def options(self) -> dict[str, Any]:
-        """Return all options by dotted key, as `--set` takes them."""
+        """Return all options by dotted key, as `--set` takes them; those of worlds if any."""
         found: dict[str, Any] = {"seed": self.seed}
         for section, table in self.sections.items():
-            found |= _flat(table, f"{section}.")
+            if section != "worlds" or self.worlds.number:
+                found |= _flat(table, f"{section}.")
         return found
 
 
