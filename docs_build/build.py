@@ -30,7 +30,7 @@ API = {
         [
             "gaitsim.api.evolve",
             "gaitsim.api.load",
-            "gaitsim.hardware.exporting.export",
+            "gaitsim.exporting.export",
             "gaitsim.api.Search",
             "gaitsim.api.Run",
             "gaitsim.api.Individual",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gaitsim.experiment import Experiment as Experiment
     from gaitsim.experiment import load_atlas as load_atlas
     from gaitsim.experiment import load_experiment as load_experiment
-    from gaitsim.hardware.exporting import export as export
+    from gaitsim.exporting import export as export
     from gaitsim.individual import Individual as Individual
     from gaitsim.individual import Member as Member
 
@@ -31,7 +31,7 @@ _PLACES = {
     "Search": "gaitsim.api",
     "compare": "gaitsim.comparing",
     "evolve": "gaitsim.api",
-    "export": "gaitsim.hardware.exporting",
+    "export": "gaitsim.exporting",
     "load": "gaitsim.api",
     "load_atlas": "gaitsim.experiment",
     "load_experiment": "gaitsim.experiment",

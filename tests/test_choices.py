@@ -4,7 +4,7 @@ from typing import get_args
 
 import pytest
 
-from gaitsim import choices, network
+from gaitsim import choices, exporting, network
 from gaitsim.imitation import learning
 from gaitsim.render import scene, video
 from gaitsim.render.plots import style
@@ -23,6 +23,7 @@ from gaitsim.render.terminal.view import NAMED
         (choices.VideoFormat, video.FPS),
         (choices.VideoFormat, video.SIZES),
         (choices.TrainingPreset, learning.SETTINGS),
+        (choices.ExportFormat, exporting.FORMATS),
     ],
 )
 def test_every_choice_exists_and_nothing_is_left_out(chosen, there):

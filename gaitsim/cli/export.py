@@ -2,22 +2,23 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated
 
 import typer
 
-from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
+from gaitsim.choices import ExportFormat
 from gaitsim.cli.console import echo, notice, wrote
-from gaitsim.cli.options import BestOf, Damage, ExportFile, MemberOf, RunName, World
-from gaitsim.cli.parsing import asked_body, file_format, which
+from gaitsim.cli.interrupts import all_or_nothing
+from gaitsim.cli.options import BestOf, Damage, Engine, ExportFile, MemberOf, RunName, World
+from gaitsim.cli.parsing import asked_body, asked_individuals, file_format, which
 from gaitsim.errors import GaitsimError
+from gaitsim.exporting import BY_ENDING, FORMATS, Subject, check_flags, default_name
 from gaitsim.gait.files.writer import check_folder
-from gaitsim.hardware.exporting import export_individual, file_name, template_of
-from gaitsim.hardware.options import ENDINGS, Options, check_options
+from gaitsim.hardware.exporting import template_of
+from gaitsim.hardware.options import Options
 from gaitsim.runs.files.folder import exports_folder, find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
-Format = Literal[GaitFormat, ServoFormat, RosFormat]
 _robot = partial(typer.Option, rich_help_panel="For robots")
 _servo = partial(typer.Option, rich_help_panel="Servo table")
 
@@ -25,7 +26,7 @@ _servo = partial(typer.Option, rich_help_panel="Servo table")
 def export(
     run: RunName,
     format: Annotated[
-        Format | None,
+        ExportFormat | None,
         typer.Option(
             help="MATLAB/Octave, CSV, NumPy; a CSV of degrees for servos; an Arduino sketch for "
             "PCA9685 boards; a CSV of goal positions for servo buses; a ROS 2 trajectory, as the "
@@ -37,6 +38,11 @@ def export(
     member: MemberOf = None,
     damage: Damage = None,
     world: World = None,
+    engine: Engine = None,
+    generations: Annotated[
+        str | None,
+        typer.Option(metavar="N,N,…", help="The best of several generations, side by side."),
+    ] = None,
     calibration: Annotated[
         Path | None,
         _robot(
@@ -92,7 +98,16 @@ def export(
         check_folder(out)
         out = out if out.suffix else out.with_suffix(".mat")
     chosen = _format(format, out)
-    check_options(chosen, options)
+    choices = {
+        "--generation": generation,
+        "--member": member,
+        "--damage": damage,
+        "--world": world,
+        "--engine": engine,
+        "--generations": generations,
+    }
+    check_flags(chosen, [*(name for name, value in choices.items() if value), *options.flags()])
+    asked = asked_individuals(generation, generations, member)
     if calibration_template is not None:
         if format is None or out is not None or options.flags():
             raise GaitsimError(
@@ -104,22 +119,29 @@ def export(
         wrote(calibration_template)
         echo(f"{calibration_template}: a calibration to fill in, then --calibration reads it")
         return
-    if out is not None and ENDINGS[chosen]:
+    if out is not None and FORMATS[chosen].ending:
         check_folder(out)
-    individual = asked_body(damage, world)(opened.individual(which(generation, member)))
-    path = out or exports_folder(opened.path) / file_name(individual, chosen)
-    done = export_individual(individual, chosen, path, options)
+    changed = asked_body(damage, world, engine)
+    if FORMATS[chosen].of == "run":
+        subject = Subject(opened)
+    else:
+        subject = Subject(
+            opened, tuple(changed(opened.individual(one)) for one in asked or (None,))
+        )
+    path = out or exports_folder(opened.path) / default_name(chosen, subject)
+    with all_or_nothing():
+        done = FORMATS[chosen].write(subject, path, options)
     wrote(path)
     for text in done.notices:
         notice(text)
     echo(f"{path}: {done.fact}")
 
 
-def _format(format: Format | None, out: Path | None) -> str:
+def _format(format: ExportFormat | None, out: Path | None) -> str:
     """Return the format of `--format`, or the one that the name of `--out` ends with."""
-    if format is None or format in get_args(GaitFormat):
-        return file_format(format, out, get_args(GaitFormat), "mat", "gaits")
-    ending = ENDINGS[format].rpartition(".")[2]
+    if format is None:
+        return file_format(format, out, BY_ENDING, "mat", "gaits")
+    ending = FORMATS[format].ending.rpartition(".")[2]
     if ending:
-        file_format(ending, out, (*get_args(GaitFormat), "yaml"), ending, "gaits")
+        file_format(ending, out, (*BY_ENDING, "yaml"), ending, "gaits")
     return format

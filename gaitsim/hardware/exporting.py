@@ -1,14 +1,14 @@
 """Write a gait in the form that a robot plays."""
 
 import re
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 
 from gaitsim.choices import GaitFormat, RosFormat
-from gaitsim.errors import GaitsimError, unknown
+from gaitsim.errors import GaitsimError
 from gaitsim.gait.files.writer import Gait, gait_of, write_gait
 from gaitsim.gait.of_individual import frames_before_fall
 from gaitsim.hardware.arduino import FLASH, LONGEST_NAME, sketch_name, sketch_of, write_sketch
@@ -104,38 +104,6 @@ def export_individual(
     else:
         found = _table(gait, calibration, format, path, options)
     return replace(found, notices=(*fall, *assumed, *found.notices))
-
-
-def export(
-    individual: Individual, path: str | Path, format: str = "mat", **options: Any
-) -> Exported:
-    """Write the joint angles of an individual to a file, as `gaitsim export` does.
-
-    Args:
-        individual: such as a run's champion, `run.replay(12)` or `run.replay(world={...})`.
-        path: the file; a folder for 'arduino' and 'rosbag2'.
-        format: 'mat', 'csv', 'npz', 'servo', 'arduino', 'dynamixel', 'feetech', 'ros2' or
-            'rosbag2'.
-        **options: `calibration` (the path of a TOML file), `keyframe_ms`, `speed`, `clip`,
-            `centre`, `low`, `high`, as the flags of the command.
-
-    Returns:
-        What the file holds, in words, and notices.
-
-    Raises:
-        GaitsimError: there is no such format or option, the body has no joint angles, the
-            calibration has problems, or the gait exceeds what the servos can do.
-        RunError: it cannot be written.
-    """
-    if format not in ENDINGS:
-        raise unknown("format", format, ENDINGS)
-    known = [field.name for field in fields(Options)]
-    for name in options:
-        if name not in known:
-            raise unknown("option of export()", name, known)
-    if options.get("calibration") is not None:
-        options["calibration"] = Path(options["calibration"])
-    return export_individual(individual, format, Path(path), Options(**options))
 
 
 def _fall(individual: Individual, frames: int) -> tuple[str, ...]:

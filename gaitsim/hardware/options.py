@@ -1,5 +1,6 @@
 """The formats for robots, and what each of them takes."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
@@ -10,11 +11,11 @@ from gaitsim.errors import GaitsimError
 ENDINGS = {
     **{format: f".{format}" for format in get_args(GaitFormat)},
     "servo": ".servo.csv",
+    "arduino": "",  # a folder
     "dynamixel": ".dynamixel.csv",
     "feetech": ".feetech.csv",
     "ros2": ".yaml",
-    "rosbag2": "",  # folders
-    "arduino": "",
+    "rosbag2": "",  # a folder
 }
 """The end of a default file name by format."""
 
@@ -58,28 +59,46 @@ class Options:
         return [name for name, value in given.items() if value is not None]
 
 
-_TAKES = {
+_SERVO = ("--calibration", "--keyframe-ms", "--speed", "--clip")
+TAKES: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(get_args(GaitFormat), ()),
     **dict.fromkeys(get_args(RosFormat), ("--keyframe-ms", "--speed")),
-    **dict.fromkeys(get_args(ServoFormat), ("--calibration", "--keyframe-ms", "--speed", "--clip")),
+    **dict.fromkeys(get_args(ServoFormat), _SERVO),
+    "servo": (*_SERVO, "--centre", "--min", "--max"),
 }
-_TAKES["servo"] += ("--centre", "--min", "--max")
+"""The flags of `Options` that a format takes."""
 
 
-def check_options(format: str, options: Options) -> None:
-    """Refuse options that a format does not take.
+def refuse_options(
+    format: str, given: Iterable[str], takes: Mapping[str, tuple[str, ...]] = TAKES
+) -> None:
+    """Refuse flags that a format does not take.
+
+    Args:
+        format: one of `takes`.
+        given: the flags, as on the command line.
+        takes: the flags that each format takes.
 
     Raises:
         GaitsimError: there are some.
     """
-    idle = [name for name in options.flags() if name not in _TAKES[format]]
+    idle = [name for name in given if name not in takes[format]]
     if idle:
-        takers = [other for other, taken in _TAKES.items() if set(idle) <= set(taken)]
+        takers = [other for other, taken in takes.items() if set(idle) <= set(taken)]
         raise GaitsimError(
             f"a {format} file does not take {' and '.join(idle)}",
             where="--format",
             allowed=f"{', '.join(takers) or 'none'}, with these options",
         )
+
+
+def check_options(format: str, options: Options) -> None:
+    """Refuse options that a format does not take, or that contradict each other.
+
+    Raises:
+        GaitsimError: there are some.
+    """
+    refuse_options(format, options.flags())
     uniform = [name for name in options.flags() if name in ("--centre", "--min", "--max")]
     if options.calibration and uniform:
         raise GaitsimError(

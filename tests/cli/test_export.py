@@ -4,7 +4,8 @@ from typing import get_args
 
 import pytest
 
-from gaitsim.choices import GaitFormat, RosFormat, ServoFormat
+from gaitsim.choices import ExportFormat
+from gaitsim.exporting import BY_ENDING
 
 
 @pytest.fixture
@@ -49,6 +50,8 @@ def test_angles_beyond_the_servos_are_refused_or_clipped(gaitsim, finished, tmp_
     ("arguments", "says"),
     [
         (("--format", "mat", "--clip"), "does not take --clip"),
+        (("--format", "mat", "--generations", "1,2"), "does not take --generations"),
+        (("--format", "mat", "--generation", 1, "--member", 1), "one of the two"),
         (("--keyframe-ms", 20, "--centre", 0), "--keyframe-ms and --centre"),
         (("--format", "servo", "--min", 10), "servos cannot turn from 10° to 90°"),
         (("--format", "servo", "--centre", "nan"), "servos cannot turn"),
@@ -81,7 +84,7 @@ def test_another_ending_is_refused(gaitsim, finished, tmp_path, name):
     assert said.splitlines() == [
         f"Error: {name} does not end with a format of gaits",
         "  where:   --out",
-        "  allowed: .mat, .csv, .npz",
+        f"  allowed: {', '.join(f'.{one}' for one in BY_ENDING)}",
         "  try:     give it such an ending, or say which with --format",
     ]
     assert sorted(tmp_path.iterdir()) == before
@@ -98,10 +101,7 @@ def test_a_name_without_an_ending_gets_one(gaitsim, finished, tmp_path):
 def test_help_lists_the_formats(gaitsim, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")  # so that no name is broken
     said = gaitsim("export", "--help").stdout
-    assert all(
-        format in said
-        for format in (*get_args(GaitFormat), *get_args(ServoFormat), *get_args(RosFormat))
-    )
+    assert all(format in said for format in get_args(ExportFormat))
 
 
 def test_a_calibration_from_its_template_to_a_sketch(gaitsim, finished, tmp_path):
