@@ -9,6 +9,7 @@ from gaitsim.contracts.plugin import Plugin, folder_of, option
 from gaitsim.contracts.search import Context, Members, Operators, Results, Search, State
 from gaitsim.contracts.solid import Solid
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
+from gaitsim.contracts.steering import Command, Steered, SteeringPage
 from gaitsim.contracts.terrain import Terrain
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "BitSpace",
     "BodyFile",
     "Channel",
+    "Command",
     "Condition",
     "Context",
     "Crossover",
@@ -39,6 +41,8 @@ __all__ = [
     "Skeleton",
     "Solid",
     "State",
+    "Steered",
+    "SteeringPage",
     "Terrain",
     "check_world",
     "folder_of",

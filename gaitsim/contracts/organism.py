@@ -12,6 +12,7 @@ from gaitsim.contracts.condition import Condition
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.space import Genomes, GenomeSpace
+from gaitsim.contracts.steering import Command, Steered, SteeringPage
 from gaitsim.errors import GaitsimError
 
 Facts = Mapping[str, Mapping[str, str]]
@@ -151,3 +152,40 @@ class Organism(Plugin):
         `gaitsim.legged.parse_damage` reads, its gaits can be adapted to damage.
         """
         return {}
+
+    def commands(self) -> tuple[Command, ...]:
+        """Return what a person can tell the body to do, each with a key of its own.
+
+        The first one is in force while no key is pressed. () for a body that nobody can steer.
+        """
+        return ()
+
+    def controllers(self) -> Mapping[str, Genomes]:
+        """Return the trained controllers that come with the package: (genes,) by command.
+
+        They belong to the options with which they were trained; another genome space, such as
+        that of a larger network, has none.
+        """
+        return {}
+
+    def steer(self, controllers: Mapping[str, Genomes]) -> Steered:
+        """Return the body at its start, under a person's command.
+
+        Args:
+            controllers: a genome (genes,) for each of `commands()`, by name.
+
+        Raises:
+            GaitsimError: nobody can steer this body, or a controller is missing or does not fit.
+        """
+        raise GaitsimError(
+            f"nobody can steer the body {type(self).__name__}",
+            allowed="a body with the methods commands(), controllers() and steer()",
+        )
+
+    def steering_page(self, controllers: Mapping[str, Genomes]) -> SteeringPage | None:
+        """Return script and data by which a web page simulates the steered body; None without.
+
+        Args:
+            controllers: as for `steer`.
+        """
+        return None
