@@ -6,6 +6,7 @@ from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.operators import Crossover, Mutation, Selection
 from gaitsim.contracts.organism import BodyFile, Facts, Organism
 from gaitsim.contracts.plugin import Plugin, folder_of, option
+from gaitsim.contracts.rig import Link, Rig
 from gaitsim.contracts.search import Context, Members, Operators, Results, Search, State
 from gaitsim.contracts.solid import Solid
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
@@ -27,6 +28,7 @@ __all__ = [
     "Fitness",
     "GenomeSpace",
     "Genomes",
+    "Link",
     "Measure",
     "Members",
     "Motion",
@@ -36,6 +38,7 @@ __all__ = [
     "Plugin",
     "RealSpace",
     "Results",
+    "Rig",
     "Search",
     "Selection",
     "Skeleton",

@@ -11,6 +11,7 @@ import numpy as np
 from gaitsim.contracts.condition import Condition
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
+from gaitsim.contracts.rig import Rig
 from gaitsim.contracts.space import Genomes, GenomeSpace
 from gaitsim.contracts.steering import Command, Steered, SteeringPage
 from gaitsim.errors import GaitsimError
@@ -96,6 +97,14 @@ class Organism(Plugin):
     @abstractmethod
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Return the body of one individual over time, to draw; of several trials, the first."""
+
+    def rig(self) -> Rig | None:
+        """Return the body as a tree of links that its joint angles place; None without one.
+
+        An atlas page moves a body with a rig in 3D, by joint angles instead of points. The rig has
+        the skeleton's segments, solids and contacts, in that order.
+        """
+        return None
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return quantities that describe each motion to people; none by default."""

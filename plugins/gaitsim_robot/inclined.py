@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from gaitsim.contracts import Skeleton, Terrain
+from gaitsim.contracts.quaternions import conjugate, product, rotated
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.quaternions import conjugate, product, rotated
 from gaitsim_robot.simulation import Simulation
 
 FAR = 1e3  # m, to the edge of a slope

@@ -20,6 +20,7 @@ from gaitsim.contracts import (
     Motion,
     Organism,
     RealSpace,
+    Rig,
     Skeleton,
     check_world,
     folder_of,
@@ -287,6 +288,13 @@ class Robot(Organism):
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Displacement, speed, duration, effort, slip, steps and posture."""
         return measures(motion, self.anatomy.legs)
+
+    def rig(self) -> Rig | None:
+        """The tree of its bodies; None for a robot with mimic joints or closed linkages."""
+        from gaitsim_robot.rig import rig
+
+        simulation = self.simulation
+        return rig(simulation.model, simulation.anatomy, simulation.damage)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """The solids of the body, and segments from joint to joint."""

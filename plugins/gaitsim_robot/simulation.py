@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Terrain
+from gaitsim.contracts.quaternions import conjugate, product
 from gaitsim.legged import Damage, Servo, drawn_push
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import posed
 from gaitsim_robot.damaged import impair
 from gaitsim_robot.ground import GROUND, add_ground
-from gaitsim_robot.quaternions import conjugate, product
 from gaitsim_robot.servos import add_servos
 from gaitsim_robot.settling import stand
 

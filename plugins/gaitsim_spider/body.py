@@ -19,6 +19,11 @@ FRAME_RATE = 30.0  # Hz
 
 BODY_LENGTH, BODY_WIDTH = 0.20, 0.14  # m
 BODY_MASS = 0.8  # kg
+_CORNERS = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
+OUTLINE_NAMES = ("front", "right side", "back", "left side")
+OUTLINE = np.zeros((4, 2, 3))  # m, both ends of each edge
+OUTLINE[:, 0, :2] = np.multiply(_CORNERS, [BODY_LENGTH / 2, BODY_WIDTH / 2])
+OUTLINE[:, 1] = np.roll(OUTLINE[:, 0], -1, axis=0)
 
 HIP_X = np.array([0.075, 0.025, -0.025, -0.075] * 2, dtype=np.float32)  # m
 HIP_Y = 0.07  # m, to the leg's own side

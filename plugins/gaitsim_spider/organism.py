@@ -17,6 +17,7 @@ from gaitsim.contracts import (
     Measure,
     Motion,
     Organism,
+    Rig,
     Skeleton,
     check_world,
     option,
@@ -157,6 +158,12 @@ class Spider(Organism):
             **stepping(motion["stance"], body.LEGS, motion.frame_rate, sides=body.SIDES),
         }
 
+    def rig(self) -> Rig:
+        """The trunk's outline, and coxa, femur and tibia of each leg."""
+        from gaitsim_spider.rig import rig
+
+        return rig(self._left)
+
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Body outline and legs in the world, standing on z = 0."""
         from gaitsim_spider.kinematics import leg_points
@@ -165,11 +172,7 @@ class Spider(Organism):
         points = leg_points(motion["joint_positions"][individual])
         points[:, left.lost, 1:] = points[:, left.lost, :1]
         x, y, yaw = (motion["pose"][individual, :, axis].astype(float) for axis in range(3))
-        length, width = body.BODY_LENGTH / 2, body.BODY_WIDTH / 2
-        corners = np.array([[length, width], [length, -width], [-length, -width], [-length, width]])
-        outline = np.zeros((len(points), 4, 2, 3))
-        outline[:, :, 0, :2] = corners
-        outline[:, :, 1, :2] = np.roll(corners, -1, axis=0)
+        outline = np.broadcast_to(body.OUTLINE, (len(points), 4, 2, 3))
         legs = np.stack([points[:, :, :-1], points[:, :, 1:]], axis=3).reshape(
             len(points), 24, 2, 3
         )
@@ -190,7 +193,7 @@ class Spider(Organism):
         world[..., 2] += body.FOOT_RADIUS - world[:, :-1, 2].min(axis=1)[:, None]
         segments = world[:, :-1].reshape(len(points), -1, 2, 3)
         feet = segments[:, 4:].reshape(len(points), 8, 3, 2, 3)[:, :, 2, 1]
-        names = np.array(["front", "right side", "back", "left side", *body.JOINTS])
+        names = np.array([*body.OUTLINE_NAMES, *body.JOINTS])
         drawn = np.repeat([True, *~left.lost], [4, *[3] * 8])
         return Skeleton(
             segments=segments[:, drawn],

@@ -92,6 +92,15 @@ PLANS = {
 }
 
 
+OUTLINE_NAMES = ("front", "bottom", "back", "top")
+
+
+def outline(plan: Plan) -> Floats:
+    """Return both ends of each edge of the torso in its frame, (4, 2, 3) m."""
+    corners = in_space(np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * plan.half)
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+
+
 def limb_angles(plan: Plan, joint_angles: Floats) -> Floats:
     """Return the angles of thigh and shank from hanging straight down, relative to the torso.
 

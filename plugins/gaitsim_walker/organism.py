@@ -17,6 +17,7 @@ from gaitsim.contracts import (
     Motion,
     Organism,
     RealSpace,
+    Rig,
     Skeleton,
     check_world,
     option,
@@ -27,6 +28,7 @@ from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, Plan
 from gaitsim_walker.encodings import commands, groups
 from gaitsim_walker.ground import ground
 from gaitsim_walker.measures import measures
+from gaitsim_walker.rig import rig
 from gaitsim_walker.skeleton import skeleton
 from gaitsim_walker.surroundings import STEP, Surroundings
 
@@ -201,6 +203,10 @@ class Walker(Organism):
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Distance, how long it lasted, steadiness, effort, slip and steps."""
         return measures(motion, self.plan)
+
+    def rig(self) -> Rig:
+        """The torso, and thigh and shank of each leg, in the plane y = 0."""
+        return rig(self.plan)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Outline of the torso, and thigh and shank of each leg, in the plane y = 0.

@@ -22,25 +22,23 @@ def skeleton(surroundings: Surroundings, motion: Motion, individual: int) -> Ske
     level = not slope and not any(ground.z)
     profile = body.in_space(np.column_stack([ground.x, ground.z]))
     position, pitch = motion["torso"][individual], motion["pitch"][individual]
-    half_x, half_z = plan.half
-    corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * [half_x, half_z]
-    cos, sin = np.cos(pitch)[:, None], np.sin(pitch)[:, None]
-    outline = np.stack(
+    corners = body.outline(plan)[..., [0, 2]]
+    cos, sin = np.cos(pitch)[:, None, None], np.sin(pitch)[:, None, None]
+    edges = np.stack(
         [
-            cos * corners[:, 0] - sin * corners[:, 1],
-            sin * corners[:, 0] + cos * corners[:, 1],
+            cos * corners[..., 0] - sin * corners[..., 1],
+            sin * corners[..., 0] + cos * corners[..., 1],
         ],
         axis=-1,
     )
-    outline += position[:, None, [0, 2]]
+    edges += position[:, None, None, [0, 2]]
     where = body.points(plan, position[:, [0, 2]], pitch, motion["joint_positions"][individual])
     limbs = np.stack([where[:, :, :-1], where[:, :, 1:]], axis=3)
-    edges = np.stack([outline, np.roll(outline, -1, axis=1)], axis=2)
     segments = np.concatenate([edges, limbs.reshape(len(pitch), -1, 2, 2)], axis=1)
     names = [f"{leg.name} {part}" for leg in plan.legs for part in ("thigh", "shank")]
     return Skeleton(
         _turned(body.in_space(segments), slope),
-        ("front", "bottom", "back", "top", *names),
+        (*body.OUTLINE_NAMES, *names),
         motion.frame_rate,
         contacts=_turned(motion["foot_positions"][individual], slope),
         touching=motion["stance"][individual],

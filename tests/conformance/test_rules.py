@@ -90,6 +90,12 @@ def leg_joints(self):
     return {"L": (), "R": ()}
 """
 
+RIG = """
+def rig(self):
+    from gaitsim.contracts import Link, Rig
+    return Rig(%s, (), %s, np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, %s]]]), ("trunk",))
+"""
+
 WINDS = """
 def conditions(self):
     from gaitsim.contracts import Condition
@@ -261,6 +267,25 @@ ERRORS = {
         "skeleton",
         "a NoneType",
     ),
+    "a rig that is not a tree": (
+        "organism",
+        RIG % ("(Link('trunk', 'trunk'),)", "('point',)", 0.0),
+        "rig",
+        "the parent 'trunk'",
+    ),
+    "a rig of other segments": (
+        "organism",
+        RIG % ("(Link('trunk'),)", "('line',)", 0.0),
+        "rig",
+        "line",
+    ),
+    "a rig of longer segments": (
+        "organism",
+        RIG % ("(Link('trunk'),)", "('point',)", 1.0),
+        "rig",
+        "1 m",
+    ),
+    "no rig": ("organism", "def rig(self):\n    return ()", "rig", "a tuple"),
     "one measure for all": (
         "organism",
         "def measures(self, motion):\n"

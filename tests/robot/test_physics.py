@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 from small_robots import FACING_Y
 from stick import quadruped_spec, simulation_of, standing_quadruped, trot
 
+from gaitsim.contracts.quaternions import conjugate, product
 from gaitsim_robot.ground import GROUND
 from gaitsim_robot.motion import orientation, walked
 from gaitsim_robot.organism import Robot
-from gaitsim_robot.quaternions import conjugate, product
 
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 GRAVITY = 9.81

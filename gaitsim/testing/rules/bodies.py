@@ -14,7 +14,7 @@ from gaitsim.testing.report import Finding, advice, error, reported
 from gaitsim.testing.rules.bits import same
 from gaitsim.testing.rules.damage import without_a_leg
 from gaitsim.testing.rules.repeats import repeated
-from gaitsim.testing.rules.views import drawn, measured, played
+from gaitsim.testing.rules.views import drawn, measured, played, rigged
 from gaitsim.testing.rules.worlds import in_other_worlds
 
 COUNT = 6  # individuals that are moved
@@ -38,7 +38,8 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
     assert isinstance(motion, Motion)
     yield from _channels(body, motion)
     yield from repeated(body, genomes, motion)
-    yield from drawn(body, motion)
+    if not (yield from reported(drawn(body, motion))):
+        yield from rigged(body, motion)
     yield from measured(body, motion)
     yield from played(body, motion)
     yield from without_a_leg(body, genomes, motion)

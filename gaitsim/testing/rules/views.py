@@ -1,13 +1,15 @@
-"""Rules for a body's skeleton, its measures and the joint angles that it plays."""
+"""Rules for a body's skeleton and rig, its measures and the joint angles that it plays."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
-from gaitsim.contracts import Measure, Motion, Organism, Skeleton
+from gaitsim.contracts import Measure, Motion, Organism, Rig, Skeleton
 from gaitsim.contracts.solid import SkeletonError
 from gaitsim.testing.report import Finding, error
 from gaitsim.testing.rules.bits import same
+
+_LENGTHS = 1e-3  # of the longest segment: difference between a rig's segments and a skeleton's
 
 
 def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
@@ -44,6 +46,51 @@ def drawn(body: Organism, motion: Motion) -> Iterator[Finding]:
                     "put the position first, then the quaternion",
                 )
                 return
+
+
+def rigged(body: Organism, motion: Motion) -> Iterator[Finding]:
+    """Check that the rig, if there is one, has the joints and what the skeleton has, in order."""
+    try:
+        rig: object = body.rig()
+    except SkeletonError as problem:
+        yield error("rig", "a tree of links whose parts fit each other", str(problem), "see Rig")
+        return
+    if rig is None:
+        return
+    if not isinstance(rig, Rig):
+        yield error("rig", "a gaitsim.contracts.Rig, or None", f"a {type(rig).__name__}", "")
+        return
+    drawn = body.skeleton(motion, 0)
+    for what, of_rig, expected in (
+        ("joints of joint_names()", rig.joints, body.joint_names()),
+        ("segments of the skeleton", rig.names, drawn.names),
+        ("contact_names of the skeleton", rig.foot_names, drawn.contact_names),
+        (
+            "solids of the skeleton",
+            tuple(one.name for one in rig.solids),
+            tuple(one.name for one in drawn.solids),
+        ),
+    ):
+        if tuple(of_rig) != tuple(expected):
+            yield error(
+                "rig",
+                f"the {what}, in that order: {', '.join(expected) or 'none'}",
+                ", ".join(of_rig) or "none",
+                "give the rig what the skeleton has",
+            )
+            return
+    if 0 in motion.failures:
+        return
+    ends = np.diff(rig.segments, axis=1), np.diff(np.asarray(drawn.segments[0], float), axis=1)
+    lengths, shown = (np.linalg.norm(one[:, 0], axis=-1) for one in ends)
+    worst = int(np.abs(lengths - shown).argmax())
+    if abs(lengths[worst] - shown[worst]) > _LENGTHS * shown.max():
+        yield error(
+            "rig",
+            f"segments as long as the skeleton's, {rig.names[worst]!r} {shown[worst]:.4g} m",
+            f"{lengths[worst]:.4g} m",
+            "give both ends in the frame of the link",
+        )
 
 
 def measured(body: Organism, motion: Motion) -> Iterator[Finding]:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from gaitsim.contracts.quaternions import conjugate, product, rotated
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.bullet.client import Client
 from gaitsim_robot.bullet.multibody import RATIO, TRUNK, links_of
 from gaitsim_robot.ground import GROUND
-from gaitsim_robot.quaternions import conjugate, product, rotated
 from gaitsim_robot.shapes import surface
 from gaitsim_robot.simulation import Simulation
 

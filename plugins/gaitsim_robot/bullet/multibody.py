@@ -15,10 +15,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from gaitsim.contracts.quaternions import product, rotated
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.damaged import LOCKED
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.quaternions import product, rotated
 from gaitsim_robot.simulation import Simulation
 
 TRUNK = 1  # number of its body

@@ -1,8 +1,9 @@
 """Unit quaternions (w, x, y, z)."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gaitsim_robot.anatomy import Floats
+Floats = NDArray[np.float64]
 
 
 def conjugate(turns: Floats) -> Floats:
@@ -23,3 +24,9 @@ def product(one: Floats, other: Floats) -> Floats:
     second, along = other[..., :1], other[..., 1:]
     real = scalar * second - (axis * along).sum(axis=-1, keepdims=True)
     return np.concatenate([real, scalar * along + second * axis + np.cross(axis, along)], axis=-1)
+
+
+def turn_about(axis: Floats, angles: Floats) -> Floats:
+    """Return the turns about a unit axis, (3,), by angles (…,) rad, as quaternions (…, 4)."""
+    half = np.asarray(angles)[..., None] / 2
+    return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)

@@ -1,0 +1,138 @@
+"""A robot as a tree of links, from MuJoCo's compiled model."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gaitsim.contracts import Link, Rig
+from gaitsim.contracts.quaternions import product, rotated, turn_about
+from gaitsim.legged import Damage
+from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.damaged import is_stuck, lost_bodies
+from gaitsim_robot.figure import TRUNK, figure
+
+
+def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | None:
+    """Return the rig of a robot; None for one whose linkages are not a tree.
+
+    Joints that belong to no leg, are stuck or belong to a lost leg stay in the standing pose.
+
+    Args:
+        model: MuJoCo's compiled model.
+        anatomy: of the robot with its damage.
+        damage: of the robot.
+    """
+    if model.eq_active0.any():  # mimic joints and closed linkages
+        return None
+    lost = lost_bodies(model, anatomy, damage)
+    stuck = {one.part for one in damage if is_stuck(one)}
+    turning = {name for name in anatomy.joints if name not in stuck}
+    # Links have their origins on their joints' axes, bodies elsewhere: points move by the shift.
+    links, shifts = [_trunk(model, anatomy)], {TRUNK: np.zeros(3)}
+    names = {TRUNK: links[0].name}
+    for body in range(TRUNK + 1, model.nbody):
+        parent = int(model.body_parentid[body])
+        found, shifts[body] = _links(
+            model,
+            body,
+            names[parent],
+            shifts[parent],
+            anatomy.stance,
+            set() if body in lost else turning,
+        )
+        links += found
+        names[body] = found[-1].name
+    shown = figure(model, anatomy, damage)
+
+    def moved(bodies: Sequence[int]) -> Floats:
+        return np.array([shifts[body] for body in bodies]).reshape(-1, 3)
+
+    def on(bodies: Sequence[int]) -> tuple[str, ...]:
+        return tuple(names[body] for body in bodies)
+
+    poses = shown.offsets.copy()
+    poses[:, :3] -= moved(shown.owners)
+    return Rig(
+        tuple(links),
+        anatomy.joints,
+        shown.names,
+        shown.segments - moved(shown.bodies)[:, None],
+        on(shown.bodies),
+        shown.soles - moved(shown.feet),
+        on(shown.feet),
+        tuple(leg.name for leg in anatomy.legs),
+        shown.solids,
+        poses if shown.solids else None,
+        on(shown.owners),
+        shown.damaged,
+    )
+
+
+def _trunk(model: Any, anatomy: Anatomy) -> Link:
+    """Return the trunk, turned as it stands: its file may have another axis up or forward."""
+    return Link(_name(model, TRUNK), rotation=_quaternion(anatomy.stance[3:7]))
+
+
+def _links(
+    model: Any, body: int, parent: str, shift: Floats, stance: Floats, turning: set[str]
+) -> tuple[list[Link], Floats]:
+    """Return a link for each joint of a body, and where the last one's origin is in the body.
+
+    Args:
+        model: MuJoCo's compiled model.
+        body: its number.
+        parent: name of the link that carries it.
+        shift: where that one's origin is in its own body, (3,) m.
+        stance: the standing pose, (nq,).
+        turning: names of the joints that move.
+    """
+    import mujoco
+
+    kinds = mujoco.mjtJoint
+    place, turn = model.body_pos[body] - shift, model.body_quat[body]
+    first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    links: list[Link] = []
+    shift = np.zeros(3)
+    for index in range(first, first + count):
+        joint, at = model.joint(index), int(model.jnt_qposadr[index])
+        anchor, axis, kind = model.jnt_pos[index], model.jnt_axis[index], model.jnt_type[index]
+        place = place + rotated(turn, anchor - shift)
+        shift = anchor
+        driven = joint.name in turning
+        if kind == kinds.mjJNT_HINGE:
+            angle = (0.0 if driven else stance[at]) - model.qpos0[at]
+            turn = product(turn, turn_about(axis, angle))
+        elif kind == kinds.mjJNT_SLIDE:
+            place = place + rotated(turn, axis * (stance[at] - model.qpos0[at]))
+        else:
+            turn = product(turn, stance[at : at + 4])
+        name = _name(model, body) if index == first + count - 1 else f"{joint.name} of the next"
+        links.append(
+            Link(
+                name,
+                parent,
+                _point(place),
+                _quaternion(turn),
+                joint.name if driven else "",
+                _point(axis) if kind == kinds.mjJNT_HINGE else (0.0, 0.0, 1.0),
+            )
+        )
+        parent, place, turn = name, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+    if not links:
+        links.append(Link(_name(model, body), parent, _point(place), _quaternion(turn)))
+    return links, shift
+
+
+def _name(model: Any, body: int) -> str:
+    return model.body(body).name or f"body {body}"
+
+
+def _point(point: Floats) -> tuple[float, float, float]:
+    x, y, z = point.tolist()
+    return x, y, z
+
+
+def _quaternion(turn: Floats) -> tuple[float, float, float, float]:
+    w, x, y, z = (turn / np.linalg.norm(turn)).tolist()
+    return w, x, y, z

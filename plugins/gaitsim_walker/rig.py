@@ -1,0 +1,55 @@
+"""The walker as a tree of links."""
+
+import math
+
+import numpy as np
+
+from gaitsim.contracts import Link, Rig
+from gaitsim_walker import body
+from gaitsim_walker.body import LIMB, Plan
+
+TRUNK = "torso"
+DOWN = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -LIMB]])  # a thigh or shank in its own frame, m
+
+
+def rig(plan: Plan) -> Rig:
+    """Return the rig of a walker. Its links turn about y; thigh and shank hang down at zero."""
+    links, names, ends, carriers = (
+        [Link(TRUNK)],
+        list(body.OUTLINE_NAMES),
+        [*body.outline(plan)],
+        [TRUNK] * 4,
+    )
+    for leg in plan.legs:
+        thigh, shank, way = f"{leg.name} thigh", f"{leg.name} shank", float(leg.knee)
+        x, z = leg.hip
+        bend = way * body.BEND
+        links += [
+            Link(thigh, TRUNK, (x, 0.0, z), _turn(-bend), f"{leg.name} hip", (0.0, -1.0, 0.0)),
+            Link(
+                shank,
+                thigh,
+                (0.0, 0.0, -LIMB),
+                _turn(2 * bend),
+                f"{leg.name} knee",
+                (0.0, way, 0.0),
+            ),
+        ]
+        names += [thigh, shank]
+        carriers += [thigh, shank]
+        ends += [DOWN, DOWN]
+    return Rig(
+        tuple(links),
+        plan.joints,
+        tuple(names),
+        np.array(ends),
+        tuple(carriers),
+        np.tile(DOWN[1], (len(plan.legs), 1)),
+        tuple(f"{leg.name} shank" for leg in plan.legs),
+        tuple(leg.name for leg in plan.legs),
+    )
+
+
+def _turn(pitch: float) -> tuple[float, float, float, float]:
+    """Return the turn about y by an angle, rad, as a quaternion."""
+    return math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0
