@@ -1,0 +1,206 @@
+"use strict";
+
+// Flight of one fly: `flight.py` and `mechanics.py` operation by operation. JavaScript's numbers
+// are doubles too, and both round each operation alike, so that a page flies what Python flies.
+
+/** @typedef {[number, number, number]} Vector */
+/** @typedef {[number, number, number, number]} Quaternion w, x, y, z */
+
+/**
+ * A fly in its air, in SI units.
+ * @typedef {Object} Mechanics
+ * @property {number} inverseMass
+ * @property {Vector} inverseInertia - of the principal moments
+ * @property {Vector} faces - ½ ρ C_D A of the body's faces that look along its own axes
+ * @property {number} wing - ½ ρ C_D A of a wing
+ * @property {number} hinge - distance of the hinges from the centre of mass
+ * @property {number} arm - distance of a wing's centroid from its hinge
+ * @property {number} wingSpeed - largest angular speed of a wing
+ * @property {number} gravity
+ * @property {[number, number]} wind - velocity of the air along x and y
+ */
+
+/**
+ * The state of a flight, in the world's frame: x forward, y left, z up.
+ * @typedef {Object} State
+ * @property {Vector} position
+ * @property {Quaternion} rotation
+ * @property {Vector} velocity
+ * @property {Vector} momentum - angular, about the centre of mass
+ * @property {number[]} wings - flap, pitch and sweep of the left wing, then of the right one
+ * @property {number[]} rates - of those six angles
+ * @property {boolean} alive - false from where the flight became unstable
+ */
+
+const FASTEST = 300.0; // m/s, above which a flight counts as unstable
+const LARGEST_TURN = 0.5; // rad a step, above which the midpoint rule is inaccurate
+
+// Taylor's coefficients.
+const S3 = -1 / 6, S5 = 1 / 120, S7 = -1 / 5040, S9 = 1 / 362880;
+const S11 = -1 / 39916800, S13 = 1 / 6227020800, S15 = -1 / 1307674368000;
+const C4 = 1 / 24, C6 = -1 / 720, C8 = 1 / 40320, C10 = -1 / 3628800;
+const C12 = 1 / 479001600, C14 = -1 / 87178291200, C16 = 1 / 20922789888000;
+
+/** Sine for |x| ≤ π/2, of whose 1e-11 every browser has the same digits. */
+function sine(x) {
+  const y = x * x;
+  const high = S9 + y * (S11 + y * (S13 + y * S15));
+  return x * (1.0 + y * (S3 + y * (S5 + y * (S7 + y * high))));
+}
+
+/** Cosine for |x| ≤ π/2, as `sine`. */
+function cosine(x) {
+  const y = x * x;
+  const high = C10 + y * (C12 + y * (C14 + y * C16));
+  return 1.0 + y * (-0.5 + y * (C4 + y * (C6 + y * (C8 + y * high))));
+}
+
+/** A wing's direction, normal and the direction's rate in the body's frame, nine numbers. */
+function wing(flap, pitch, sweep, flapping, sweeping, side) {
+  const sf = sine(flap), cf = cosine(flap);
+  const sp = sine(pitch), cp = cosine(pitch);
+  const ss = sine(sweep), cs = cosine(sweep);
+  return [
+    ss,
+    side * (cs * cf),
+    cs * sf,
+    -sp * cs,
+    side * (sp * ss * cf - cp * sf),
+    sp * ss * sf + cp * cf,
+    cs * sweeping,
+    -side * (ss * cf * sweeping + cs * sf * flapping),
+    cs * cf * flapping - ss * sf * sweeping,
+  ];
+}
+
+/** The nine numbers of the rotation matrix of a unit quaternion, row by row. */
+function rotationMatrix([w, x, y, z]) {
+  return [
+    1.0 - 2.0 * (y * y + z * z),
+    2.0 * (x * y - w * z),
+    2.0 * (x * z + w * y),
+    2.0 * (x * y + w * z),
+    1.0 - 2.0 * (x * x + z * z),
+    2.0 * (y * z - w * x),
+    2.0 * (x * z - w * y),
+    2.0 * (y * z + w * x),
+    1.0 - 2.0 * (x * x + y * y),
+  ];
+}
+
+/** A vector of the body's frame in the world's. */
+function turned(r, x, y, z) {
+  return [
+    r[0] * x + r[1] * y + r[2] * z,
+    r[3] * x + r[4] * y + r[5] * z,
+    r[6] * x + r[7] * y + r[8] * z,
+  ];
+}
+
+/** Angular velocity from angular momentum, both in the world's frame: R I⁻¹ Rᵀ L. */
+function spinOf(r, momentum, inverse) {
+  const [lx, ly, lz] = momentum;
+  return turned(
+    r,
+    (r[0] * lx + r[3] * ly + r[6] * lz) * inverse[0],
+    (r[1] * lx + r[4] * ly + r[7] * lz) * inverse[1],
+    (r[2] * lx + r[5] * ly + r[8] * lz) * inverse[2],
+  );
+}
+
+/**
+ * Force on a wing and its moment about the centre of mass, in the world's frame.
+ * F_axis = −½ ρ C_D A_axis |v| v_axis with A_axis = A |n_axis| and C_D as |cos(n, v)|.
+ */
+function wingLoad(r, v, s, angles, rates, from, side, own) {
+  const d = wing(
+    angles[from], angles[from + 1], angles[from + 2], rates[from], rates[from + 2], side);
+  const arm = own.arm;
+  const [ax, ay, az] = turned(r, arm * d[0], side * own.hinge + arm * d[1], arm * d[2]);
+  const [nx, ny, nz] = turned(r, d[3], d[4], d[5]);
+  const [ux, uy, uz] = turned(r, arm * d[6], arm * d[7], arm * d[8]);
+  const vx = v[0] + (s[1] * az - s[2] * ay) + ux;
+  const vy = v[1] + (s[2] * ax - s[0] * az) + uy;
+  const vz = v[2] + (s[0] * ay - s[1] * ax) + uz;
+  const k = -own.wing * Math.abs(nx * vx + ny * vy + nz * vz);
+  const fx = k * Math.abs(nx) * vx, fy = k * Math.abs(ny) * vy, fz = k * Math.abs(nz) * vz;
+  return [fx, fy, fz, ay * fz - az * fy, az * fx - ax * fz, ax * fy - ay * fx];
+}
+
+/** Acceleration, torque and spin in the world's frame. */
+function load(rotation, velocity, momentum, angles, rates, own) {
+  const r = rotationMatrix(rotation);
+  const s = spinOf(r, momentum, own.inverseInertia);
+  const v = [velocity[0] - own.wind[0], velocity[1] - own.wind[1], velocity[2]];
+  const a = wingLoad(r, v, s, angles, rates, 0, 1.0, own);
+  const b = wingLoad(r, v, s, angles, rates, 3, -1.0, own);
+  const speed = Math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  const [fx, fy, fz] = own.faces;
+  const shadow = (row) => // the cuboid's area projected on an axis, times ½ ρ C_D
+    Math.abs(r[row]) * fx + Math.abs(r[row + 1]) * fy + Math.abs(r[row + 2]) * fz;
+  return {
+    acceleration: [
+      ((a[0] + b[0]) - shadow(0) * speed * v[0]) * own.inverseMass,
+      ((a[1] + b[1]) - shadow(3) * speed * v[1]) * own.inverseMass,
+      ((a[2] + b[2]) - shadow(6) * speed * v[2]) * own.inverseMass - own.gravity,
+    ],
+    torque: [a[3] + b[3], a[4] + b[4], a[5] + b[5]],
+    spin: s,
+  };
+}
+
+/** A unit quaternion turned for `dt` by a spin in the world's frame: exp(½ dt s) q. */
+function rotated(q, spin, dt) {
+  let x = 0.5 * dt * spin[0], y = 0.5 * dt * spin[1], z = 0.5 * dt * spin[2];
+  const h = x * x + y * y + z * z;
+  const w = 1.0 + h * (-0.5 + h * (C4 + h * C6));
+  const k = 1.0 + h * (S3 + h * (S5 + h * S7));
+  x = k * x;
+  y = k * y;
+  z = k * z;
+  const a = w * q[0] - (x * q[1] + y * q[2] + z * q[3]);
+  const b = w * q[1] + x * q[0] + (y * q[3] - z * q[2]);
+  const c = w * q[2] + y * q[0] + (z * q[1] - x * q[3]);
+  const d = w * q[3] + z * q[0] + (x * q[2] - y * q[1]);
+  const n = 1.0 / Math.sqrt(a * a + b * b + c * c + d * d);
+  return [a * n, b * n, c * n, d * n];
+}
+
+/** A vector and its rate, `dt` later. */
+function later(vector, rate, dt) {
+  return vector.map((number, i) => number + dt * rate[i]);
+}
+
+const dot = (v) => v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+
+/**
+ * Advance a flight while the wings turn at constant rates, by the midpoint rule. If the body
+ * would turn or move too fast for the step, it keeps its state and is no longer alive.
+ * @param {State} state - advanced in place
+ * @param {number} dt - time step, s
+ * @param {number} steps
+ * @param {Mechanics} own
+ */
+function step(state, dt, steps, own) {
+  const half = 0.5 * dt;
+  const turnLimit = LARGEST_TURN / dt * (LARGEST_TURN / dt);
+  for (let n = 0; n < steps; n += 1) {
+    const { rotation, velocity, momentum, wings, rates } = state;
+    const here = load(rotation, velocity, momentum, wings, rates, own);
+    const midway = later(velocity, here.acceleration, half);
+    const there = load(
+      rotated(rotation, here.spin, half), midway, later(momentum, here.torque, half),
+      later(wings, rates, half), rates, own);
+    const next = later(velocity, there.acceleration, dt);
+    // Written so that a comparison with NaN fails.
+    if (state.alive && dot(next) < FASTEST * FASTEST && dot(there.spin) < turnLimit) {
+      state.position = later(state.position, midway, dt);
+      state.rotation = rotated(rotation, there.spin, dt);
+      state.velocity = next;
+      state.momentum = later(momentum, there.torque, dt);
+    } else {
+      state.alive = false;
+    }
+    state.wings = later(wings, rates, dt);
+  }
+}

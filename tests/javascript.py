@@ -1,0 +1,28 @@
+"""Call a JavaScript function with data: in Node.js, else in Chromium."""
+
+import json
+import shutil
+import subprocess
+
+import pytest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
+
+
+def call(scripts, body, data):
+    """Return what a function body, which sees `data` and the scripts before it, returns."""
+    text = f"{scripts}\n{body}"
+    if shutil.which("node"):
+        read = "const data = JSON.parse(require('fs').readFileSync(0, 'utf8'));"
+        script = f"{read}\nconsole.log(JSON.stringify((function () {{{text}}})()));"
+        found = subprocess.check_output(["node", "-e", script], input=json.dumps(data), text=True)
+        return json.loads(found)
+    playwright = pytest.importorskip("playwright.sync_api", reason="needs Node.js or Chromium")
+    if CHROMIUM is None:
+        pytest.skip("needs Node.js or Chromium")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        return json.loads(
+            browser.new_page().evaluate(f"(data) => JSON.stringify((() => {{{text}}})())", data)
+        )
