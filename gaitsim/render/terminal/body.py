@@ -6,8 +6,17 @@ from numpy.typing import NDArray
 from gaitsim.render.colours import among, sides
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
-from gaitsim.render.terminal.braille import Dots, Inks, cells, draw_lines, draw_points, empty
-from gaitsim.render.terminal.scales import annotate
+from gaitsim.render.terminal.braille import (
+    HIGH,
+    WIDE,
+    Dots,
+    Inks,
+    cells,
+    draw_lines,
+    draw_points,
+    empty,
+)
+from gaitsim.render.terminal.scales import annotate, headings
 from gaitsim.render.terminal.view import Viewpoint, camera
 from gaitsim.render.ticks import round_step
 
@@ -42,12 +51,39 @@ def picture(
         ground: whether there is one; moving below a body that is followed, it is most of what
             changes from picture to picture.
     """
-    dots = empty(columns, rows)
-    height, width = dots.shape
-    if not dots.size:
-        return cells(dots)
+    if columns <= 0 or rows <= 0:
+        return cells(empty(columns, rows))
     pose = clip.at(seconds)
-    eye = camera(view, clip, pose, width, height)
+    eye = camera(view, clip, pose, columns * WIDE, rows * HIGH)
+    turned = headings(clip.skeleton)
+    frame = int(seconds * clip.skeleton.frame_rate + 1e-6)
+    yaw = None if turned is None else float(turned[min(frame, len(turned) - 1)])
+    return drawn_by(eye, clip, pose, yaw, columns, rows, ground=ground)
+
+
+def drawn_by(
+    eye: Camera,
+    clip: Clip,
+    pose: Pose,
+    yaw: float | None,
+    columns: int,
+    rows: int,
+    *,
+    ground: bool = True,
+) -> tuple[NDArray[np.uint32], Inks]:
+    """Return a body in a pose as a camera sees it, as `picture` does.
+
+    Args:
+        eye: the camera, in dots.
+        clip: the body.
+        pose: one of its poses.
+        yaw: its turn to the left since the start, radians; None for a body without a heading.
+        columns: of the picture.
+        rows: of the picture.
+        ground: whether there is one.
+    """
+    dots = empty(columns, rows)
+    height = len(dots)
     if ground:
         _ground(dots, eye, clip)
     drawn = clip.skeleton
@@ -68,7 +104,7 @@ def picture(
             x, y = at[shown & inside].T
             codes[y, x] = sign
             inks[y, x] = ink[shown & inside]
-    annotate(codes, inks, LABEL, eye, clip, pose, seconds)
+    annotate(codes, inks, LABEL, eye, clip, pose, yaw)
     return codes, inks
 
 

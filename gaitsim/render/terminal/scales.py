@@ -25,7 +25,7 @@ Codes = NDArray[np.uint32]
 
 
 def annotate(
-    codes: Codes, inks: Inks, ink: int, eye: Camera, clip: Clip, pose: Pose, seconds: float
+    codes: Codes, inks: Inks, ink: int, eye: Camera, clip: Clip, pose: Pose, turned: float | None
 ) -> None:
     """Write the scale, the heading and, of a body that flies, its altitude onto a picture.
 
@@ -36,7 +36,7 @@ def annotate(
         eye: the camera, in dots.
         clip: the body.
         pose: the body at the moment.
-        seconds: the moment.
+        turned: its turn to the left since the start, radians; None without a heading.
     """
     rows, columns = codes.shape
     if columns < LEAST[0] or rows < LEAST[1]:
@@ -53,10 +53,8 @@ def annotate(
         if abs(float(eye.ahead[2])) < STEEP:
             for row, word in _altitudes(eye, clip, pose, rows - 1):
                 write(row, 0, _signs(word))
-    turned = headings(clip.skeleton)
     if turned is not None:
-        frame = min(int(seconds * clip.skeleton.frame_rate + 1e-6), len(turned) - 1)
-        said.append(yaw(float(turned[frame])))
+        said.append(yaw(turned))
     bar = _bar(eye, columns // 2)
     write(rows - 1, 0, [*bar, SPACE] if bar else bar)
     word = " " + "  ".join(said)
