@@ -12,12 +12,12 @@ from gaitsim.choices import VideoFormat
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.gait.files.writer import check_folder
 from gaitsim.individual import Asked, Individual
-from gaitsim.registry import contract_error
 from gaitsim.render.encoder import encode
+from gaitsim.render.individual_clip import clip_of
 from gaitsim.render.intro import fitness_picture
 from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.labels import score_words
-from gaitsim.render.scene import THEMES, VIEWS, Clip, Picture, Scene
+from gaitsim.render.scene import THEMES, VIEWS, Picture, Scene
 from gaitsim.render.scene.labels import ROW, ROWS, small_letters
 from gaitsim.render.tempo import ALIASED, rhythm, shows, speed_words, usual_speed
 from gaitsim.runs.snapshot import RunSnapshot
@@ -133,7 +133,10 @@ class Video:
         self.generations = tuple(one.generation for one in shown)
         self._stem = shown[0].stem
         self._check_room(len(shown))
-        clips = [_clip(one, len(shown) > 1) for one in shown]
+        if len(shown) > 1:
+            clips = [clip_of(one, *_words(one), tag=str(one.generation)) for one in shown]
+        else:
+            clips = [clip_of(shown[0])]
         # A motion whose frames all have a picture is shown as it is.
         fast = [clip.skeleton for clip in clips if clip.skeleton.frame_rate > self.settings.rate]
         self._rhythm = max(map(rhythm, fast), default=0.0)
@@ -260,19 +263,6 @@ class Video:
                 allowed=f"{most} of them at this size",
                 remedy="show fewer of them, or make the picture larger with --size",
             )
-
-
-def _clip(shown: Individual, several: bool) -> Clip:
-    """Return the clip of a champion, which may be shown alone or beside others."""
-    try:
-        if several:
-            return Clip(shown.skeleton, *_words(shown), tag=str(shown.generation))
-        return Clip(shown.skeleton)
-    except GaitsimError as error:
-        entry, reason = shown.experiment.entries["organism"], error.what
-        raise contract_error(
-            entry, f"has a skeleton that cannot be drawn: {reason}", error.allowed
-        ) from None
 
 
 def _words(shown: Individual) -> tuple[str, str]:

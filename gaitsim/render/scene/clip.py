@@ -13,6 +13,8 @@ from gaitsim.render.scene.anatomy import Anatomy, anatomy
 from gaitsim.render.scene.camera import Points, steadied
 from gaitsim.render.scene.solids import Surfaces, between_poses
 
+FOOT, SOLE = 1.55, 2.2  # radius of a foot's mark, in those of limbs and of solid feet
+
 
 @dataclass(frozen=True, eq=False)
 class Pose:
@@ -95,6 +97,23 @@ class Clip:
     def surfaces(self) -> Surfaces:
         """The surfaces of its solids."""
         return Surfaces(self.skeleton.solids)
+
+    @cached_property
+    def carriers(self) -> list[int]:
+        """The solid that each contact is on, of a body that has solids."""
+        if not self.skeleton.solids:
+            return []
+        pose = self.at(0)
+        placed = self.surfaces.placed(pose.solids)
+        away = np.linalg.norm(placed - pose.contacts[:, None], axis=-1)
+        return [int(solid) for solid in self.surfaces.owner[away.argmin(axis=1)]]
+
+    @cached_property
+    def mark(self) -> float:
+        """The radius of a foot's mark on the ground, m."""
+        each = self.surfaces.each
+        thin = [float(np.ptp(each[solid].points, axis=0).min()) / 2 for solid in self.carriers]
+        return max(FOOT * self.anatomy.thickness, SOLE * float(np.median(thin)) if thin else 0.0)
 
     def points(self, pose: Pose) -> Points:
         """Return the points that span it in a pose, (points, 3) m."""

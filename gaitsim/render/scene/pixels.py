@@ -27,9 +27,6 @@ class Pixels(Artist):
         damaged: of damaged parts, likewise.
         line: width of a line, pixels.
         picture: its width and height, pixels.
-
-    Attributes:
-        sole: radius of a foot, m.
     """
 
     def __init__(
@@ -60,11 +57,7 @@ class Pixels(Artist):
         self._damaged = among(names, clip.skeleton.damaged)
         self._usual[:, self._damaged] = np.stack(damaged)[:, None]
         self._marked = np.array(marked).reshape(-1, 2, 3).swapaxes(0, 1)
-        nearest = _nearest(clip)
-        self._feet = [np.flatnonzero(np.equal(names, names[solid])) for solid in nearest]
-        each = clip.surfaces.each
-        thin = [float(np.ptp(each[solid].points, axis=0).min()) / 2 for solid in nearest]
-        self.sole = float(np.median(thin)) if thin else 0.0
+        self._feet = [np.flatnonzero(np.equal(names, names[solid])) for solid in clip.carriers]
         self._image: tuple[int, int, Any] | None = None
 
     def show(self, camera: Camera, pose: Pose) -> None:
@@ -100,10 +93,3 @@ class Pixels(Artist):
 def _tinted(limb: tuple[Colour, Colour], colour: Colour, share: float) -> tuple[Colour, Colour]:
     """Return the dark and the light colour of a limb with a share of another colour."""
     return mixed(limb[0], colour, share), mixed(limb[1], colour, share)
-
-
-def _nearest(clip: Clip) -> list[int]:
-    """Return the solid that each contact is on."""
-    pose = clip.at(0)
-    away = np.linalg.norm(clip.surfaces.placed(pose.solids) - pose.contacts[:, None], axis=-1)
-    return [int(solid) for solid in clip.surfaces.owner[away.argmin(axis=1)]]

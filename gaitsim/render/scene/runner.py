@@ -15,7 +15,6 @@ from gaitsim.render.scene.pixels import Pixels
 from gaitsim.render.scene.shapes import discs, hull
 from gaitsim.render.scene.themes import Theme, mixed, rgb
 
-FOOT, SOLE = 1.55, 2.2  # radius of a foot's mark, in those of limbs and of solid feet
 TRAIL = 240  # pieces of the path behind a body
 _CROSS = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
 _CIRCLE = np.linspace(0, 2 * np.pi, 25)
@@ -71,8 +70,6 @@ class Runner:
             trunk = self._colours["body"], self._colours["body_light"]
             damaged = self._colours["damaged"], self._colours["damaged_light"]
             self.pixels = Pixels(clip, theme, trunk, damaged, self._line, picture)
-        sole = self.pixels.sole if self.pixels else 0.0
-        self._mark = max(FOOT * clip.anatomy.thickness, SOLE * sole)
         self.body = add(self.pixels or PolyCollection([], joinstyle="round"), 7)
         self.tag = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
         self.names = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
@@ -129,7 +126,7 @@ class Runner:
         away = places - middle
         away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
         letters = 1.25 * self._size
-        places += (self._mark * camera.scale + 1.1 * letters) * away - (0, 0.36 * letters)
+        places += (self.clip.mark * camera.scale + 1.1 * letters) * away - (0, 0.36 * letters)
         names = zip(self.clip.skeleton.contact_names, places.tolist(), strict=False)
         self.names.set_paths([glyphs(name, letters, (x, y), 0.5) for name, (x, y) in names])
 
@@ -150,7 +147,7 @@ class Runner:
         standing = clip.grounded(pose.contacts[touching])
         support = clip.grounded(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
         self.support.set_verts([camera.project(support)[0]])
-        size = self._mark
+        size = clip.mark
         self.stance.set_verts(list(camera.project(clip.grounded(discs(standing, size)))[0]))
         self.stance.set_facecolors(self._feet[touching])
         swings = ~touching & ~self._lost

@@ -1,0 +1,1 @@
+"""Pages that play in a browser: one file each, which makes no request."""

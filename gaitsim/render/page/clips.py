@@ -1,0 +1,211 @@
+"""The motion of an individual as data of a page."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Skeleton, Solid, Terrain
+from gaitsim.gait.files.writer import gait_of
+from gaitsim.individual import Individual
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, among, sides
+from gaitsim.render.individual_clip import clip_of
+from gaitsim.render.page.packing import LARGEST, packed
+from gaitsim.render.plots.labels import score_words
+from gaitsim.render.scene.clip import Clip
+from gaitsim.render.scene.shapes import hull_faces
+
+STEP = 1e-5  # m, of places, and of the components of a quaternion
+FINEST = 20_000  # steps in the span of a body at least, so that small ones are smooth
+ANGLE = 1e-6  # rad: joint angles are right to half of it
+_TOGETHER = 0.05  # steps: ends of segments that are nearer in all frames are one point
+_SIDES = {MIDDLE: "", LEFT: "left", RIGHT: "right"}
+
+Json = dict[str, Any]
+
+
+def clip_data(individual: Individual) -> Json:
+    """Return what a page shows of an individual: its body over time, its score and measures.
+
+    Lengths are in metres, angles in radians, z is up. Bodies made of solids are drawn by these, so
+    the ends of their segments are left out.
+
+    Raises:
+        PluginError: the body cannot be moved, drawn or measured, or its skeleton is not finite.
+    """
+    details = f"{individual.label}, {score_words(individual)}"
+    clip = clip_of(individual, individual.name, details, individual.label)
+    skeleton = clip.skeleton
+    step = _step(clip)
+    return {
+        "title": clip.title,
+        "details": clip.details,
+        "tag": clip.tag,
+        "score": number(individual.score),
+        "unit": individual.experiment.fitness.unit,
+        "frameRate": float(skeleton.frame_rate),
+        "frames": len(skeleton.segments),
+        "flies": clip.flies,
+        "floor": clip.floor,
+        "span": clip.anatomy.span,
+        "mark": clip.mark,
+        **(_solids(skeleton, step) if skeleton.solids else _segments(clip, step)),
+        "feet": _feet(skeleton, step),
+        "centre": packed(skeleton.path, step),
+        "ground": _ground(skeleton, step),
+        "angles": _angles(individual),
+        "terms": [
+            {"name": name, "value": number(value), "unit": individual.unit_of(name)}
+            for name, value in individual.scored_terms.items()
+        ],
+        "measures": [
+            {"name": name, "value": number(one.value), "unit": one.unit, "help": one.help}
+            for name, one in individual.measurements.items()
+        ],
+    }
+
+
+def number(value: float) -> float | None:
+    """Return a number as JSON has it: None for one that is not finite."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _step(clip: Clip) -> float:
+    """Return the step of a clip's places, m; coarser for places very far away."""
+    skeleton = clip.skeleton
+    found = (skeleton.segments, skeleton.path, skeleton.contacts, skeleton.poses)
+    farthest = max(float(np.abs(one).max(initial=0.0)) for one in found if one is not None)
+    return max(min(STEP, clip.anatomy.span / FINEST), farthest / LARGEST)
+
+
+def _segments(clip: Clip, step: float) -> Json:
+    """Return a body of limbs, plates and hulls, whose corners are points."""
+    anatomy = clip.anatomy
+    places = clip.skeleton.segments.reshape(len(clip.skeleton.segments), -1, 3)
+    ends, first = _joined(places, _TOGETHER * step)
+    roles = np.where(anatomy.damaged, "damaged", np.where(anatomy.trunks, "trunk", "limb"))
+    limbs = zip(anatomy.limbs.tolist(), anatomy.radii.tolist(), roles.tolist(), strict=True)
+    plates = zip(anatomy.plates, anatomy.plate_radii, strict=True)
+    return {
+        "ends": ends,
+        "points": packed(places[:, first], step),
+        "limbs": [
+            [ends[2 * segment], ends[2 * segment + 1], *radii, role]
+            for segment, radii, role in limbs
+        ],
+        "plates": [
+            {"corners": [ends[corner] for corner in plate], "half": half} for plate, half in plates
+        ],
+        "hulls": [
+            [[ends[corner] for corner in face] for face in solid] for solid in anatomy.solids
+        ],
+        "solids": [],
+        "poses": None,
+    }
+
+
+def _joined(places: NDArray[Any], tolerance: float) -> tuple[list[int], list[int]]:
+    """Number the ends of segments (frames, ends, 3) so that those that stay together share one.
+
+    Returns:
+        The number of each end, and the first end of each number.
+    """
+    numbers: list[int] = []
+    first: list[int] = []
+    for end in range(places.shape[1]):
+        apart = np.abs(places[0, first] - places[0, end]).max(axis=1, initial=0.0)
+        near = [int(one) for one in np.flatnonzero(apart <= tolerance)]
+        same = (
+            one for one in near if np.abs(places[:, first[one]] - places[:, end]).max() <= tolerance
+        )
+        found = next(same, len(first))
+        numbers.append(found)
+        if found == len(first):
+            first.append(end)
+    return numbers, first
+
+
+def _solids(skeleton: Skeleton, step: float) -> Json:
+    """Return a body of rigid solids and their poses: position, then quaternion w, x, y, z."""
+    assert skeleton.poses is not None
+    names = tuple(solid.name for solid in skeleton.solids)
+    side = [_SIDES[one] for one in sides(names).tolist()]
+    damaged = among(names, skeleton.damaged).tolist()
+    return {
+        "ends": [],
+        "points": packed(np.empty((len(skeleton.segments), 0, 3)), step),
+        "limbs": [],
+        "plates": [],
+        "hulls": [],
+        "solids": [
+            {
+                "name": solid.name,
+                "shape": solid.shape,
+                "size": list(solid.size),
+                "side": own,
+                "damaged": hurt,
+                **_mesh(solid, step),
+            }
+            for solid, own, hurt in zip(skeleton.solids, side, damaged, strict=True)
+        ],
+        "poses": packed(skeleton.poses, step),
+    }
+
+
+def _mesh(solid: Solid, step: float) -> Json:
+    """Return the corners and the triangles of a mesh's hull; none of another shape or a sheet."""
+    if solid.vertices is None:
+        return {"vertices": [], "faces": []}
+    points = solid.vertices.astype(np.float64)
+    faces = hull_faces(points)
+    used, corners = np.unique(np.concatenate([[0], *faces]).astype(int), return_inverse=True)
+    starts = np.cumsum([1, *(len(face) for face in faces)])
+    triangles = [
+        [int(corners[start]), int(corners[start + i]), int(corners[start + i + 1])]
+        for start, face in zip(starts[:-1].tolist(), faces, strict=True)
+        for i in range(1, len(face) - 1)
+    ]
+    rounded = np.rint(points[used] / step) * step
+    digits = max(0, math.ceil(-math.log10(step)) + 1)
+    return {
+        "vertices": [[round(x, digits) for x in point] for point in rounded.tolist()],
+        "faces": triangles,
+    }
+
+
+def _angles(individual: Individual) -> Json | None:
+    """Return the joint angles, which are right to half of `ANGLE`; None of a body without."""
+    if individual.joint_angles is None:
+        return None
+    gait = gait_of(individual)
+    return {"names": list(gait.joint_names), "values": packed(gait.angles, ANGLE)}
+
+
+def _feet(skeleton: Skeleton, step: float) -> Json | None:
+    """Return the contacts and when they touch; None of a body without."""
+    if skeleton.contacts is None or skeleton.touching is None:
+        return None
+    names = skeleton.contact_names or ("",) * skeleton.contacts.shape[1]
+    return {
+        "names": list(names),
+        "sides": [_SIDES[one] for one in sides(names).tolist()],
+        "points": packed(skeleton.contacts, step),
+        "touching": packed(skeleton.touching, 1.0),
+        "lost": among(names, skeleton.damaged).tolist(),
+    }
+
+
+def _ground(skeleton: Skeleton, step: float) -> Json | None:
+    """Return uneven ground: a profile along x or a terrain; None for level ground at zero."""
+    ground = skeleton.ground
+    if ground is None:
+        return None
+    if isinstance(ground, Terrain):
+        return {
+            "corner": list(map(float, ground.corner)),
+            "spacing": float(ground.spacing),
+            "heights": packed(ground.heights, step),
+        }
+    x, z = ground.astype(np.float64).T.tolist()
+    return {"x": x, "z": z}

@@ -1,0 +1,68 @@
+"""The motion in a page is the motion of the individual."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from gaitsim.contracts import Skeleton, Solid
+from gaitsim.errors import GaitsimError
+from gaitsim.render.page.clips import _solids, clip_data
+from gaitsim.render.page.packing import packed, unpacked
+
+
+@given(
+    arrays.arrays(
+        np.float64,
+        arrays.array_shapes(min_dims=1, max_dims=3, min_side=0, max_side=6),
+        elements=st.floats(-2e4, 2e4),
+    ),
+    st.sampled_from([1e-5, 1e-3, 0.3]),
+)
+def test_what_is_unpacked_is_what_was_packed_within_half_a_step(values, step):
+    found = unpacked(json.loads(json.dumps(packed(values, step))))
+    assert found.shape == values.shape
+    assert np.abs(found - values).max(initial=0) <= step / 2 * (1 + 1e-6)
+
+
+def test_numbers_that_no_page_can_hold_are_refused():
+    for bad in (np.nan, np.inf, 1e9):
+        with pytest.raises(GaitsimError, match="cannot be stored"):
+            packed([0.0, bad], 1e-5)
+
+
+def test_a_clip_is_the_motion_of_the_individual(spider_run):
+    spider = spider_run.individual()
+    clip, skeleton = clip_data(spider), spider.skeleton
+    step = clip["points"]["step"]
+    points = unpacked(clip["points"])[:, clip["ends"]].reshape(skeleton.segments.shape)
+    assert points.shape[0] == clip["frames"] == 300
+    assert len(set(clip["ends"])) < len(clip["ends"])  # joints are shared
+    for found, original in (
+        (points, skeleton.segments),
+        (unpacked(clip["feet"]["points"]), skeleton.contacts),
+        (unpacked(clip["centre"]), skeleton.path),
+    ):
+        assert np.abs(found - original).max() <= step * 0.55
+    assert (unpacked(clip["feet"]["touching"]) == skeleton.touching).all()
+    angles = unpacked(clip["angles"]["values"])
+    assert np.abs(angles - spider.joint_angles).max() <= 5.01e-7
+    assert clip["angles"]["names"] == list(spider.experiment.organism.joint_names())
+    assert clip["score"] == spider.score
+    assert {one["name"]: one["value"] for one in clip["terms"]} == dict(spider.scored_terms)
+
+
+def test_meshes_are_triangles_seen_from_outside():
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 2) for z in (0, 3)], float)
+    hidden = np.array([[0.5, 1.0, 1.5]])
+    solid = Solid("L1 tibia", "mesh", vertices=np.concatenate([hidden, corners]))
+    poses = np.tile([0.0, 0, 0, 1, 0, 0, 0], (2, 1, 1))
+    body = Skeleton(np.zeros((2, 1, 2, 3)), ("a",), 1.0, solids=(solid,), poses=poses)
+    (found,) = _solids(body, 1e-5)["solids"]
+    vertices = np.array(found["vertices"])
+    a, b, c = (vertices[[face[i] for face in found["faces"]]] for i in range(3))
+    assert found["side"] == "left"
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(6.0)  # its volume
