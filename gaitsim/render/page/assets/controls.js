@@ -1,0 +1,145 @@
+// The clock and the buttons that move it, views, theme, keys and help.
+
+const SPEEDS = [0.1, 0.2, 0.25, 0.5, 0.75, 1, 1.5, 2];
+const NAMES = { iso: "oblique", side: "side", top: "top" };
+
+/** A clock that runs, rests, and begins again at its end. */
+class Clock {
+  /** @param {number} seconds at which it begins again */
+  constructor(seconds) {
+    this.end = seconds;
+    this.now = 0;
+    this.speed = 1;
+    this.runs = false;
+  }
+
+  /** @param {number} seconds of the wall's clock */
+  advance(seconds) {
+    this.now += seconds * this.speed;
+    if (this.now > this.end) this.now = this.end > 0 ? this.now % this.end : 0;
+  }
+}
+
+class Controls {
+  /**
+   * @param {object} does what the buttons do: play(), speed(factor), view(), theme(), zoom(factor)
+   */
+  constructor(does) {
+    this.does = does;
+    this.play = button("Play", icon("play"), () => does.play(), "Space");
+    this.play.classList.add("play");
+    this.speed = element("input", {
+      type: "range",
+      min: "0",
+      max: String(SPEEDS.length - 1),
+      step: "1",
+      id: "speed",
+      input: () => does.speed(SPEEDS[this.speed.valueAsNumber]),
+    });
+    this.factor = element("output", { for: "speed" });
+    this.readout = element("span", { class: "readout" });
+    this.help = helpDialog();
+    this.view = element("span", { class: "word" });
+    this.root = element(
+      "div",
+      { class: "controls", role: "group", "aria-label": "Playback" },
+      this.play,
+      this.readout,
+      element("label", { class: "speed" }, element("span", { class: "word" }, "Speed"), this.speed),
+      this.factor,
+      element("span", { class: "gap" }),
+      button("Zoom out", icon("minus"), () => does.zoom(1 / 1.25), "−"),
+      button("Zoom in", icon("plus"), () => does.zoom(1.25), "+"),
+      button("Change the view", icon("view"), () => does.view(), "v"),
+      button("Light or dark", icon("theme"), () => does.theme(), "t"),
+      button("Keys and help", "?", () => this.help.showModal(), "?"),
+      this.help,
+    );
+  }
+
+  /** @param {boolean} runs */
+  set playing(runs) {
+    const label = runs ? "Pause" : "Play";
+    this.play.setAttribute("aria-label", label);
+    this.play.title = `${label} (Space)`;
+    this.play.replaceChildren(icon(runs ? "pause" : "play"));
+  }
+
+  /** @param {number} factor */
+  set rate(factor) {
+    this.speed.value = String(SPEEDS.indexOf(factor));
+    this.speed.setAttribute("aria-valuetext", `${factor} times`);
+    this.factor.textContent = `${factor}×`;
+  }
+}
+
+/**
+ * Listen to keys anywhere on the page, but where a control uses them.
+ * @param {object} does as of Controls, and step(seconds), faster(steps), end(last), help()
+ */
+function listenToKeys(does) {
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
+    const { target, key, shiftKey } = event;
+    const inside = (/** @type {string} */ what) => target instanceof Element && target.closest(what);
+    if (inside("textarea, dialog")) return;
+    if (key === " " && inside("button, summary, a")) return;
+    if (/^(Arrow|Home|End|Page)/.test(key) && inside("input, .scrolls")) return;
+    const actions = {
+      " ": () => does.play(),
+      ArrowLeft: () => does.step(shiftKey ? -1 : -0.1),
+      ArrowRight: () => does.step(shiftKey ? 1 : 0.1),
+      ArrowUp: () => does.faster(1),
+      ArrowDown: () => does.faster(-1),
+      "+": () => does.zoom(1.25),
+      "=": () => does.zoom(1.25),
+      "-": () => does.zoom(1 / 1.25),
+      "−": () => does.zoom(1 / 1.25),
+      0: () => does.reset(),
+      v: () => does.view(),
+      t: () => does.theme(),
+      "?": () => does.help(),
+    };
+    const action = actions[key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+  });
+}
+
+const KEYS = [
+  ["Space", "play or pause"],
+  ["← →", "back or forward 0.1 s; with Shift 1 s"],
+  ["↑ ↓", "faster or slower"],
+  ["+ −", "zoom"],
+  ["v", "next view: oblique, side, top"],
+  ["0", "reset the view"],
+  ["t", "light or dark"],
+  ["?", "this help"],
+];
+
+function helpDialog() {
+  const dialog = element(
+    "dialog",
+    { class: "help", "aria-labelledby": "help" },
+    element("h2", { id: "help" }, "Keys and gestures"),
+    element(
+      "dl",
+      {},
+      ...KEYS.flatMap(([key, does]) => [
+        element("dt", {}, element("kbd", {}, key)),
+        element("dd", {}, does),
+      ]),
+    ),
+    element(
+      "p",
+      {},
+      "Drag to turn the view, with Shift or the right button to move it; the wheel zooms, a double ",
+      "click resets. With touch, one finger turns, two zoom and move. When the picture has the ",
+      "focus, the arrow keys turn it.",
+    ),
+    element("form", { method: "dialog" }, element("button", {}, "Close")),
+  );
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  return dialog;
+}

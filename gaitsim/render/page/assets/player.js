@@ -1,0 +1,260 @@
+// The player: recorded motions on the stage, with the time line, the controls and the panel.
+
+const LEAST = 0.08; // of the picture's height, that a body of several has at least
+const WHOLE = 26; // seconds of a clip after which the camera no longer shows all bodies
+
+class Player {
+  /**
+   * @param {object} data of the page
+   * @param {Recording[]} recordings
+   * @param {HTMLElement} root
+   */
+  constructor(data, recordings, root) {
+    this.data = data;
+    this.recordings = recordings;
+    this.themes = new Themes(data.theme, (theme) => this._paint(theme));
+    this.announcer = new Announcer();
+    this.clock = new Clock(Math.max(...recordings.map((one) => one.seconds)));
+    this.selected = recordings.length - 1;
+    const does = this._actions();
+    this.controls = new Controls(does);
+    this.timeline = new Timeline(this.clock.end, (seconds) => this.seek(seconds));
+    this.canvas = element("canvas", {
+      tabindex: "0",
+      role: "img",
+      "aria-label": describe(data, recordings),
+    });
+    this.place = element("p", { class: "place" });
+    this.scale = element("span", {});
+    this.view_ = element(
+      "section",
+      { class: "view", "aria-label": "Picture" },
+      this.canvas,
+      recordings.length > 1 ? this._legend() : null,
+      this.place,
+      element("p", { class: "key" }, ...this._key(), this.scale),
+    );
+    const deck = element("section", { class: "deck", "aria-label": "Time" }, this.timeline.root);
+    deck.prepend(this.controls.root);
+    this.root = element("div", { class: "player" }, this.view_, deck, panelOf(data, this.announcer));
+    root.replaceChildren(this.root, this.announcer.root);
+    this._open();
+    listenToKeys(does);
+    this.controls.rate = 1;
+    this.seek(0);
+    this._paint(this.themes.theme);
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) this.controls.playing = false;
+    else this.play(true);
+  }
+
+  /** Build the stage; without WebGL say so, and leave the texts. */
+  _open() {
+    const { theme } = this.themes;
+    try {
+      this.stage = new Stage(this.canvas, theme);
+    } catch {
+      const words_ =
+        "This browser cannot draw in three dimensions (WebGL 2 is missing or switched off). " +
+        "The numbers and the footfalls are complete.";
+      this.canvas.replaceWith(element("p", { class: "missing", role: "alert" }, words_));
+      this.place.remove();
+      return;
+    }
+    const lanes = lanesOf(this.recordings);
+    const floor = Math.min(...this.recordings.map(({ ground }) => ground.floor));
+    this.bodies = this.recordings.map((recording, number) => {
+      if (recording.ground.level) recording.ground.floor = floor;
+      const body = new Body(recording.clip, theme, lanes[number], number, recording.ground);
+      this.stage.add(body);
+      return body;
+    });
+    const uneven = this.recordings.find(({ ground }) => !ground.level);
+    this.stage.setGround(uneven?.ground ?? this.recordings[0].ground);
+    this.lanes = lanes;
+    this.stage.frame(this._box());
+    this.stage.listeners.push(() => this._told());
+  }
+
+  /** Return a box about where the camera looks that holds all bodies. */
+  _box() {
+    const box = new Box();
+    const { seconds } = this.clock.end ? { seconds: this.clock.end } : { seconds: 0 };
+    for (let i = 0; i < 60; i++) {
+      const poses = this.recordings.map((one) => one.at((i * seconds) / 59));
+      const aim = this._aim(poses);
+      poses.forEach((pose, number) => {
+        const own = new Box();
+        spanned(own, this.recordings[number].clip, pose, BLACK);
+        for (const end of [own.low, own.high])
+          box.add(end[0] - aim[0], end[1] + this.lanes[number] - aim[1], end[2] - aim[2]);
+      });
+    }
+    const span = Math.max(...this.recordings.map((one) => Math.max(...one.box.size)));
+    const most = span / LEAST / 2;
+    const far = Math.max(...box.size);
+    if (far > most) box.low.forEach((_, axis) => this._cut(box, axis, most));
+    return box;
+  }
+
+  /** @param {Box} box @param {number} axis @param {number} most */
+  _cut(box, axis, most) {
+    box.low[axis] = Math.max(box.low[axis], -most / 2);
+    box.high[axis] = Math.min(box.high[axis], most / 2);
+  }
+
+  /** Return where the camera looks: the middle of the bodies. */
+  _aim(poses) {
+    const box = new Box();
+    poses.forEach(({ aim }, number) => box.add(aim[0], aim[1] + this.lanes[number], aim[2]));
+    return box.middle;
+  }
+
+  /** What buttons and keys do. */
+  _actions() {
+    return {
+      play: () => this.play(!this.clock.runs),
+      speed: (factor) => this.speed(factor),
+      faster: (steps) => {
+        const at = SPEEDS.indexOf(this.clock.speed) + steps;
+        this.speed(SPEEDS[clamp(at, 0, SPEEDS.length - 1)]);
+      },
+      step: (seconds) => this.seek(clamp(this.clock.now + seconds, 0, this.clock.end)),
+      zoom: (factor) => this.stage?.orbit.magnify(factor),
+      reset: () => this.stage?.view(this.stage.orbit.name),
+      view: () => this._nextView(),
+      theme: () => {
+        this.themes.toggle();
+        this.announcer.say(`${this.themes.name} theme`);
+      },
+      help: () => this.controls.help.showModal(),
+    };
+  }
+
+  _nextView() {
+    if (!this.stage) return;
+    const names = Object.keys(VIEWS);
+    const next = names[(names.indexOf(this.stage.orbit.name) + 1) % names.length];
+    this.stage.view(next);
+    this.announcer.say(`${NAMES[next]} view`);
+  }
+
+  /** @param {boolean} runs */
+  play(runs) {
+    this.clock.runs = runs;
+    this.controls.playing = runs;
+    this.announcer.say(runs ? "playing" : `paused at ${this.clock.now.toFixed(2)} seconds`);
+    const step = (/** @type {number} */ seconds) => {
+      this.clock.advance(seconds);
+      this._show();
+      return this.clock.runs;
+    };
+    if (this.stage) this.stage.animate(runs ? step : null);
+    else if (runs) this._tick(step);
+  }
+
+  /** Play without a stage. @param {(seconds: number) => boolean} step */
+  _tick(step, last = performance.now()) {
+    requestAnimationFrame((now) => {
+      if (this.clock.runs && step(Math.max(now - last, 0) / 1000)) this._tick(step, now);
+    });
+  }
+
+  /** @param {number} factor */
+  speed(factor) {
+    this.clock.speed = factor;
+    this.controls.rate = factor;
+    this.announcer.say(`speed ${factor} times`);
+  }
+
+  /** @param {number} seconds */
+  seek(seconds) {
+    this.clock.now = seconds;
+    this._show();
+    this.stage?.request();
+  }
+
+  _show() {
+    const { now } = this.clock;
+    this.timeline.time = now;
+    this.controls.readout.textContent = secondsText(now);
+    if (!this.stage) return;
+    const poses = this.recordings.map((one) => one.at(now));
+    poses.forEach((pose, number) => {
+      this.bodies[number].show(pose);
+      this.bodies[number].trail(this.recordings[number].values.centre, pose.frame);
+    });
+    this.stage.lookAt(this._aim(poses));
+    this._places(poses);
+  }
+
+  /** Say how far the selected body has come. @param {object[]} poses */
+  _places(poses) {
+    const { clip, values } = this.recordings[this.selected];
+    const { centre } = poses[this.selected];
+    const gone = Math.hypot(centre[0] - values.centre[0], centre[1] - values.centre[1]);
+    const parts = [`distance ${lengthText(gone)}`];
+    if (clip.flies) parts.push(`altitude ${lengthText(centre[2])}`);
+    this.place.textContent = parts.join("   ");
+  }
+
+  /** After each picture. */
+  _told() {
+    const text = `grid ${lengthText(this.stage.gridStep)}`;
+    if (this.scale.textContent !== text) this.scale.textContent = text;
+  }
+
+  /** Return what the colours of feet mean. */
+  _key() {
+    const sides = new Set(this.recordings.flatMap(({ clip }) => clip.feet?.sides ?? []));
+    const named = ["left", "right"].filter((side) => sides.has(side));
+    return named.map((side) => element("span", { class: `foot ${side}` }, side));
+  }
+
+  /** Return the names of the bodies; a press chooses whose footfalls are shown. */
+  _legend() {
+    const choices = this.recordings.map(({ clip }, number) =>
+      element(
+        "button",
+        { type: "button", "aria-pressed": number === this.selected, click: () => this.select(number) },
+        dotOf(number),
+        clip.tag || clip.title,
+        element("small", {}, numeral(clip.score)),
+      ),
+    );
+    this.choices = choices;
+    const label = "Bodies; a press shows the footfalls";
+    return element("div", { class: "legend", role: "group", "aria-label": label }, ...choices);
+  }
+
+  /** @param {number} number of the body whose footfalls are shown */
+  select(number) {
+    this.selected = number;
+    this.choices?.forEach((choice, i) => choice.setAttribute("aria-pressed", String(i === number)));
+    this.timeline.show(this.recordings[number], this.themes.theme, number);
+    this._show();
+  }
+
+  /** @param {object} theme */
+  _paint(theme) {
+    const { style } = document.documentElement;
+    theme.bodies.forEach((colour, i) => style.setProperty(`--body-${i}`, colour));
+    for (const name of ["ground", "left", "right", "damaged"])
+      style.setProperty(`--${name}`, theme[name]);
+    if (this.stage) this.stage.theme = theme;
+    this.timeline.show(this.recordings[this.selected], theme, this.selected);
+  }
+}
+
+/** Describe the picture for people who do not see it. */
+function describe(data, recordings) {
+  const each = recordings.map(({ clip, seconds, feet, values }) => {
+    const end = values.centre.length - 3;
+    const gone = Math.hypot(
+      values.centre[end] - values.centre[0],
+      values.centre[end + 1] - values.centre[1],
+    );
+    const how = clip.flies ? "a flying body" : `a body with ${feet} feet`;
+    return `${clip.tag || clip.title}: ${how} moves ${lengthText(gone)} in ${secondsText(seconds)}`;
+  });
+  return `${data.title}, in three dimensions. ${each.join(". ")}.`;
+}

@@ -1,0 +1,259 @@
+// The stage: a canvas with ground, light, camera and bodies. It draws only when something changes.
+
+const REACH = 0.75; // how far the ground is drawn, in diagonals of the picture
+const SLOW = 1 / 33; // s a frame: slower ones lower the resolution
+const COARSEST = 0.5; // pixels of the picture a pixel of the page
+const FINEST = 2;
+
+class Stage {
+  /** Whether the browser can draw in three dimensions. */
+  static available() {
+    return typeof WebGL2RenderingContext !== "undefined";
+  }
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {object} theme see gaitsim/render/scene/themes.py
+   * @throws {Error} the browser has no WebGL 2
+   */
+  constructor(canvas, theme) {
+    const context = canvas.getContext("webgl2", {
+      alpha: false,
+      antialias: true,
+      powerPreference: "high-performance",
+    });
+    if (!context) throw new Error("no WebGL");
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({ canvas, context });
+    this.renderer.autoClear = false;
+    this.renderer.debug.checkShaderErrors = false;
+    this.scene = new THREE.Scene();
+    this.scene.matrixWorldAutoUpdate = false;
+    this.orbit = new Orbit(canvas, () => this.request());
+    this.ground = new Ground(null, 0, null);
+    this.lines = new Ribbons(1, { polygonOffset: true, polygonOffsetFactor: -2 });
+    this.lines.mesh.renderOrder = ORDER.grid;
+    this.scene.add(this.lines.mesh);
+    this.ratio = Math.min(devicePixelRatio || 1, FINEST);
+    this.paces = [];
+    /** @type {Map<Body, Shadow>} */
+    this.bodies = new Map();
+    /** @type {((seconds: number) => boolean) | null} moves the bodies; false at the end */
+    this.step = null;
+    /** @type {(() => void)[]} called after each picture */
+    this.listeners = [];
+    this.theme = theme;
+    this.watcher = new ResizeObserver(() => this.resize());
+    this.watcher.observe(canvas);
+    canvas.addEventListener("webglcontextrestored", () => this.request());
+    this.resize();
+  }
+
+  /** @param {object} theme */
+  set theme(theme) {
+    this._theme = theme;
+    this.lines.colour = theme.grid;
+    this._paintGround();
+    for (const [body, shadow] of this.bodies) body.theme = shadow.theme = theme;
+    this.request();
+  }
+
+  /** @param {Body} body */
+  add(body) {
+    const shadow = new Shadow(this._theme);
+    this.bodies.set(body, shadow);
+    this.scene.add(body.group, shadow.mesh);
+    this.resize();
+  }
+
+  /** @param {Body} body */
+  remove(body) {
+    const shadow = this.bodies.get(body);
+    if (!shadow) return;
+    this.scene.remove(body.group, shadow.mesh);
+    shadow.dispose();
+    body.dispose();
+    this.bodies.delete(body);
+    this.request();
+  }
+
+  /** @param {Ground} ground */
+  setGround(ground) {
+    this.ground = ground;
+    this.surface?.geometry.dispose();
+    if (this.surface) this.scene.remove(this.surface);
+    this.surface = null;
+    if (!ground.level) {
+      this.surfaceColours = {
+        haze: { value: new THREE.Vector3() },
+        dark: { value: new THREE.Vector3() },
+        centre: this.lines.uniforms.centre,
+        reach: this.lines.uniforms.reach,
+      };
+      const paint = material(GROUND_VERTEX, GROUND_FRAGMENT, this.surfaceColours);
+      paint.side = THREE.DoubleSide;
+      this.surface = new THREE.Mesh(ground.geometry(), paint);
+      this.surface.frustumCulled = false;
+      this.surface.renderOrder = ORDER.surface;
+      this.scene.add(this.surface);
+    }
+    this._paintGround();
+    this.request();
+  }
+
+  _paintGround() {
+    if (!this.surface) return;
+    this.surfaceColours.haze.value.fromArray(rgb(this._theme.ground));
+    this.surfaceColours.dark.value.fromArray(rgb(this._theme.shadow));
+  }
+
+  /**
+   * Look at a point.
+   * @param {ArrayLike<number>} point m
+   */
+  lookAt(point) {
+    this.orbit.target = [point[0], point[1], point[2]];
+    this.request();
+  }
+
+  /**
+   * Follow a point that is not known in advance, smoothly.
+   * @param {ArrayLike<number>} point m
+   * @param {number} seconds since the last call
+   */
+  follow(point, seconds) {
+    const share = 1 - Math.exp(-seconds / 0.25);
+    const { target } = this.orbit;
+    this.lookAt(target.map((value, axis) => value + share * (point[axis] - value)));
+  }
+
+  /**
+   * Show a box about the point that the camera looks at.
+   * @param {Box} box m
+   */
+  frame(box) {
+    this.orbit.fit(box);
+  }
+
+  /** @param {"iso" | "side" | "top"} name */
+  view(name) {
+    this.orbit.view(name);
+  }
+
+  /**
+   * Draw picture after picture.
+   * @param {((seconds: number) => boolean) | null} step gets the seconds since the last picture and
+   *   moves the bodies; returns whether to go on. None stops.
+   */
+  animate(step) {
+    this.step = step;
+    this.last = null;
+    this.paces = [];
+    if (step) this.request();
+  }
+
+  /** Draw soon. */
+  request() {
+    this.asked ??= requestAnimationFrame((time) => this._next(time));
+  }
+
+  /** @param {number} time ms */
+  _next(time) {
+    this.asked = null;
+    if (this.step) {
+      const seconds = this.last === null ? 0 : (time - this.last) / 1000;
+      this.last = time;
+      this._adapt(seconds);
+      if (this.step(Math.min(seconds, 0.25))) this.request();
+      else this.step = null;
+    }
+    this.draw();
+  }
+
+  /** Lower the resolution where pictures are slow. @param {number} seconds */
+  _adapt(seconds) {
+    if (seconds > 0 && seconds < 0.5) this.paces.push(seconds);
+    if (this.paces.length < 24) return;
+    const usual = this.paces.sort((a, b) => a - b)[16];
+    this.paces = [];
+    if (usual > SLOW && this.ratio > COARSEST) {
+      this.ratio = Math.max(COARSEST, this.ratio * clamp(SLOW / usual, 0.6, 0.85));
+      this.resize();
+    }
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(this.ratio);
+    this.renderer.setSize(width, height, false);
+    const pixels = [width * this.ratio, height * this.ratio];
+    for (const ribbons of [this.lines, ...[...this.bodies.keys()].flatMap((body) => body.ribbons)])
+      ribbons.resize(...pixels, this.ratio);
+    const before = this.orbit.size;
+    this.orbit.size = [width, height];
+    if (before[0] !== width || before[1] !== height) this.orbit.fit();
+    this.request();
+  }
+
+  /** Draw now. */
+  draw() {
+    const { renderer, scene, orbit } = this;
+    const { camera } = orbit;
+    const [middle, reach] = this._drawnGround();
+    orbit.place(reach);
+    this.lines.fade(middle, reach);
+    const { ends, strengths } = gridLines(this.ground, middle, this._scaleAt(middle), reach);
+    this.lines.set(ends, strengths);
+    scene.updateMatrixWorld();
+    renderer.setClearColor(0, 0);
+    for (const [body, shadow] of this.bodies) {
+      const { depths } = body.shades.uniforms;
+      depths.value.x = Math.hypot(
+        ...body.box.middle.map((value, axis) => camera.position.getComponent(axis) - value),
+      );
+      body.ribbons.forEach((ribbons) => ribbons.fade(middle, reach));
+      shadow.update(renderer, scene, body, this.ground);
+    }
+    renderer.setClearColor(parseInt(this._theme.ground.slice(1), 16), 1);
+    renderer.clear();
+    renderer.render(scene, camera);
+    this.listeners.forEach((listener) => listener());
+  }
+
+  /** Return the middle of the drawn ground, and how far it is drawn, m. */
+  _drawnGround() {
+    const { orbit } = this;
+    const { aim, away, size } = orbit;
+    const ahead = orbit.axes()[2];
+    const foot = [aim[0], aim[1], this.ground.height(aim[0], aim[1])];
+    // Below a body; below a flying one, where the camera looks.
+    const above = Math.max(aim[2] - foot[2] - Math.max(...orbit.box.size), 0);
+    const far = ahead[2] < -1e-3 ? Math.min(above / -ahead[2], 4 * away) : 0;
+    foot[0] += ahead[0] * far;
+    foot[1] += ahead[1] * far;
+    return [foot, (REACH * Math.hypot(...size)) / this._scaleAt(foot)];
+  }
+
+  /** @param {ArrayLike<number>} point @returns pixels of the page a metre at its distance */
+  _scaleAt(point) {
+    const { orbit } = this;
+    const ahead = orbit.axes()[2];
+    const { aim, away } = orbit;
+    const depth = ahead.reduce((sum, share, axis) => sum + share * (point[axis] - aim[axis]), away);
+    return (orbit.scale * away) / Math.max(depth, 0.15 * away);
+  }
+
+  /** The distance between the finest lines of the grid that are visible, m. */
+  get gridStep() {
+    const [middle] = this._drawnGround();
+    return gridSteps((1.5 * DENSE) / this._scaleAt(middle))[0];
+  }
+
+  /** Free what the stage holds. */
+  dispose() {
+    cancelAnimationFrame(this.asked);
+    this.watcher.disconnect();
+    this.renderer.dispose();
+  }
+}

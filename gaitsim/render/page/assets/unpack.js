@@ -1,0 +1,50 @@
+// Numbers as gaitsim/render/page/packing.py packs them.
+
+/**
+ * @typedef {{shape: number[], step: number, data: string}} Packed
+ * @typedef {{shape: number[], values: Float64Array}} Numbers
+ */
+
+/**
+ * Return the bytes of a base64 text.
+ * @param {string} text
+ * @returns {Uint8Array}
+ */
+function bytesOf(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
+
+/**
+ * Return inflated bytes.
+ * @param {Uint8Array} bytes
+ * @param {"deflate-raw" | "gzip"} format
+ * @returns {Promise<Uint8Array>}
+ */
+async function inflate(bytes, format) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream(format));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/**
+ * Unpack numbers: planes of bytes of int32 differences along the first axis, in steps.
+ * @param {Packed} packed
+ * @returns {Promise<Numbers>} shape and values, row by row
+ */
+async function unpack(packed) {
+  const { shape, step } = packed;
+  const count = shape.reduce((product, length) => product * length, 1);
+  const bytes = await inflate(bytesOf(packed.data), "deflate-raw");
+  if (bytes.length !== 4 * count) throw new Error("The page's data is damaged.");
+  const across = shape[0] ? count / shape[0] : 0;
+  const values = new Float64Array(count);
+  const sums = new Int32Array(across);
+  for (let i = 0; i < count; i++) {
+    const difference =
+      bytes[i] |
+      (bytes[count + i] << 8) |
+      (bytes[2 * count + i] << 16) |
+      (bytes[3 * count + i] << 24);
+    values[i] = step * (sums[i % across] += difference);
+  }
+  return { shape, values };
+}
